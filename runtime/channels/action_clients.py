@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from dineros.runtime.channels.clients import resend_delay
 from dineros.runtime.channels.goals import (
@@ -27,7 +27,7 @@ from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import action_transport
 from dineros.runtime.nets.ports import OUTCOMES, ActionClientPort, Data, Message, OutcomeKind
 from dineros.runtime.nets.tokens import Token
-from dineros.runtime.scheduling.timers import Timer
+from dineros.runtime.scheduling.timers import IDLE, Timer
 
 LOG = logging.getLogger("dineros.runtime")
 
@@ -64,7 +64,7 @@ class GoalUnderWay:
     heard: int = 0
     attempts: int = 1
     is_canceling: bool = False
-    timer: Timer = field(default_factory=Timer)
+    timer: Timer = IDLE
     ended: tuple[OutcomeKind, Data] | None = None
     is_refused: bool = False
 

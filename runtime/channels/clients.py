@@ -7,12 +7,12 @@ comes; with a time-out, until the client gives it up. A response that comes late
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import Forgetting
 from dineros.runtime.nets.ports import ClientPort, Message
-from dineros.runtime.scheduling.timers import Timer
+from dineros.runtime.scheduling.timers import IDLE, Timer
 
 LOG = logging.getLogger("dineros.runtime")
 RESEND_DELAY = 0.1
@@ -49,8 +49,8 @@ class Call:
     attempts: int = 1
     response: Message | None = None
     is_late: bool = False
-    resending: Timer = field(default_factory=Timer)
-    ending: Timer = field(default_factory=Timer)
+    resending: Timer = IDLE
+    ending: Timer = IDLE
 
 
 class Client:
@@ -114,7 +114,8 @@ class Client:
         self.calls[call.message.id] = call
         self._hold_or_not()
         self._patience(call)
-        traffic.left("request", self._about, port.request, token, message=call.message.id)
+        if traffic.observer.is_observing:
+            traffic.left("request", self._about, port.request, token, call.message.id)
 
     def _hold_or_not(self) -> None:
         """Let requests depart as long as more may be under way."""
@@ -179,7 +180,8 @@ class Client:
             return
         self._end(call)
         traffic.engine.put(self.response, token)
-        traffic.came("response", self._about, port.response, token, message=id)
+        if traffic.observer.is_observing:
+            traffic.came("response", self._about, port.response, token, id)
 
     def _end(self, call: Call) -> None:
         """Be ready for one more request: one is over."""
@@ -210,7 +212,7 @@ class Client:
             traffic.joined.forget(port, call.message.id)
         if place is not None and port.timed_out is not None and token is not None:
             traffic.engine.put(place, token)
-            traffic.came("giveUp", self._about, port.timed_out, token, message=call.message.id)
+            traffic.came("giveUp", self._about, port.timed_out, token, call.message.id)
         else:
             nothing: dict[str, object] = {"place": None, "token": None}
             traffic.observer.emit(

@@ -174,8 +174,9 @@ class Server:
                 instance.message, instance.answers = message.id, answers
                 traffic.engine.unhold(instance.departure)
                 traffic.engine.put(instance.entry, token)
-                entry = port.entries[instance.number]
-                traffic.came("serve", instance.about, entry, token, message=message.id)
+                if traffic.observer.is_observing:
+                    entry = port.entries[instance.number]
+                    traffic.came("serve", instance.about, entry, token, message.id)
 
     def reply(self, instance: Instance) -> None:
         """Send the response of an instance, which is inactive then.
@@ -199,7 +200,9 @@ class Server:
         traffic.engine.hold(instance.departure)
         if response.id:
             self.keep(response)
-        traffic.left("reply", instance.about, port.exits[instance.number], token, message=response.id)
+        if traffic.observer.is_observing:
+            exit_ = port.exits[instance.number]
+            traffic.left("reply", instance.about, exit_, token, response.id)
         self.serve()
 
     def keep(self, response: Message) -> None:

@@ -83,14 +83,18 @@ class Publisher:
         traffic.engine.take(place)
         traffic.count_sent(port.place)
         self._writer.history.append(message)
-        traffic.left("publish", self._about, self._name, token, message=message.id)
+        if traffic.observer.is_observing:
+            traffic.left("publish", self._about, self._name, token, message.id)
 
     def _discard(self, queue: Queue) -> None:
         """Lose the oldest token to a full queue, or as lifecycle publishers do whose node is not active."""
         traffic = self._traffic
         token = traffic.engine.take(self.place)
         traffic.drops[self.port.channel, queue] += 1
-        traffic.left("drop", self._about, self._name, token, queue=queue, count=1)
+        place, change = self._name, {self._name: -1}
+        traffic.observer.emit(
+            "drop", **self._about, place=place, token=token.id, queue=queue, count=1, change=change
+        )
 
 
 class Subscriber:
@@ -157,7 +161,8 @@ class Subscriber:
                 self.seen.add(*known, self.missing)
         self.missing = 0
         traffic.engine.put(self.place, token)
-        traffic.came("take", self._about, port.place, token, message=message.id)
+        if traffic.observer.is_observing:
+            traffic.came("take", self._about, port.place, token, message.id)
 
 
 def _number_of(message: Message) -> tuple[str, int] | None:

@@ -157,17 +157,22 @@ class Traffic:
         LOG.error("%s", text, exc_info=cause)
         self.observer.tell_error(text, policy)
 
-    def came(self, event: str, about: Mapping[str, object], place: str, token: Token, **more: object) -> None:
-        """Record that a token has come onto a place, what its port is called, and what more there is."""
-        if self.observer.is_observing:
-            told = {**about, "place": place, "token": token.id, **more}
-            self.observer.emit(event, **told, data=token.data, change={place: 1})
+    def came(self, event: str, about: Mapping[str, object], place: str, token: Token, message: str) -> None:
+        """Record that a token has come onto a place by a message; to be asked where somebody observes."""
+        self.observer.emit(
+            event,
+            **about,
+            place=place,
+            token=token.id,
+            message=message,
+            data=token.data,
+            change={place: 1},
+        )
 
-    def left(self, event: str, about: Mapping[str, object], place: str, token: Token, **more: object) -> None:
-        """Record that a token has left a place, as `came` does."""
-        if self.observer.is_observing:
-            told = {**about, "place": place, "token": token.id, **more}
-            self.observer.emit(event, **told, change={place: -1})
+    def left(self, event: str, about: Mapping[str, object], place: str, token: Token, message: str) -> None:
+        """Record that a token has left a place by a message; to be asked where somebody observes."""
+        change = {place: -1}
+        self.observer.emit(event, **about, place=place, token=token.id, message=message, change=change)
 
     def lost(self, port: Port, queue: Queue, count: int, place: str | None = None) -> None:
         """Count and record messages that a full queue lost before they came to a place."""

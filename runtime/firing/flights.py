@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from dineros.runtime.firing.handlers import Firing, Handler
 from dineros.runtime.nets.engine import Engine, Tokens
 from dineros.runtime.nets.ports import Data
-from dineros.runtime.scheduling.timers import Timer
+from dineros.runtime.scheduling.timers import IDLE, Timer
 
 
 @dataclass(eq=False)
@@ -59,7 +59,7 @@ class Flight:
     is_reserved: bool = False
     is_over: bool = False
     cancel: Callable[[], None] = field(default=lambda: None)
-    timer: Timer = field(default_factory=Timer)
+    timer: Timer = IDLE
     sent: float = 0.0
 
 

@@ -20,6 +20,10 @@ class Timer:
         self.action = None
 
 
+IDLE = Timer()
+"""What stands where there is nothing to wait for."""
+
+
 class Timers:
     """A queue of timers.
 
