@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
-from typing import TypeAlias, TypedDict
+from typing import Any, TypeAlias, TypedDict
 
 from dineros.generators.application.application import (
     Application,
@@ -17,7 +17,7 @@ from dineros.generators.application.application import (
 )
 from dineros.generators.application.arcs import ArcEnd
 from dineros.generators.application.cases import case_of
-from dineros.generators.application.interfaces import Interfaces, interfaces_of, service_name
+from dineros.generators.application.interfaces import Interfaces, interfaces_of
 from dineros.generators.application.naming import (
     NOTHING_RESERVED,
     NamingError,
@@ -45,7 +45,7 @@ from dineros.metamodel.elements import (
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.metamodel.lifecycles.start_order import manager_arguments
 from dineros.metamodel.matching import plain as quality_as_values
-from dineros.metamodel.ros_names import resource_names, snake_case
+from dineros.metamodel.ros_names import camel_case, resource_names, snake_case
 from dineros.metamodel.token_types.declared import type_of_place
 from dineros.metamodel.token_types.passing import passing
 from dineros.transformations.flattening.split import split
@@ -258,80 +258,38 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
     servers = _server_pages(part)
     for place, port in _place_ports(part):
         server = _server_of(place, servers)
-        service = server.channel if server is not None else None
         carried = interfaces.type_named(type_of_place(place, part))
-        message = carried.ros or f"{interfaces.package}/msg/{carried.name}"
-        match port:
-            case rtm.PublisherPort():
-                type_ = port.type or message
-                yield Port(
-                    "publisher",
-                    port.channel,
-                    port.topic,
-                    place.id,
-                    type_,
-                    limit=port.limit,
-                    quality=quality_words(port, part.middleware),
-                    overrides=quality_overrides(port),
-                    service=service,
-                )
-            case rtm.SubscriberPort():
-                yield Port(
-                    "subscriber",
-                    port.channel,
-                    port.topic,
-                    place.id,
-                    port.type or message,
-                    limit=port.limit,
-                    quality=quality_words(port, part.middleware),
-                    overrides=quality_overrides(port),
-                )
-            case rtm.ClientPort():
-                type_ = port.type or _service(port.channel, interfaces)
-                other = port.response.id
-                yield Port(
-                    "client",
-                    port.channel,
-                    port.service,
-                    place.id,
-                    type_,
-                    other=other,
-                    client=port.client,
-                    service=service,
-                    quality=client_words(port),
-                )
-            case rtm.ServerPort():
-                yield Port(
-                    "server",
-                    port.channel,
-                    port.service,
-                    place.id,
-                    port.type or _service(port.channel, interfaces),
-                    other=port.exit.id,
-                    instances=port.instances,
-                    quality=f"limit {port.depth}" if part.middleware == sym.Middleware.ros2 else "",
-                )
-            case rtm.ActionClientPort():
-                yield Port(
-                    "action client",
-                    port.channel,
-                    port.action,
-                    place.id,
-                    port.type or _action(port.channel, interfaces),
-                    quality=action_words(port, CLIENT_PLACES),
-                    client=port.client,
-                    service=service,
-                )
-            case rtm.ActionServerPort():
-                yield Port(
-                    "action server",
-                    port.channel,
-                    port.action,
-                    place.id,
-                    port.type or _action(port.channel, interfaces),
-                    quality=action_words(port, SERVER_PLACES),
-                    instances=port.instances,
-                )
+        kind, name, suffix, more = _about(port, part.middleware)
+        own = f"{interfaces.package}/{suffix}/{carried.name if suffix == 'msg' else camel_case(port.channel)}"
+        type_ = port.type or (carried.ros if suffix == "msg" and carried.ros else own)
+        service = server.channel if server is not None and kind in _PER_INSTANCE else None
+        yield Port(kind, port.channel, name, place.id, type_, service=service, **more)
+
+
+_PER_INSTANCE = ("publisher", "client", "action client")
+
+
+def _about(port: rtm.PlacePort, middleware: sym.Middleware) -> tuple[str, str, str, dict[str, Any]]:
+    """Return a port's kind, the name of its channel, the kind of its interface, and what else it says."""
+    match port:
+        case rtm.PublisherPort() | rtm.SubscriberPort():
+            kind = "publisher" if isinstance(port, rtm.PublisherPort) else "subscriber"
+            words, overrides = quality_words(port, middleware), quality_overrides(port)
+            return kind, port.topic, "msg", {"limit": port.limit, "quality": words, "overrides": overrides}
+        case rtm.ClientPort():
+            words, other = client_words(port), port.response.id
+            return "client", port.service, "srv", {"other": other, "client": port.client, "quality": words}
+        case rtm.ServerPort():
+            words = f"limit {port.depth}" if middleware == sym.Middleware.ros2 else ""
+            ends = {"other": port.exit.id, "quality": words}
+            return "server", port.service, "srv", {**ends, "instances": port.instances}
+        case rtm.ActionClientPort():
+            words = action_words(port, CLIENT_PLACES)
+            return "action client", port.action, "action", {"quality": words, "client": port.client}
+        case rtm.ActionServerPort():
+            words = action_words(port, SERVER_PLACES)
+            return "action server", port.action, "action", {"quality": words, "instances": port.instances}
+    raise TypeError(f"{type(port).__name__} is no kind of port")
 
 
 def action_words(port: rtm.ActionClientPort | rtm.ActionServerPort, roles: Iterable[str]) -> str:
@@ -374,10 +332,6 @@ def quality_words(port: rtm.PublisherPort | rtm.SubscriberPort, middleware: sym.
     return ", ".join(words)
 
 
-def _action(channel: str, interfaces: Interfaces) -> str:
-    return f"{interfaces.package}/action/{service_name(channel)}"
-
-
 def quality_overrides(
     port: rtm.PublisherPort | rtm.SubscriberPort,
 ) -> tuple[tuple[Name, str | int], ...]:
@@ -394,7 +348,3 @@ def quality_overrides(
             times["lifespan"] = plain.lifespan
         said |= {name: round(seconds * 1e9) for name, seconds in times.items() if seconds is not None}
     return tuple((Name(policy), value) for policy, value in said.items())
-
-
-def _service(channel: str, interfaces: Interfaces) -> str:
-    return f"{interfaces.package}/srv/{service_name(channel)}"

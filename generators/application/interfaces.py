@@ -142,11 +142,6 @@ class Interfaces:
         return next(each for each in self.types if each.id == token_type.id)
 
 
-def service_name(channel: str) -> str:
-    """Return the name of a service's or an action's type, by the id of its channel."""
-    return camel_case(channel)
-
-
 def interfaces_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED) -> Interfaces:
     """Return the interface package of a model, no name of which hides one of `reserved`.
 
@@ -191,7 +186,7 @@ def _named(model: sym.SystemModel, kind: type[Served], word: str) -> dict[Name, 
     files: dict[str, str] = {}  # case does not tell files apart everywhere, and headers have small letters
     for channel in model.channels:
         if isinstance(channel, kind) and not channel.type:
-            name = interface(f"the {word} {channel.id[:40]!r}", service_name(channel.id), channel.id)
+            name = interface(f"the {word} {channel.id[:40]!r}", camel_case(channel.id), channel.id)
             same = files.setdefault(name.lower(), channel.id)
             if same != channel.id:
                 raise NamingError(

@@ -135,7 +135,7 @@ def _compare_developers(
         present = ConfinedFolder(workspace).read(path)
         if present is None:
             changes.append(Change(path, "restored" if known else "new", content=file.content))
-            entries[path] = DeveloperEntry(file.node, _stubs(file), hash_of(file.content))
+            entries[path] = DeveloperEntry(file.node, hash_of(file.content), _stubs(file))
         else:
             entries[path] = _extend(workspace, path, file, known, present, changes)
             notices.extend(handwritten.handler_notices(workspace / path, path, file, known, plan, present))
@@ -174,7 +174,7 @@ def _extend(
         changes.append(Change(path, "extended", f"stub for {', '.join(added)}", content))
     untouched = known is not None and hash_of(present) == known.written
     written = hash_of(content) if untouched else (known.written if known else "")
-    return DeveloperEntry(file.node, _stubs(file), written)
+    return DeveloperEntry(file.node, written, _stubs(file))
 
 
 def _edit(path: str, content: bytes, present: bytes, was_generated: bool) -> Edit:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -79,16 +79,16 @@ class DeveloperEntry:
     ----------
     node : str or None
         Id of the node net whose package it stands in.
-    stubs : dict of str to StubEntry
-        What was written into it, by transition.
     written : str
         Hash of what was written last, as long as nobody else changed the file: so one that nobody touched is
         known.
+    stubs : dict of str to StubEntry
+        What was written into it, by transition.
     """
 
     node: str | None = None
-    stubs: dict[str, StubEntry] = field(default_factory=dict)
     written: str = ""
+    stubs: dict[str, StubEntry] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -181,31 +181,11 @@ def write_manifest(workspace: Path, manifest: Manifest) -> None:
 
 def manifest_bytes(manifest: Manifest) -> bytes:
     """Return the manifest as it is written: equal manifests give equal bytes."""
-    values = {
-        "schema": SCHEMA,
-        "generator": manifest.generator,
-        "model": manifest.model,
-        "source": manifest.source,
-        "settings": list(manifest.settings),
-        "options": manifest.options,
-        "interfaces": manifest.interfaces,
-        "bringup": manifest.bringup,
-        "token": manifest.token,
-        "nodes": [vars(node) for node in manifest.nodes],
-        "generated": dict(sorted(manifest.generated.items())),
-        **({"pending": dict(sorted(manifest.pending.items()))} if manifest.pending else {}),
-        "developer": {
-            path: {
-                "node": entry.node,
-                "written": entry.written,
-                "stubs": {
-                    name: {"inputs": list(stub.inputs), "outputs": list(stub.outputs)}
-                    for name, stub in entry.stubs.items()
-                },
-            }
-            for path, entry in sorted(manifest.developer.items())
-        },
-    }
+    values = {"schema": SCHEMA, **asdict(manifest)}
+    for name in ("generated", "pending", "developer"):
+        values[name] = dict(sorted(values[name].items()))
+    if not manifest.pending:
+        del values["pending"]
     return (json.dumps(values, indent=2, ensure_ascii=False) + "\n").encode(errors="replace")
 
 
@@ -214,8 +194,8 @@ def _manifest(values: dict[str, Any]) -> Manifest:
     developer = {
         path: DeveloperEntry(
             entry["node"],
-            {name: StubEntry(**stub) for name, stub in entry["stubs"].items()},
             entry["written"],
+            {name: StubEntry(**stub) for name, stub in entry["stubs"].items()},
         )
         for path, entry in values.pop("developer").items()
     }

@@ -16,7 +16,7 @@ from dineros.generators.templates.rendering import TemplateError, Templates, gen
 from dineros.generators.workspace import dependencies
 from dineros.generators.workspace.handwritten import FIRINGS
 from dineros.generators.workspace.manifest import Manifest, NodeEntry
-from dineros.generators.workspace.plan import DeveloperFile, Plan, WriteStub
+from dineros.generators.workspace.plan import DeveloperFile, Plan
 from dineros.generators.workspace.scripts import Script, read_script
 from dineros.generators.workspace.system_model import file_name
 from dineros.metamodel import sym
@@ -86,31 +86,25 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
     templates = Templates(model.id, folder)
 
     def render(app: Application, module: str) -> bytes:
-        context = _node_context(app.nodes[0], _common(app, NOTHING_RESERVED, options, chosen))
-        return templates.render(f"node/{module}.py.j2", stubs=[], **context)
+        probe = _Files(app, templates, _common(app, NOTHING_RESERVED, options, chosen))
+        return probe.render(f"node/{module}.py", stubs=[], **_node_context(app.nodes[0]))
 
     reserved = reserved_names(render)
     application = application_of(model, reserved)
-    common = _common(application, reserved, options, chosen)
-    generated: dict[str, bytes] = {}
-    developer: dict[str, DeveloperFile] = {}
-    _plan_interfaces(application, templates, common, generated)
+    files = _Files(application, templates, _common(application, reserved, options, chosen))
+    files.add_interfaces()
     for node in application.nodes:
         own = dependencies.read_dependencies(workspace, node.package)
-        own = own.without(("rclpy", *node.message_packages))
-        _plan_node(node, templates, {**common, "dependencies": own}, generated, developer)
-    _plan_bringup(application, templates, common, generated, developer)
+        files.add_node(node, own.without(("rclpy", *node.message_packages)))
+    files.add_bringup()
+    root = f"src/{application.bringup}"
     if chosen["systemd"]:
-        unit = f"src/{application.bringup}/systemd/{application.bringup}.service"
-        generated[unit] = templates.render("bringup/app.service.j2", **common)
+        files.add(f"{root}/systemd/{application.bringup}.service", "bringup/app.service")
     if chosen["container"]:
-        generated["Containerfile"] = templates.render("bringup/Containerfile.j2", **common)
-    head = templates.render("bringup/system_model.xml.j2", **common)
-    place = f"src/{application.bringup}/model/{file_name(model.id)}"
-    generated[place] = _with_head(xmi_bytes(model), head)
-    scripts = _scripts(workspace, options, application, known)
-    _plan_tests(scripts, application, templates, common, generated)
-    require_short_paths([*generated, *developer])
+        files.add("Containerfile", "bringup/Containerfile")
+    files.add_document(f"{root}/model/{file_name(model.id)}", "bringup/system_model.xml", xmi_bytes(model))
+    files.add_tests(_scripts(workspace, options, application, known))
+    require_short_paths([*files.generated, *files.developer])
     manifest = Manifest(
         generator=generator(),
         model=application.id,
@@ -125,7 +119,7 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
     instances = {
         node.id: {each.id: each.instances for each in node.transitions} for node in application.nodes
     }
-    return Plan(manifest, generated, developer, instances)
+    return Plan(manifest, files.generated, files.developer, instances)
 
 
 def _token_fields(app: Application) -> dict[str, str]:
@@ -151,9 +145,9 @@ def _common(app: Application, reserved: Reserved, options: Options, chosen: dict
     }
 
 
-def _node_context(node: NodePackage, common: dict[str, Any]) -> dict[str, Any]:
-    """Return what the templates of a node's package may use."""
-    return {**common, "node": node, "executable": executable(node), "imports": _typing(node)}
+def _node_context(node: NodePackage) -> dict[str, Any]:
+    """Return what the templates of a node's package may use besides."""
+    return {"node": node, "executable": executable(node), "imports": _typing(node)}
 
 
 def executable(node: NodePackage) -> Name:
@@ -186,82 +180,128 @@ def _relative(folder: Path, workspace: Path) -> str:
     return Path(os.path.relpath(folder.resolve(), workspace.resolve())).as_posix()
 
 
-def _plan_interfaces(
-    app: Application, templates: Templates, common: dict[str, Any], generated: dict[str, bytes]
-) -> None:
-    root = f"src/{app.interfaces.package}"
-    for name in ("CMakeLists.txt", "package.xml"):
-        generated[f"{root}/{name}"] = templates.render(f"interfaces/{name}.j2", **common)
-    for each in app.interfaces.generated:
-        content = templates.render("interfaces/token.msg.j2", type=each, **common)
-        generated[f"{root}/msg/{each.name}.msg"] = content
-    for entry, type_ in app.interfaces.entries:
-        content = templates.render("interfaces/entry.msg.j2", entry=entry, value=type_, **common)
-        generated[f"{root}/msg/{entry}.msg"] = content
-    for service in app.interfaces.services:
-        parts = {"service": service.name, "request": service.request, "response": service.response}
-        content = templates.render("interfaces/service.srv.j2", **parts, **common)
-        generated[f"{root}/srv/{service.name}.srv"] = content
-    for action in app.interfaces.actions:
-        parts = {
-            "action": action.name,
-            "goal": action.goal,
-            "result": action.result,
-            "feedback": action.feedback,
-        }
-        content = templates.render("interfaces/action.action.j2", **parts, **common)
-        generated[f"{root}/action/{action.name}.action"] = content
+class _Files:
+    """The files of a workspace, made from their templates.
 
+    Parameters
+    ----------
+    app : Application
+        The application.
+    templates : Templates
+        The templates.
+    common : dict
+        What all of them may use.
 
-def _plan_node(
-    node: NodePackage,
-    templates: Templates,
-    common: dict[str, Any],
-    generated: dict[str, bytes],
-    developer: dict[str, DeveloperFile],
-) -> None:
-    root = f"src/{node.package}"
-    context = _node_context(node, common)
-    module = f"{root}/{node.package}"
-    for template, path in (
-        ("package.xml", f"{root}/package.xml"),
-        ("setup.py", f"{root}/setup.py"),
-        ("setup.cfg", f"{root}/setup.cfg"),
-        ("marker", f"{root}/resource/{node.package}"),
-        ("README.md", f"{root}/README.md"),
-        ("__init__.py", f"{module}/__init__.py"),
-        ("__main__.py", f"{module}/__main__.py"),
-        ("py.typed", f"{module}/py.typed"),
-        ("base.py", f"{module}/base.py"),
-        ("firings.py", f"{module}/firings.py"),
-        ("tokens.py", f"{module}/tokens.py"),
-        ("conftest.py", f"{root}/conftest.py"),
-        ("test_node.py", f"{root}/test/test_{node.package}.py"),
-        ("test_package.pyi", f"{root}/test/__init__.pyi"),
-    ):
-        generated[path] = templates.render(f"node/{template}.j2", **context)
-    head = templates.render("node/runtime_model.xml.j2", **context)
-    generated[f"{module}/node.rtm.xmi"] = _with_head(node.runtime_model, head)
+    Attributes
+    ----------
+    generated, developer : dict
+        As those of a `Plan`.
+    """
 
-    def write_stub(transition: Transition, function: Name, firings: Name) -> Written:
-        stub = templates.render(
-            "node/stub.py.j2", transition=transition, function=function, firings=firings, **context
+    def __init__(self, app: Application, templates: Templates, common: dict[str, Any]) -> None:
+        self._app, self._templates, self._common = app, templates, common
+        self.generated: dict[str, bytes] = {}
+        self.developer: dict[str, DeveloperFile] = {}
+
+    def render(self, template: str, **more: Any) -> bytes:
+        """Return what a template makes, given more than all may use."""
+        return self._templates.render(f"{template}.j2", **self._common, **more)
+
+    def add(self, path: str, template: str, **more: Any) -> None:
+        """Add a generated file."""
+        self.generated[path] = self.render(template, **more)
+
+    def add_document(self, path: str, template: str, document: bytes, **more: Any) -> None:
+        """Add an XML document with a comment after its declaration."""
+        head = self.render(template, **more).strip()
+        self.generated[path] = document.replace(b"?>\n", b"?>\n" + head + b"\n", 1)
+
+    def add_interfaces(self) -> None:
+        """Add the package of interfaces."""
+        interfaces = self._app.interfaces
+        root = f"src/{interfaces.package}"
+        for name in ("CMakeLists.txt", "package.xml"):
+            self.add(f"{root}/{name}", f"interfaces/{name}")
+        for each in interfaces.generated:
+            self.add(f"{root}/msg/{each.name}.msg", "interfaces/token.msg", type=each)
+        for entry, type_ in interfaces.entries:
+            self.add(f"{root}/msg/{entry}.msg", "interfaces/entry.msg", entry=entry, value=type_)
+        for service in interfaces.services:
+            parts = {"service": service.name, "request": service.request, "response": service.response}
+            self.add(f"{root}/srv/{service.name}.srv", "interfaces/service.srv", **parts)
+        for action in interfaces.actions:
+            parts = {"goal": action.goal, "result": action.result, "feedback": action.feedback}
+            path = f"{root}/action/{action.name}.action"
+            self.add(path, "interfaces/action.action", action=action.name, **parts)
+
+    def add_node(self, node: NodePackage, own: dependencies.Dependencies) -> None:
+        """Add the package of a node, whose handlers need more packages."""
+        root = f"src/{node.package}"
+        module = f"{root}/{node.package}"
+        context = {**_node_context(node), "dependencies": own}
+        for template, path in (
+            ("package.xml", f"{root}/package.xml"),
+            ("setup.py", f"{root}/setup.py"),
+            ("setup.cfg", f"{root}/setup.cfg"),
+            ("marker", f"{root}/resource/{node.package}"),
+            ("README.md", f"{root}/README.md"),
+            ("__init__.py", f"{module}/__init__.py"),
+            ("__main__.py", f"{module}/__main__.py"),
+            ("py.typed", f"{module}/py.typed"),
+            ("base.py", f"{module}/base.py"),
+            ("firings.py", f"{module}/firings.py"),
+            ("tokens.py", f"{module}/tokens.py"),
+            ("conftest.py", f"{root}/conftest.py"),
+            ("test_node.py", f"{root}/test/test_{node.package}.py"),
+            ("test_package.pyi", f"{root}/test/__init__.pyi"),
+        ):
+            self.add(path, f"node/{template}", **context)
+        self.add_document(f"{module}/node.rtm.xmi", "node/runtime_model.xml", node.runtime_model, **context)
+
+        def write_stub(transition: Transition, function: Name, firings: Name) -> Written:
+            more = {"transition": transition, "function": function, "firings": firings}
+            return Written(self.render("node/stub.py", **more, **context).decode().strip("\n") + "\n")
+
+        stubs = [write_stub(each, each.function, Name(FIRINGS)) for each in node.transitions]
+        handlers = self.render("node/handlers.py", stubs=stubs, **context)
+        self.developer[f"{module}/handlers.py"] = DeveloperFile(
+            handlers, node.id, node.package, node.transitions, write_stub
         )
-        return Written(stub.decode().strip("\n") + "\n")
+        for path, template in (
+            (f"{root}/test/conftest.py", "node/test_conftest.py"),
+            (f"{root}/{dependencies.FILE}", "node/dependencies.toml"),
+        ):
+            self.developer[path] = DeveloperFile(self.render(template, **context), node.id, node.package)
 
-    developer[f"{module}/handlers.py"] = DeveloperFile(
-        templates.render("node/handlers.py.j2", stubs=_stubs(node, write_stub), **context),
-        node=node.id,
-        package=node.package,
-        transitions=node.transitions,
-        write_stub=write_stub,
-    )
-    developer[f"{root}/test/conftest.py"] = DeveloperFile(
-        templates.render("node/test_conftest.py.j2", **context), node=node.id, package=node.package
-    )
-    developer[f"{root}/{dependencies.FILE}"] = DeveloperFile(
-        templates.render("node/dependencies.toml.j2", **context), node=node.id, package=node.package
-    )
+    def add_bringup(self) -> None:
+        """Add the package that starts the nodes."""
+        bringup = self._app.bringup
+        root = f"src/{bringup}"
+        executables = {node.id: executable(node) for node in self._app.nodes}
+        for template, path in (
+            ("package.xml", f"{root}/package.xml"),
+            ("setup.py", f"{root}/setup.py"),
+            ("setup.cfg", f"{root}/setup.cfg"),
+            ("marker", f"{root}/resource/{bringup}"),
+            ("README.md", f"{root}/README.md"),
+            ("app.launch.py", f"{root}/launch/{self._app.launch}"),
+            ("__init__.py", f"{root}/{bringup}/__init__.py"),
+            ("runner.py", f"{root}/{bringup}/runner.py"),
+        ):
+            self.add(path, f"bringup/{template}", executables=executables)
+        for node in self._app.nodes:
+            self.add(f"{root}/config/{node.package}.yaml", "bringup/parameters.yaml", node=node)
+        local = DeveloperFile(self.render("bringup/local.yaml"), package=bringup)
+        self.developer[f"{root}/config/local.yaml"] = local
+
+    def add_tests(self, scripts: dict[str, Script]) -> None:
+        """Add tests that take the nodes through scripts, which are given by their paths."""
+        root = f"src/{self._app.bringup}/test"
+        for path, script in scripts.items():
+            self.generated[path] = script.to_json()
+            self.add(f"{root}/test_{script.name}.py", "bringup/test_trace.py", script=script)
+        if scripts:
+            self.add(f"{root}/conftest.py", "bringup/test_conftest.py")
 
 
 def _typing(node: NodePackage) -> list[Name]:
@@ -274,43 +314,6 @@ def _typing(node: NodePackage) -> list[Name]:
     if len(node.transitions) > 1:
         names.append("overload")
     return [Name(name) for name in names]
-
-
-def _stubs(node: NodePackage, write_stub: WriteStub) -> list[Written]:
-    return [write_stub(transition, transition.function, Name(FIRINGS)) for transition in node.transitions]
-
-
-def _plan_bringup(
-    app: Application,
-    templates: Templates,
-    common: dict[str, Any],
-    generated: dict[str, bytes],
-    developer: dict[str, DeveloperFile],
-) -> None:
-    root, module = f"src/{app.bringup}", f"src/{app.bringup}/{app.bringup}"
-    context = {**common, "executables": {node.id: executable(node) for node in app.nodes}}
-    for template, path in (
-        ("package.xml", f"{root}/package.xml"),
-        ("setup.py", f"{root}/setup.py"),
-        ("setup.cfg", f"{root}/setup.cfg"),
-        ("marker", f"{root}/resource/{app.bringup}"),
-        ("README.md", f"{root}/README.md"),
-        ("app.launch.py", f"{root}/launch/{app.launch}"),
-        ("__init__.py", f"{module}/__init__.py"),
-        ("runner.py", f"{module}/runner.py"),
-    ):
-        generated[path] = templates.render(f"bringup/{template}.j2", **context)
-    for node in app.nodes:
-        content = templates.render("bringup/parameters.yaml.j2", node=node, **context)
-        generated[f"{root}/config/{node.package}.yaml"] = content
-    developer[f"{root}/config/local.yaml"] = DeveloperFile(
-        templates.render("bringup/local.yaml.j2", **context), package=app.bringup
-    )
-
-
-def _with_head(document: bytes, head: bytes) -> bytes:
-    """Return an XML document with a comment after its declaration."""
-    return document.replace(b"?>\n", b"?>\n" + head.strip() + b"\n", 1)
 
 
 def _scripts(
@@ -327,19 +330,3 @@ def _scripts(
         script = read_script(trace, app)
         scripts[f"{root}/{script.name}.json"] = script
     return dict(sorted(scripts.items()))
-
-
-def _plan_tests(
-    scripts: dict[str, Script],
-    app: Application,
-    templates: Templates,
-    common: dict[str, Any],
-    generated: dict[str, bytes],
-) -> None:
-    root = f"src/{app.bringup}/test"
-    for path, script in scripts.items():
-        generated[path] = script.to_json()
-        content = templates.render("bringup/test_trace.py.j2", script=script, **common)
-        generated[f"{root}/test_{script.name}.py"] = content
-    if scripts:
-        generated[f"{root}/conftest.py"] = templates.render("bringup/test_conftest.py.j2", **common)

@@ -33,6 +33,7 @@ _LAST_BYTES = 4096
 _LONGEST = 1.0
 _LONGEST_BLIND = 0.05
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
+_Event = Literal["started", "restarted", "ended", "failed", "stopped"]
 _ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 3.0))
 
 
@@ -118,7 +119,7 @@ class ProcessEvent:
 
     time: float
     name: str
-    event: Literal["started", "restarted", "ended", "failed", "stopped"]
+    event: _Event
     process: int
     status: int | None = None
     said: str = ""
@@ -323,13 +324,7 @@ class Supervisor:
         self._tell(child, "stopped", status)
         child.gone()
 
-    def _tell(
-        self,
-        child: _Child,
-        event: Literal["started", "restarted", "ended", "failed", "stopped"],
-        status: int | None = None,
-        said: str = "",
-    ) -> None:
+    def _tell(self, child: _Child, event: _Event, status: int | None = None, said: str = "") -> None:
         assert child.process is not None
         self._on_event(ProcessEvent(time.time(), child.plan.name, event, child.process.pid, status, said))
 

@@ -12,7 +12,7 @@ import logging
 from collections import deque
 from dataclasses import dataclass
 
-from dineros.runtime.channels.clients import LONGEST_RESEND_DELAY, RESEND_DELAY
+from dineros.runtime.channels.clients import resend_delay
 from dineros.runtime.channels.goals import (
     CancelAnswered,
     ClientEvent,
@@ -27,7 +27,7 @@ from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import action_transport
 from dineros.runtime.nets.ports import OUTCOMES, ActionClientPort, Data, Message, OutcomeKind
 from dineros.runtime.nets.tokens import Token
-from dineros.runtime.scheduling.timers import Timer
+from dineros.runtime.scheduling.timers import IDLE, Timer
 
 LOG = logging.getLogger("dineros.runtime")
 
@@ -50,7 +50,7 @@ class GoalUnderWay:
         Number of the feedback that came last.
     attempts : int
         How often it was sent.
-    timer : Timer or None
+    timer : Timer
         When it is sent again.
     ended : tuple or None
         Its outcome and result, which wait for room.
@@ -64,7 +64,7 @@ class GoalUnderWay:
     heard: int = 0
     attempts: int = 1
     is_canceling: bool = False
-    timer: Timer | None = None
+    timer: Timer = IDLE
     ended: tuple[OutcomeKind, Data] | None = None
     is_refused: bool = False
 
@@ -78,10 +78,6 @@ class ActionClient:
         What all ports share.
     port : ActionClientPort
         The port.
-    places : mapping of str to int
-        Numbers of the places, by id.
-    departures : tuple of int
-        Numbers of the departures: of goals, and of requests to cancel, if there are any.
 
     Attributes
     ----------
@@ -89,9 +85,8 @@ class ActionClient:
         By id, the oldest first.
     """
 
-    def __init__(
-        self, traffic: Traffic, port: ActionClientPort, places: dict[str, int], departures: tuple[int, ...]
-    ) -> None:
+    def __init__(self, traffic: Traffic, port: ActionClientPort) -> None:
+        places = traffic.places
         self._traffic = traffic
         self.port = port
         self.goal = places[port.goal]
@@ -99,7 +94,9 @@ class ActionClient:
         self._rejected = None if port.rejected is None else places[port.rejected]
         self._cancel = None if port.cancel is None else places[port.cancel]
         self._feedback = None if port.feedback is None else places[port.feedback]
-        self._departures = departures
+        self._departure = traffic.add_departure(self.goal, self.send, port)
+        if self._cancel is not None:
+            self._cancel_departure = traffic.add_departure(self._cancel, self.send_cancel)
         self._is_cancel_held = True  # as the engine holds all departures at first
         self._waiting: deque[FeedbackArrived] = deque()
         self._last: deque[GoalUnderWay] = deque(maxlen=max(1, port.outstanding))
@@ -111,7 +108,7 @@ class ActionClient:
         """Let goals depart; those of an earlier life are sent or followed again."""
         engine = self._traffic.engine
         if len(self.goals) < self.port.outstanding:
-            engine.unhold_departure(self._departures[0])
+            engine.unhold(self._departure)
         for goal in list(self.goals.values()):
             self._send(goal)
             if goal.is_canceled:
@@ -137,7 +134,7 @@ class ActionClient:
         traffic.count_sent(port.goal)
         self.goals[goal.message.id] = goal
         if len(self.goals) == port.outstanding:
-            traffic.engine.hold_departure(self._departures[0])
+            traffic.engine.hold(self._departure)
         self._emit("goal", goal.message.id, place=port.goal, token=token.id, change={port.goal: -1})
         self._look_at_cancels()
 
@@ -182,7 +179,7 @@ class ActionClient:
         if is_held is not self._is_cancel_held:
             self._is_cancel_held = is_held
             engine = self._traffic.engine
-            (engine.hold_departure if is_held else engine.unhold_departure)(self._departures[1])
+            (engine.hold if is_held else engine.unhold)(self._cancel_departure)
 
     # What arrives.
 
@@ -215,7 +212,7 @@ class ActionClient:
                 self._ended(goal)
 
     def _accepted(self, goal: GoalUnderWay) -> None:
-        self._stop_timer(goal)
+        goal.timer.cancel()
         if not goal.is_accepted:
             goal.is_accepted = True
             self._emit("accepted", goal.message.id)
@@ -223,15 +220,14 @@ class ActionClient:
 
     def _failed(self, goal: GoalUnderWay, reason: str) -> None:
         """Record that a goal is not answered, and send it again a little later."""
-        self._stop_timer(goal)
+        goal.timer.cancel()
         LOG.warning("goal %s of %s: %s", goal.message.id, self.port.action, reason)
         self._emit("timeout", goal.message.id, attempt=goal.attempts)
-        delay = min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(goal.attempts - 1, 30))
+        delay = resend_delay(goal.attempts)
         goal.attempts += 1
         goal.timer = self._traffic.loop.timers.call_later(delay, lambda: self._send_again(goal))
 
     def _send_again(self, goal: GoalUnderWay) -> None:
-        goal.timer = None
         if goal.message.id in self.goals:
             self._send(goal)
 
@@ -249,19 +245,18 @@ class ActionClient:
             self._failed(goal, "the server does not know it")
             return
         text = f"the server of {self.port.action} has lost the goal {goal.message.id}: it counts as aborted"
-        LOG.error("%s", text)
-        self._traffic.tell_error(text, None)
+        self._traffic.log_error(text)
         goal.ended = ("aborted", {})
         self._ended(goal)
 
     def _refused(self, goal: GoalUnderWay) -> None:
-        self._stop_timer(goal)
+        goal.timer.cancel()
         place = self._rejected
         if place is not None and not self._traffic.engine.has_room(place):
             return
         token = None if place is None else self._token(place, goal.message.data, self.goal)
         self._settle(goal)
-        self._put("reject", goal, place, token)
+        self._put("reject", goal.message.id, place, token)
 
     def _ended(self, goal: GoalUnderWay) -> None:
         assert goal.ended is not None
@@ -271,7 +266,7 @@ class ActionClient:
             return
         token = None if place is None else self._token(place, data)
         self._settle(goal)
-        self._put("outcome", goal, place, token, outcome=outcome)
+        self._put("outcome", goal.message.id, place, token, outcome=outcome)
 
     def _token(self, place: int, data: Data, like: int | None = None) -> Token:
         """Return a token for a place; of another type than that of a place like it, it has the defaults."""
@@ -281,21 +276,19 @@ class ActionClient:
         made = self._traffic.arriving(self.port.action, place, data)
         return made or engine.new_token(engine.checkers[place].default)
 
-    def _put(
-        self, event: str, goal: GoalUnderWay, place: int | None, token: Token | None, **more: object
-    ) -> None:
+    def _put(self, event: str, goal: str, place: int | None, token: Token | None, **more: object) -> None:
         if place is None or token is None:
-            self._emit(event, goal.message.id, place=None, token=None, data={}, change={}, **more)
+            self._emit(event, goal, place=None, token=None, data={}, change={}, **more)
             return
         self._traffic.engine.put(place, token)
         id = self._traffic.engine.structure.places[place]
         fields = {"place": id, "token": token.id, "data": token.data, "change": {id: 1}}
-        self._emit(event, goal.message.id, **fields, **more)
+        self._emit(event, goal, **fields, **more)
 
     def _settle(self, goal: GoalUnderWay) -> None:
         """Forget a goal, and let another one depart."""
         if len(self.goals) == self.port.outstanding:
-            self._traffic.engine.unhold_departure(self._departures[0])
+            self._traffic.engine.unhold(self._departure)
         del self.goals[goal.message.id]
         self._last.append(goal)
         self._look_at_cancels()
@@ -316,15 +309,7 @@ class ActionClient:
 
     def _lose(self, count: int) -> None:
         if count > 0:
-            self._traffic.drops[self.port.channel, "feedback"] += count
-            self._traffic.observer.emit(
-                "drop",
-                channel=self.port.channel,
-                queue="feedback",
-                place=self.port.feedback,
-                count=count,
-                change={},
-            )
+            self._traffic.lost(self.port, "feedback", count, self.port.feedback)
 
     def _let_feedback_in(self) -> None:
         place, engine = self._feedback, self._traffic.engine
@@ -333,10 +318,7 @@ class ActionClient:
             event = self._waiting.popleft()
             token = self._traffic.arriving(self.port.action, place, event.data)
             if token is not None:
-                engine.put(place, token)
-                id = engine.structure.places[place]
-                fields = {"place": id, "token": token.id, "data": token.data, "change": {id: 1}}
-                self._emit("hear", event.goal, number=event.number, **fields)
+                self._put("hear", event.goal, place, token, number=event.number)
 
     def let_in(self) -> None:
         """Take what waits for room, now that there may be some."""
@@ -347,12 +329,6 @@ class ActionClient:
                 self._ended(goal)
         if self._feedback is not None:
             self._let_feedback_in()
-
-    @staticmethod
-    def _stop_timer(goal: GoalUnderWay) -> None:
-        if goal.timer is not None:
-            goal.timer.cancel()
-            goal.timer = None
 
     def _emit(self, event: str, goal: str | None, **fields: object) -> None:
         observer, port = self._traffic.observer, self.port

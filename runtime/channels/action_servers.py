@@ -8,9 +8,9 @@ for a client that asks for it later.
 
 from __future__ import annotations
 
-import logging
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 
 from dineros.metamodel.errors import FeatureValueError
@@ -23,11 +23,8 @@ from dineros.runtime.channels.goals import (
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import action_transport
 from dineros.runtime.firing.cancels import CancelRequest
-from dineros.runtime.nets.ports import ActionServerPort, Check, Data, Message, OutcomeKind
-
-LOG = logging.getLogger("dineros.runtime")
-KEPT_RESULTS = 64
-"""Results that are kept for clients that ask for them after a restart of the server."""
+from dineros.runtime.journal.goals import KEPT_RESULTS
+from dineros.runtime.nets.ports import ActionServerPort, Data, Message, OutcomeKind
 
 LONGEST_QUEUE = 1000
 """Goals that wait for a slot, at most: those that come then are refused."""
@@ -58,14 +55,21 @@ class Slot:
         What the handlers of the goal learn; another one for each goal.
     """
 
-    def __init__(self, server: ActionServer, number: int, entry: int, cancel: int | None) -> None:
+    def __init__(self, traffic: Traffic, server: ActionServer, number: int) -> None:
+        port, places = server.port, traffic.places
         self.server = server
         self.number = number
-        self.entry = entry
-        self.cancel = cancel
-        self.exits: dict[OutcomeKind, int] = {}
-        self.feedback: int | None = None
-        self.departures: dict[str, int] = {}
+        self.entry = places[port.entries[number]]
+        self.cancel = places[port.cancels[number]] if port.cancels else None
+        self.feedback = places[port.feedbacks[number]] if port.feedbacks else None
+        self.exits = {outcome: places[exits[number]] for outcome, exits in port.outcomes.items()}
+        self.departures: dict[str, int] = {
+            outcome: traffic.add_departure(place, partial(server.finish, self, outcome), port, "result")
+            for outcome, place in self.exits.items()
+        }
+        if self.feedback is not None:
+            send = partial(server.send_feedback, self)
+            self.departures["feedback"] = traffic.add_departure(self.feedback, send, port, "feedback")
         self.goal: Message | None = None
         self.is_canceling = False
         self.sent = 0
@@ -93,8 +97,6 @@ class ActionServer:
         Goals that wait for a slot, the oldest first, each with where its answers go.
     results : dict of str to (str, Data)
         Outcome and result of the goals that ended last, by id.
-    checks : mapping of int to callable
-        Place of results or feedback -> what raises for data that cannot be sent.
     """
 
     def __init__(
@@ -103,11 +105,10 @@ class ActionServer:
         self._traffic = traffic
         self._accepts = accepts
         self.port = port
-        self.slots: list[Slot] = []
+        self.slots = [Slot(traffic, self, number) for number in range(port.slots)]
         self.waiting: deque[tuple[Message, list[Callable[[bool], None]]]] = deque()
         self.results: dict[str, tuple[OutcomeKind, Data]] = {}
         self._cancels: list[CancelArrived] = []  # those that wait for room
-        self.checks: Mapping[int, Check] = {}
 
     def begin(self) -> None:
         """Let the slots that work on a goal of an earlier life go on."""
@@ -190,7 +191,7 @@ class ActionServer:
         slot.request = CancelRequest()
         for name, departure in slot.departures.items():
             if name != "canceled":
-                self._traffic.engine.unhold_departure(departure)
+                self._traffic.engine.unhold(departure)
 
     # Requests to cancel.
 
@@ -225,7 +226,7 @@ class ActionServer:
         slot.request.set()
         departure = slot.departures.get("canceled")
         if departure is not None:
-            self._traffic.engine.unhold_departure(departure)
+            self._traffic.engine.unhold(departure)
 
     def let_in(self) -> None:
         """Take what waits for room, now that there may be some."""
@@ -250,7 +251,7 @@ class ActionServer:
         data, number = traffic.engine.oldest(place).data, slot.sent + 1
         has_number = self.port.type is None
         try:
-            self._check(place, data)
+            traffic.check(place, data)
             if has_number:
                 action_transport(traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
         except Exception as error:
@@ -263,9 +264,7 @@ class ActionServer:
             try:
                 action_transport(traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
             except Exception as error:
-                text = f"feedback of {self.port.action} is lost: {error}"
-                LOG.error("%s", text, exc_info=error)
-                traffic.tell_error(text, None)
+                traffic.log_error(f"feedback of {self.port.action} is lost: {error}", cause=error)
 
     def _repeat_feedback(self, slot: Slot) -> None:
         """Send again what a client that was started again may have missed; it knows what it had."""
@@ -286,12 +285,12 @@ class ActionServer:
         assert slot.goal is not None
         engine, goal = traffic.engine, slot.goal
         told = slot.departures.get("feedback")
-        while told is not None and engine.first_departure + told in engine.due:
+        while told is not None and told in engine.due:
             self.send_feedback(slot)
         noted = self._unheeded(slot)
         data = engine.oldest(place).data
         try:
-            self._check(place, data)
+            traffic.check(place, data)
             action_transport(traffic.joined).finish_goal(port, goal.id, outcome, data)
         except Exception as error:
             raise SendError(f"cannot send a result of {port.action}: {error}") from error
@@ -304,7 +303,7 @@ class ActionServer:
         self._emit("finish", slot, at, token.id, -1, change, outcome=outcome, unheeded=noted)
         for name, departure in slot.departures.items():
             if name != "canceled" or slot.is_canceling:
-                engine.hold_departure(departure)
+                engine.hold(departure)
         slot.goal, slot.is_canceling = None, False
         self.serve()
 
@@ -323,11 +322,6 @@ class ActionServer:
         self.results[goal] = (outcome, data)
         if len(self.results) > KEPT_RESULTS:
             del self.results[next(iter(self.results))]
-
-    def _check(self, place: int, data: Data) -> None:
-        check = self.checks.get(place)
-        if check is not None:
-            check(data)
 
     def _emit(
         self,

@@ -3,38 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from functools import partial
 from typing import Any, cast
 
 from dineros.runtime.channels.action_clients import ActionClient, GoalUnderWay
 from dineros.runtime.channels.action_servers import ActionServer, Slot
 from dineros.runtime.channels.goals import ActionEvent, CancelArrived, GoalArrived
 from dineros.runtime.channels.traffic import Traffic, known_port
-from dineros.runtime.channels.transport import Transport, check_of
 from dineros.runtime.firing.cancels import CancelRequest
-from dineros.runtime.journal.saved import PendingGoal, SavedState, SlotGoal
+from dineros.runtime.journal.saved import GoalResult, GoalState, PendingGoal, SavedState, SlotGoal
 from dineros.runtime.nets.ports import (
     ActionClientPort,
     ActionPort,
     ActionServerPort,
-    Check,
     Data,
     Message,
-    Ports,
 )
 from dineros.runtime.nets.structure import Structure
-
-
-def action_departures(ports: Ports) -> list[str]:
-    """Return the places whose tokens depart through actions, in the order of the departures."""
-    found = []
-    for client in ports.action_clients:
-        found += [client.goal, *([] if client.cancel is None else [client.cancel])]
-    for server in ports.action_servers:
-        for number in range(server.slots):
-            found += [places[number] for places in server.outcomes.values()]
-            found += server.feedbacks[number : number + 1]
-    return found
 
 
 class Actions:
@@ -44,53 +28,23 @@ class Actions:
     ----------
     traffic : Traffic
         What all ports share.
-    first : int
-        Number of the first departure of actions.
 
     Attributes
     ----------
-    senders : list of callable
-        What sends the oldest token of each departure, in order.
     accepts : callable
         Tells whether a goal of an action's channel is accepted, from its data.
     """
 
-    def __init__(self, traffic: Traffic, first: int) -> None:
+    def __init__(self, traffic: Traffic) -> None:
         structure = traffic.engine.structure
         self._traffic = traffic
-        self._places = {id: number for number, id in enumerate(structure.places)}
-        self.senders: list[Callable[[], None]] = []
         self.accepts: Callable[[str, Data], bool] = lambda action, goal: True
-        self.clients: dict[ActionClientPort, ActionClient] = {}
-        self.servers: dict[ActionServerPort, ActionServer] = {}
-        for port in structure.ports.action_clients:
-            self.clients[port] = self._client(port, first)
-        for server_port in structure.ports.action_servers:
-            self.servers[server_port] = self._server(server_port, first)
+        self.clients = {port: ActionClient(traffic, port) for port in structure.ports.action_clients}
+        self.servers = {port: self._server(port) for port in structure.ports.action_servers}
         self._slots = _slots_of_transitions(structure, self.servers.values())
 
-    def _client(self, port: ActionClientPort, first: int) -> ActionClient:
-        number = first + len(self.senders)
-        departures = (number,) if port.cancel is None else (number, number + 1)
-        client = ActionClient(self._traffic, port, self._places, departures)
-        self.senders += [client.send, client.send_cancel][: len(departures)]
-        return client
-
-    def _server(self, port: ActionServerPort, first: int) -> ActionServer:
-        server = ActionServer(self._traffic, port, lambda goal: self.accepts(port.channel, goal))
-        for number, entry in enumerate(port.entries):
-            cancel = self._places[port.cancels[number]] if port.cancels else None
-            slot = Slot(server, number, self._places[entry], cancel)
-            for outcome, places in port.outcomes.items():
-                slot.exits[outcome] = self._places[places[number]]
-                slot.departures[outcome] = first + len(self.senders)
-                self.senders.append(partial(server.finish, slot, outcome))
-            if port.feedbacks:
-                slot.feedback = self._places[port.feedbacks[number]]
-                slot.departures["feedback"] = first + len(self.senders)
-                self.senders.append(partial(server.send_feedback, slot))
-            server.slots.append(slot)
-        return server
+    def _server(self, port: ActionServerPort) -> ActionServer:
+        return ActionServer(self._traffic, port, lambda goal: self.accepts(port.channel, goal))
 
     @property
     def waiting_goals(self) -> int:
@@ -102,24 +56,12 @@ class Actions:
         slot = self._slots.get(transition)
         return None if slot is None else slot.request
 
-    def begin(self, transport: Transport) -> None:
+    def begin(self) -> None:
         """Go on with the goals of an earlier life, and let others come and depart."""
-        checks = self.checks(transport)
         for server in self.servers.values():
-            server.checks = checks
             server.begin()
         for client in self.clients.values():
             client.begin()
-
-    def checks(self, transport: Transport) -> dict[int, Check]:
-        """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
-        found = [(client.goal, check_of(transport, port)) for port, client in self.clients.items()]
-        for port, server in self.servers.items():
-            result, feedback = check_of(transport, port, "result"), check_of(transport, port, "feedback")
-            for slot in server.slots:
-                found += [(place, result) for place in slot.exits.values()]
-                found += [] if slot.feedback is None else [(slot.feedback, feedback)]
-        return {place: check for place, check in found if check is not None}
 
     def take(self, port: ActionPort, event: ActionEvent) -> None:
         """Learn of a goal."""
@@ -139,10 +81,10 @@ class Actions:
 
     # Going on after a restart.
 
-    def save(self, checkpoint: SavedState) -> None:
-        """Write what is known of goals into a checkpoint."""
+    def save(self) -> GoalState:
+        """Return what is known of goals."""
         places = self._traffic.engine.structure.places
-        checkpoint["goals"] = {
+        goals = {
             f"{port.channel}/{port.client}": [
                 PendingGoal(
                     message=goal.message.id,
@@ -157,7 +99,7 @@ class Actions:
             for port, client in self.clients.items()
             if client.goals
         }
-        checkpoint["slots"] = {
+        slots = {
             places[slot.entry]: SlotGoal(
                 message=slot.goal.id,
                 data=dict(slot.goal.data),
@@ -170,7 +112,7 @@ class Actions:
             for slot in server.slots
             if slot.goal is not None
         }
-        checkpoint["results"] = {
+        results: dict[str, dict[str, GoalResult]] = {
             port.channel: {
                 goal: {"outcome": outcome, "data": dict(data)}
                 for goal, (outcome, data) in server.results.items()
@@ -178,6 +120,7 @@ class Actions:
             for port, server in self.servers.items()
             if server.results
         }
+        return {"goals": goals, "slots": slots, "results": results}
 
     def restore(self, checkpoint: SavedState) -> None:
         """Take over what is known of goals from a checkpoint, before `begin`.

@@ -38,14 +38,12 @@ class Arrivals:
     ) -> None:
         ports = engine.structure.ports
         self._exchange = exchange
+        self._subscribers = exchange.subscribers
         self._engine = engine
-        self._loop = loop
-        self._pausing: Pausing | None = None
-        if transport is not None and isinstance(transport, Pausing):
-            self._pausing = transport
-        self._measuring: Measuring | None = None
-        if transport is not None and isinstance(transport, Measuring):
-            self._measuring = transport
+        self._post = loop.post
+        able: object = transport
+        self._pausing = able if isinstance(able, Pausing) else None
+        self._measuring = able if isinstance(able, Measuring) else None
         self._has_histories = ports.middleware == "ros2"
         self._lock = threading.Lock()
         self._arriving: dict[SubscriberPort, int] = dict.fromkeys(ports.subscribers, 0)
@@ -61,12 +59,13 @@ class Arrivals:
     def is_open(self, port: SubscriberPort | ServerPort) -> bool:
         """Return whether one more is taken now; under ROS 2, a message at a time, and into its place."""
         if isinstance(port, ServerPort):
-            return self._exchange.is_open(port, self._asked[port])
-        return not self._has_histories or (not self._arriving[port] and self._exchange.has_room(port))
+            return self._exchange.servers[port].is_open(self._asked[port])
+        has_room = self._subscribers[port].has_room
+        return not self._has_histories or (not self._arriving[port] and has_room())
 
-    def arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
+    def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
         """Let a message wait for the loop; `lost` are missing just before it."""
-        if self._exchange.had(port, message):  # what comes again must not fill the queue
+        if self._subscribers[port].had(message):  # what comes again must not fill the queue
             return
         with self._lock:
             if self._arriving[port] >= port.limit and not self._has_histories:
@@ -74,21 +73,21 @@ class Arrivals:
                 return
             self._arriving[port] += 1
             self._most[port] = max(self._most[port], self._arriving[port])
-        self._loop.post(lambda: self._place(port, message, lost))
+        self._post(lambda: self._place(port, message, lost))
 
-    def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
+    def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Let a request wait for the loop."""
 
         def serve() -> None:
             with self._lock:
                 self._asked[port] -= 1
-            self._exchange.requested(port, message, answer)
+            self._exchange.servers[port].requested(message, answer)
 
         with self._lock:
             self._asked[port] += 1
-        self._loop.post(serve)
+        self._post(serve)
 
-    def lost(self, port: Port, queue: Queue, count: int) -> None:
+    def dropped(self, port: Port, queue: Queue, count: int) -> None:
         """Have messages counted and recorded that a full queue lost."""
         with self._lock:
             self._note_loss(port, queue, count)
@@ -106,7 +105,7 @@ class Arrivals:
     def _note_loss(self, port: Port, queue: Queue, count: int) -> None:
         """Have a loss recorded, in the order in which they happened; those of a queue until then are one."""
         if not self._losses:
-            self._loop.post(self._record_losses)
+            self._post(self._record_losses)
         self._losses[port, queue] = self._losses.get((port, queue), 0) + count
 
     # On the thread of the loop.
@@ -117,15 +116,16 @@ class Arrivals:
         self._engine.opened.clear()
         did = self._exchange.let_in(places)
         for port, held in self._held.items():
-            if self._exchange.place_of(port) in places:
-                while held and self._exchange.has_room(port):
+            subscriber = self._subscribers[port]
+            if subscriber.place in places:
+                while held and subscriber.has_room():
                     self._take(port, *held.popleft())
                     did = True
                 self._tell_open(port)
         return did
 
     def _place(self, port: SubscriberPort, message: Message, lost: int) -> None:
-        if self._held[port] or not self._exchange.has_room(port):
+        if self._held[port] or not self._subscribers[port].has_room():
             self._held[port].append((message, lost))
         else:
             self._take(port, message, lost)
@@ -135,7 +135,7 @@ class Arrivals:
         with self._lock:
             self._arriving[port] -= 1
         self._record_losses()  # before the take that makes room: this is when the queues were full
-        self._exchange.arrived(port, message, lost)
+        self._subscribers[port].arrived(message, lost)
 
     def _tell_open(self, port: SubscriberPort) -> None:
         if self._has_histories and self._pausing is not None and self.is_open(port):

@@ -12,11 +12,16 @@ from dataclasses import dataclass
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import Forgetting
 from dineros.runtime.nets.ports import ClientPort, Message
-from dineros.runtime.scheduling.timers import Timer
+from dineros.runtime.scheduling.timers import IDLE, Timer
 
 LOG = logging.getLogger("dineros.runtime")
 RESEND_DELAY = 0.1
 LONGEST_RESEND_DELAY = 5.0
+
+
+def resend_delay(attempt: int) -> float:
+    """Return the seconds to wait before what was sent in an attempt, counted from 1, is sent again."""
+    return min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(attempt - 1, 30))
 
 
 @dataclass(eq=False)
@@ -35,6 +40,8 @@ class Call:
         Its response, while that waits for room.
     is_late : bool
         Whether its time is over, and there is no room for the token that says so.
+    resending, ending : Timer
+        When it is sent again, and when its time is over.
     """
 
     message: Message
@@ -42,21 +49,8 @@ class Call:
     attempts: int = 1
     response: Message | None = None
     is_late: bool = False
-    resending: Timer | None = None
-    ending: Timer | None = None
-
-    def stop(self) -> None:
-        """Let nothing more happen to it when a time comes."""
-        self.stop_resending()
-        if self.ending is not None:
-            self.ending.cancel()
-            self.ending = None
-
-    def stop_resending(self) -> None:
-        """Send it no more."""
-        if self.resending is not None:
-            self.resending.cancel()
-            self.resending = None
+    resending: Timer = IDLE
+    ending: Timer = IDLE
 
 
 class Client:
@@ -68,10 +62,6 @@ class Client:
         What it shares with the other ports.
     port : ClientPort
         The port.
-    places : (int, int, int or None)
-        The places of its requests, of their responses, and of what it gives up.
-    departure : int
-        Number of the departure.
     request_timeout : float or None
         Seconds after which it asks again.
 
@@ -85,18 +75,13 @@ class Client:
         The places of its requests, of their responses, and of what it gives up; None: it names none.
     """
 
-    def __init__(
-        self,
-        traffic: Traffic,
-        port: ClientPort,
-        places: tuple[int, int, int | None],
-        departure: int,
-        request_timeout: float | None,
-    ) -> None:
+    def __init__(self, traffic: Traffic, port: ClientPort, request_timeout: float | None) -> None:
         self._traffic = traffic
         self.port = port
-        self.request, self.response, self.timed_out = places
-        self.departure = departure
+        self.request, self.response = traffic.places[port.request], traffic.places[port.response]
+        self.timed_out = None if port.timed_out is None else traffic.places[port.timed_out]
+        self.departure = traffic.add_departure(self.request, self.send, port)
+        self._about = {"channel": port.channel, "client": port.client}
         self._request_timeout = request_timeout
         self.calls: dict[str, Call] = {}
         self._is_held = True
@@ -130,22 +115,14 @@ class Client:
         self._hold_or_not()
         self._patience(call)
         if traffic.observer.is_observing:
-            traffic.observer.emit(
-                "request",
-                channel=port.channel,
-                client=port.client,
-                place=port.request,
-                token=token.id,
-                message=call.message.id,
-                change={port.request: -1},
-            )
+            traffic.left("request", self._about, port.request, token, call.message.id)
 
     def _hold_or_not(self) -> None:
         """Let requests depart as long as more may be under way."""
         must_wait = len(self.calls) >= self.port.outstanding
         if must_wait is not self._is_held:
             engine = self._traffic.engine
-            (engine.hold_departure if must_wait else engine.unhold_departure)(self.departure)
+            (engine.hold if must_wait else engine.unhold)(self.departure)
             self._is_held = must_wait
 
     def _patience(self, call: Call) -> None:
@@ -172,23 +149,16 @@ class Client:
         call = self.calls.get(message_id)
         if call is None or call.response is not None or call.is_late:
             return
-        call.stop_resending()
+        call.resending.cancel()
         LOG.warning("request %s of %s: %s", message_id, self.port.service, reason)
-        self._traffic.observer.emit(
-            "timeout",
-            channel=self.port.channel,
-            client=self.port.client,
-            message=message_id,
-            attempt=call.attempts,
-        )
-        delay = min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(call.attempts - 1, 30))
+        attempt = call.attempts
+        self._traffic.observer.emit("timeout", **self._about, message=message_id, attempt=attempt)
         call.attempts += 1
         # In real time, also where a simulation stands still: what was lost is no matter of its time.
         steady_timers = self._traffic.loop.steady_timers
-        call.resending = steady_timers.call_later(delay, lambda: self._ask_again(call))
+        call.resending = steady_timers.call_later(resend_delay(attempt), lambda: self._ask_again(call))
 
     def _ask_again(self, call: Call) -> None:
-        call.resending = None
         try:
             self._ask(call)
         except SendError as error:
@@ -201,7 +171,7 @@ class Client:
         if call is None:
             return
         if not traffic.engine.has_room(self.response):
-            call.stop_resending()
+            call.resending.cancel()
             call.response = message
             return
         token = traffic.arriving(port.service, self.response, message.data)
@@ -211,20 +181,12 @@ class Client:
         self._end(call)
         traffic.engine.put(self.response, token)
         if traffic.observer.is_observing:
-            traffic.observer.emit(
-                "response",
-                channel=port.channel,
-                client=port.client,
-                place=port.response,
-                token=token.id,
-                message=id,
-                data=token.data,
-                change={port.response: 1},
-            )
+            traffic.came("response", self._about, port.response, token, id)
 
     def _end(self, call: Call) -> None:
         """Be ready for one more request: one is over."""
-        call.stop()
+        call.resending.cancel()
+        call.ending.cancel()
         del self.calls[call.message.id]
         self._hold_or_not()
 
@@ -234,8 +196,8 @@ class Client:
         The token carries what was asked, if its place has tokens of that type.
         """
         traffic, port, place = self._traffic, self.port, self.timed_out
-        call.ending, call.is_late = None, True
-        call.stop_resending()
+        call.is_late = True
+        call.resending.cancel()
         token = None
         if place is not None:
             if not traffic.engine.has_room(place):
@@ -248,18 +210,13 @@ class Client:
         self._end(call)
         if isinstance(traffic.joined, Forgetting):
             traffic.joined.forget(port, call.message.id)
-        if place is not None and token is not None:
+        if place is not None and port.timed_out is not None and token is not None:
             traffic.engine.put(place, token)
-        if traffic.observer.is_observing:
+            traffic.came("giveUp", self._about, port.timed_out, token, call.message.id)
+        else:
+            nothing: dict[str, object] = {"place": None, "token": None}
             traffic.observer.emit(
-                "giveUp",
-                channel=port.channel,
-                client=port.client,
-                place=port.timed_out,
-                token=None if token is None else token.id,
-                message=call.message.id,
-                data={} if token is None else token.data,
-                change={} if port.timed_out is None else {port.timed_out: 1},
+                "giveUp", **self._about, **nothing, message=call.message.id, data={}, change={}
             )
 
     def let_in(self) -> None:

@@ -2,51 +2,34 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import cast
 
 from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.records.schema import requests_of
 from dineros.metamodel.token_data import Value
-from dineros.runtime.channels.actions import Actions, action_departures
-from dineros.runtime.channels.clients import Call, Client
-from dineros.runtime.channels.services import Instance, Server
+from dineros.runtime.channels.actions import Actions
+from dineros.runtime.channels.clients import Client
+from dineros.runtime.channels.services import Server
 from dineros.runtime.channels.topics import Publisher, Subscriber, Writer
 from dineros.runtime.channels.traffic import SendError, Traffic, known_port
-from dineros.runtime.channels.transport import Answer, Transport, check_of
 from dineros.runtime.firing.observing import Observer
-from dineros.runtime.journal.saved import PendingRequest, SavedState
+from dineros.runtime.journal.saved import ChannelState, SavedState
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import (
     ActionServerPort,
-    Check,
-    ClientPort,
     Data,
     Message,
     Port,
+    PublisherPort,
     Queue,
     ServerPort,
     SubscriberPort,
 )
-from dineros.runtime.nets.structure import Structure
 from dineros.runtime.scheduling.loop import Loop
 
-LOG = logging.getLogger("dineros.runtime")
 RETRY_DELAY = 1.0
-
-
-def departures_of(structure: Structure) -> list[int]:
-    """Return the places whose tokens depart: of publishers, clients, server instances, actions."""
-    number = {id: index for index, id in enumerate(structure.places)}
-    ports = structure.ports
-    return [
-        *(number[place] for port in ports.publishers for place in port.places),
-        *(number[port.request] for port in ports.clients),
-        *(number[place] for port in ports.servers for place in port.exits),
-        *(number[place] for place in action_departures(ports)),
-    ]
 
 
 class Exchange:
@@ -55,7 +38,7 @@ class Exchange:
     Parameters
     ----------
     engine : Engine
-        Its departures are those of `departures_of`.
+        The node's, which has no departures yet.
     loop : Loop
         The node's.
     observer : Observer
@@ -67,6 +50,10 @@ class Exchange:
 
     Attributes
     ----------
+    traffic : Traffic
+        What the ports share.
+    subscribers, clients, servers : dict
+        What does the work of these ports, by the port.
     actions : Actions
         Its clients and servers of goals.
     """
@@ -83,149 +70,70 @@ class Exchange:
         self._engine = engine
         self._loop = loop
         self._is_there = True
-        self._traffic = traffic = Traffic(engine, loop, observer, run)
-        places = {id: number for number, id in enumerate(engine.structure.places)}
+        self.traffic = traffic = Traffic(engine, loop, observer, run)
         ports = engine.structure.ports
         self._writers = [Writer(traffic, port) for port in ports.publishers]
         self._publishers = [
-            Publisher(traffic, writer, places[place])
-            for writer in self._writers
-            for place in writer.port.places
+            Publisher(traffic, writer, place) for writer in self._writers for place in writer.port.places
         ]
-        self._subscribers = {
-            port: Subscriber(traffic, port, places[port.place]) for port in ports.subscribers
-        }
-        self._clients: dict[ClientPort, Client] = {}
-        for departure, client in enumerate(ports.clients, len(self._publishers)):
-            told = None if client.timed_out is None else places[client.timed_out]
-            ends = places[client.request], places[client.response], told
-            self._clients[client] = Client(traffic, client, ends, departure, request_timeout)
-        self._servers = {port: Server(traffic, port) for port in ports.servers}
-        self._instances: list[Instance] = []
-        for port, server in self._servers.items():
-            for number, (entry, exit_) in enumerate(zip(port.entries, port.exits, strict=True)):
-                departure = len(self._publishers) + len(self._clients) + len(self._instances)
-                instance = Instance(server, number, places[entry], places[exit_], departure)
-                server.instances.append(instance)
-                self._instances.append(instance)
-        callers: list[Publisher | Client | Instance] = [
-            *self._publishers,
-            *self._clients.values(),
-            *self._instances,
-        ]
-        self.actions = Actions(traffic, len(callers))
-        self._senders = [*(each.send for each in callers), *self.actions.senders]
-
-    @property
-    def drops(self) -> Mapping[tuple[str, str], int]:
-        """Messages lost, by channel and queue."""
-        return self._traffic.drops
-
-    @property
-    def refused(self) -> Mapping[str, int]:
-        """Messages that were not taken, by channel."""
-        return self._traffic.refused
-
-    def requests_under_way(self) -> list[tuple[ClientPort, Call]]:
-        """Return what its clients wait for, the oldest request of each client first."""
-        return [(port, call) for port, client in self._clients.items() for call in client.calls.values()]
-
-    def requests_served(self) -> dict[ServerPort, tuple[int, int]]:
-        """Return how many requests each server serves, and how many wait for an instance."""
-        return {
-            port: (sum(instance.message is not None for instance in server.instances), len(server.waiting))
-            for port, server in self._servers.items()
-        }
+        self.subscribers = {port: Subscriber(traffic, port) for port in ports.subscribers}
+        self.clients = {port: Client(traffic, port, request_timeout) for port in ports.clients}
+        self.servers = {port: Server(traffic, port) for port in ports.servers}
+        self._instances = [each for server in self.servers.values() for each in server.instances]
+        self.actions = Actions(traffic)
 
     @property
     def waiting_requests(self) -> int:
         """How many requests wait for a server instance, and goals for a slot."""
-        waiting = sum(len(server.waiting) for server in self._servers.values())
+        waiting = sum(len(server.waiting) for server in self.servers.values())
         return waiting + self.actions.waiting_goals
 
-    def begin(self, transport: Transport) -> None:
+    def begin(self) -> None:
         """Let tokens depart; what was sent or asked before a restart is sent or asked again."""
-        self._traffic.transport = transport
-        for port, server in self._servers.items():
-            server.check = check_of(transport, port)
         for writer in self._writers:
             self._send_again(writer)
-        for departure in range(len(self._publishers)):
-            self._engine.unhold_departure(departure)
-        for client in self._clients.values():
+        for publisher in self._publishers:
+            self._engine.unhold(publisher.departure)
+        for client in self.clients.values():
             client.begin()
-        self.actions.begin(transport)
+        self.actions.begin()
 
     def _send_again(self, writer: Writer) -> None:
         try:
             writer.send_again()
         except SendError as error:
-            LOG.error("%s", error, exc_info=error.__cause__)
-            self._traffic.tell_error(str(error), "retry")
+            self.traffic.log_error(str(error), "retry", error.__cause__)
             self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._send_again(writer))
-
-    def checks(self, transport: Transport) -> dict[int, Check]:
-        """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
-        found = [(each.place, check_of(transport, each.port)) for each in self._publishers]
-        found += [(each.request, check_of(transport, port)) for port, each in self._clients.items()]
-        found += [(each.exit, check_of(transport, each.server.port)) for each in self._instances]
-        known = {place: check for place, check in found if check is not None}
-        return known | self.actions.checks(transport)
 
     def obey(self, state: State) -> None:
         """Let tokens depart as the state of a managed node says."""
         self._is_there = state in ("inactive", "active")
-        self._traffic.is_active = state == "active"
+        self.traffic.is_active = state == "active"
 
     def depart(self) -> bool:
         """Send all tokens that are due; return whether there were any."""
         due = self._engine.due
         if not due or not self._is_there:
             return False
-        first = self._engine.first_departure
+        senders = self.traffic.senders
         while due:
-            number = due[0] - first
+            number = due[0]
             try:
-                self._senders[number]()
+                senders[number]()
             except SendError as error:
                 self._postpone(number, error)
         return True
 
     def _postpone(self, number: int, error: SendError) -> None:
         """Try again later what the transport did not take."""
-        LOG.error("%s", error, exc_info=error.__cause__)
-        self._traffic.tell_error(str(error), "retry")
-        self._engine.hold_departure(number)
-        self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
-
-    def place_of(self, port: SubscriberPort) -> int:
-        """Return the place that the messages of a port come to."""
-        return self._subscribers[port].place
-
-    def has_room(self, port: SubscriberPort) -> bool:
-        """Return whether the place of a port has room for a message; from any thread."""
-        return self._engine.has_room(self._subscribers[port].place)
-
-    def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
-        """Return how many of its publisher's messages before this one are missing; from any thread."""
-        return self._subscribers[port].skipped(message)
-
-    def knows_request(self, port: ServerPort, message_id: str) -> bool:
-        """Return whether a request was taken before; from any thread."""
-        return self._servers[port].knows(message_id)
-
-    def is_open(self, port: ServerPort, arriving: int) -> bool:
-        """Return whether a request is taken now, besides some that arrive; from any thread."""
-        return self._servers[port].is_open(arriving)
-
-    def serve(self, port: ServerPort) -> None:
-        """Take requests that a transport keeps."""
-        self._servers[port].serve()
+        self.traffic.log_error(str(error), "retry", error.__cause__)
+        self._engine.hold(number)
+        self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._engine.unhold(number))
 
     def let_in(self, places: Collection[int]) -> bool:
         """Take what waits for room on some places; return whether there was anything."""
         before = self._engine.next_token
-        for client in self._clients.values():
+        for client in self.clients.values():
             if client.response in places or client.timed_out in places:
                 client.let_in()
         for instance in self._instances:
@@ -234,20 +142,13 @@ class Exchange:
         self.actions.let_in(places)
         return self._engine.next_token > before
 
-    def arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
-        """Take a message of a topic; `lost` are missing just before it."""
-        self._subscribers[port].arrived(message, lost)
-
-    def had(self, port: SubscriberPort, message: Message) -> bool:
-        """Return whether a message of a topic came before; from any thread."""
-        return self._subscribers[port].had(message)
-
     def lost(self, port: Port, queue: Queue, count: int) -> None:
         """Count and record messages that a full queue lost."""
         if isinstance(port, SubscriberPort):
-            self._subscribers[port].lost(queue, count)
+            self.subscribers[port].lost(queue, count)
         else:
-            self._traffic.lost(port, queue, count)
+            place = port.place if isinstance(port, PublisherPort) else None
+            self.traffic.lost(port, queue, count, place)
 
     def refuse(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
         """Count something that came and is no message; the first is recorded."""
@@ -258,70 +159,59 @@ class Exchange:
                 name = port.service
             case ActionServerPort():
                 name = port.action
-        self._traffic.refuse(port.channel, name, error)
-
-    def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
-        """Take a request."""
-        self._servers[port].requested(message, answer)
-
-    def responded(self, port: ClientPort, message: Message) -> None:
-        """Take a response."""
-        self._clients[port].responded(message)
-
-    def failed(self, port: ClientPort, message_id: str, reason: str) -> None:
-        """Learn that a request was not answered."""
-        self._clients[port].failed(message_id, reason)
+        self.traffic.refuse(port.channel, name, error)
 
     # Going on after a restart.
 
-    def save(self, checkpoint: SavedState) -> None:
-        """Write what is known of channels into a checkpoint."""
-        places = self._engine.structure.places
-        checkpoint["run"] = self._traffic.run
-        checkpoint["numbers"] = dict(self._traffic.numbers)
-        checkpoint["queues"] = {each.port.place: each.history.maxlen or 1 for each in self._writers}
-        checkpoint["history"] = {
-            writer.port.place: [[_number(message), _plain(message.data)] for message in writer.history]
-            for writer in self._writers
-            if writer.history
+    def save(self) -> ChannelState:
+        """Return what is known of channels."""
+        places, now = self._engine.structure.places, self._loop.clock()
+        heard = {f"{port.channel}/{port.place}": each for port, each in self.subscribers.items()}
+        seen = {key: each.seen.saved() for key, each in heard.items()}
+        return {
+            "run": self.traffic.run,
+            "numbers": dict(self.traffic.numbers),
+            "queues": {each.port.place: each.history.maxlen or 1 for each in self._writers},
+            "history": {
+                writer.port.place: [[_number(message), _plain(message.data)] for message in writer.history]
+                for writer in self._writers
+                if writer.history
+            },
+            "seen": {key: numbers for key, (numbers, _) in seen.items() if numbers},
+            "seen_apart": {key: ranges for key, (_, ranges) in seen.items() if ranges},
+            "missing": {key: each.missing for key, each in heard.items() if each.missing},
+            "requests": {
+                f"{port.channel}/{port.client}": [
+                    {
+                        "message": id,
+                        "data": _plain(call.message.data),
+                        "attempts": call.attempts,
+                        "age": now - call.asked,
+                    }
+                    for id, call in client.calls.items()
+                ]
+                for port, client in self.clients.items()
+                if client.calls
+            },
+            "serving": {
+                places[instance.entry]: instance.message
+                for instance in self._instances
+                if instance.message is not None
+            },
+            "responses": {
+                port.channel: {
+                    id: _plain(kept.data)
+                    for responses in server.responses.values()
+                    for id, kept in responses.items()
+                }
+                for port, server in self.servers.items()
+                if server.responses
+            },
+            "kept_responses": {
+                port.channel: server.kept for port, server in self.servers.items() if server.kept > 1
+            },
+            **self.actions.save(),
         }
-        for port, subscriber in self._subscribers.items():
-            seen, apart = subscriber.seen.saved()
-            if subscriber.missing:
-                checkpoint["missing"][f"{port.channel}/{port.place}"] = subscriber.missing
-            if seen:
-                checkpoint["seen"][f"{port.channel}/{port.place}"] = seen
-            if apart:
-                checkpoint["seen_apart"][f"{port.channel}/{port.place}"] = apart
-        now = self._loop.clock()
-        checkpoint["requests"] = {
-            f"{port.channel}/{port.client}": [
-                PendingRequest(
-                    message=id, data=_plain(call.message.data), attempts=call.attempts, age=now - call.asked
-                )
-                for id, call in client.calls.items()
-            ]
-            for port, client in self._clients.items()
-            if client.calls
-        }
-        checkpoint["serving"] = {
-            places[instance.entry]: instance.message
-            for instance in self._instances
-            if instance.message is not None
-        }
-        checkpoint["responses"] = {
-            port.channel: {
-                id: _plain(kept.data)
-                for responses in server.responses.values()
-                for id, kept in responses.items()
-            }
-            for port, server in self._servers.items()
-            if server.responses
-        }
-        checkpoint["kept_responses"] = {
-            port.channel: server.kept for port, server in self._servers.items() if server.kept > 1
-        }
-        self.actions.save(checkpoint)
 
     def restore(self, checkpoint: SavedState) -> None:
         """Take over what is known of channels from a checkpoint, before `begin`.
@@ -334,23 +224,23 @@ class Exchange:
         places = self._engine.structure.places
         writers = {each.port.place: each for each in self._writers}
         senders = {*places, *writers}
-        self._traffic.run = checkpoint["run"]
-        self._traffic.numbers = {
+        self.traffic.run = checkpoint["run"]
+        self.traffic.numbers = {
             known_port({place: place for place in senders}, place, "place"): number
             for place, number in checkpoint["numbers"].items()
         }
         for place, messages in checkpoint.get("history", {}).items():
             writer = known_port(writers, place, "publisher at")
             for number, data in messages:
-                id = self._traffic.id_of(place, int(str(number)))
+                id = self.traffic.id_of(place, int(str(number)))
                 writer.history.append(Message(id, cast("Data", data)))
-        subscribers = {f"{port.channel}/{port.place}": each for port, each in self._subscribers.items()}
+        subscribers = {f"{port.channel}/{port.place}": each for port, each in self.subscribers.items()}
         seen, apart = checkpoint["seen"], checkpoint.get("seen_apart", {})
         for key in {**seen, **apart}:
             known_port(subscribers, key, "subscriber").seen = Senders(seen.get(key), apart.get(key))
         for key, missing in checkpoint.get("missing", {}).items():
             known_port(subscribers, key, "subscriber").missing = missing
-        clients = {f"{port.channel}/{port.client}": each for port, each in self._clients.items()}
+        clients = {f"{port.channel}/{port.client}": each for port, each in self.clients.items()}
         for key, requests in checkpoint["requests"].items():
             client = known_port(clients, key, "client")
             for request in requests_of(requests):
@@ -360,8 +250,8 @@ class Exchange:
         for entry, message in checkpoint["serving"].items():
             instance = known_port(instances, entry, "server instance at")
             instance.message = message
-            self._engine.unhold_departure(instance.departure)
-        servers = {port.channel: each for port, each in self._servers.items()}
+            self._engine.unhold(instance.departure)
+        servers = {port.channel: each for port, each in self.servers.items()}
         for channel, responses in checkpoint["responses"].items():
             server = known_port(servers, channel, "server of")
             for id, data in responses.items():

@@ -19,10 +19,8 @@ from dineros.runtime.channels.goals import (
     KnownGoal,
 )
 from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.journal.goals import KEPT_RESULTS
 from dineros.runtime.nets.ports import ActionClientPort, ActionServerPort, Data, Message, OutcomeKind
-
-KEPT_RESULTS = 64
-"""Results that are kept for clients that ask for them later."""
 
 
 @dataclass(eq=False)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from dineros.runtime.channels.transport import Answer, Receiver
 from dineros.runtime.nets.ports import ClientPort, Message, ServerPort
@@ -79,11 +80,11 @@ class LocalService:
         """Return what can happen next."""
         if self._server is None:
             return []
-        moves: list[Callable[[], None]] = [self._call_again] if self._again else []
+        moves: list[Callable[[], None]] = [partial(self._hand_on, self._again)] if self._again else []
         if self._depth is not None and not self._is_told:
             moves.append(self._tell)
         elif self._depth is None and self._waiting:
-            moves.append(self._call)
+            moves.append(partial(self._hand_on, self._waiting))
         return moves
 
     def ask(self, key: str, message: Message) -> None:
@@ -124,12 +125,6 @@ class LocalService:
         self._is_told = True
         receiver, port = self._server
         receiver.requests_wait(port)
-
-    def _call(self) -> None:
-        self._hand_on(self._waiting)
-
-    def _call_again(self) -> None:
-        self._hand_on(self._again)
 
     def _hand_on(self, requests: deque[Request]) -> None:
         assert self._server is not None

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from dineros.metamodel.message_ids import Senders, parse_id
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import Answer, Keeping
-from dineros.runtime.nets.ports import Check, Message, ServerPort
+from dineros.runtime.nets.ports import Message, ServerPort
 
 LOG = logging.getLogger("dineros.runtime")
 KEPT_SENDERS = 256
@@ -38,16 +38,19 @@ class Instance:
         Id of the request that it serves.
     answers : list of callable
         Where the response goes.
+    about : dict
+        What records say of it.
     """
 
-    def __init__(self, server: Server, number: int, entry: int, exit: int, departure: int) -> None:
+    def __init__(self, traffic: Traffic, server: Server, number: int) -> None:
         self.server = server
         self.number = number
-        self.entry = entry
-        self.exit = exit
-        self.departure = departure
+        self.entry = traffic.places[server.port.entries[number]]
+        self.exit = traffic.places[server.port.exits[number]]
+        self.departure = traffic.add_departure(self.exit, self.send, server.port)
         self.message: str | None = None
         self.answers: list[Answer] = []
+        self.about = {"channel": server.port.channel, "instance": number + 1}
 
     def send(self) -> None:
         """Send the oldest token at the exit as the response."""
@@ -68,21 +71,18 @@ class Server:
     kept : int
         How many responses to each sender are kept. Of a sender that has one request under way, the next one
         acknowledges the response to the one before.
-    check : callable or None
-        Raises for data that cannot be sent.
     """
 
     def __init__(self, traffic: Traffic, port: ServerPort) -> None:
         self._traffic = traffic
         self.port = port
-        self.instances: list[Instance] = []
+        self.instances = [Instance(traffic, self, number) for number in range(port.instances)]
         self.waiting: deque[tuple[Message, list[Answer]]] = deque()
         self.responses: dict[str, dict[str, Message]] = {}
         self.kept = 1 if port.outstanding == 1 else KEPT_RESPONSES + port.outstanding
         has_history = traffic.engine.structure.ports.middleware == "ros2"
         self._depth = port.depth if has_history else None
         self._served = Senders()
-        self.check: Check | None = None
 
     def requested(self, message: Message, answer: Answer) -> None:
         """Serve a request, or let it wait; one that came before gets the same response."""
@@ -123,6 +123,11 @@ class Server:
         must be answered then, too. Nobody else might end what the instances wait for.
         """
         return self._depth is None or arriving <= self._depth
+
+    @property
+    def busy(self) -> int:
+        """How many requests it serves now."""
+        return sum(instance.message is not None for instance in self.instances)
 
     def _is_free(self, instance: Instance) -> bool:
         return instance.message is None and self._traffic.engine.has_room(instance.entry)
@@ -167,20 +172,11 @@ class Server:
                 if token is None:
                     continue
                 instance.message, instance.answers = message.id, answers
-                traffic.engine.unhold_departure(instance.departure)
+                traffic.engine.unhold(instance.departure)
                 traffic.engine.put(instance.entry, token)
                 if traffic.observer.is_observing:
-                    place = port.entries[instance.number]
-                    traffic.observer.emit(
-                        "serve",
-                        channel=port.channel,
-                        instance=instance.number + 1,
-                        place=place,
-                        token=token.id,
-                        message=message.id,
-                        data=token.data,
-                        change={place: 1},
-                    )
+                    entry = port.entries[instance.number]
+                    traffic.came("serve", instance.about, entry, token, message.id)
 
     def reply(self, instance: Instance) -> None:
         """Send the response of an instance, which is inactive then.
@@ -192,30 +188,21 @@ class Server:
             that this is a token of the initial marking, or of a journal that another version has written.
         """
         traffic, port = self._traffic, self.port
-        if self.check is not None:
-            try:
-                self.check(traffic.engine.oldest(instance.exit).data)
-            except Exception as error:
-                raise SendError(f"cannot answer a request of {port.service}: {error}") from error
+        try:
+            traffic.check(instance.exit, traffic.engine.oldest(instance.exit).data)
+        except Exception as error:
+            raise SendError(f"cannot answer a request of {port.service}: {error}") from error
         token = traffic.engine.take(instance.exit)
         response = Message(instance.message or "", token.data)
         for answer in instance.answers:
             _answer(answer, response)
         instance.message, instance.answers = None, []
-        traffic.engine.hold_departure(instance.departure)
+        traffic.engine.hold(instance.departure)
         if response.id:
             self.keep(response)
         if traffic.observer.is_observing:
-            place = port.exits[instance.number]
-            traffic.observer.emit(
-                "reply",
-                channel=port.channel,
-                instance=instance.number + 1,
-                place=place,
-                token=token.id,
-                message=response.id,
-                change={place: -1},
-            )
+            exit_ = port.exits[instance.number]
+            traffic.left("reply", instance.about, exit_, token, response.id)
         self.serve()
 
     def keep(self, response: Message) -> None:

@@ -43,13 +43,21 @@ class Writer:
 
 
 class Publisher:
-    """Sends the tokens of a place on a topic."""
+    """Sends the tokens of a place on a topic.
 
-    def __init__(self, traffic: Traffic, writer: Writer, place: int) -> None:
+    Attributes
+    ----------
+    departure : int
+        Number of the departure.
+    """
+
+    def __init__(self, traffic: Traffic, writer: Writer, place: str) -> None:
         self._traffic = traffic
         self._writer = writer
         self.port = writer.port
-        self.place = place
+        self.place, self._name = traffic.places[place], place
+        self.departure = traffic.add_departure(self.place, self.send, self.port)
+        self._about = {"channel": self.port.channel}
 
     def send(self) -> None:
         """Publish the oldest token.
@@ -61,7 +69,7 @@ class Publisher:
         """
         traffic, port, place = self._traffic, self.port, self.place
         if not traffic.is_active:
-            self._discard()
+            self._discard("inactive")
             return
         token = traffic.engine.oldest(place)
         message = Message(traffic.next_id(port.place), token.data)
@@ -69,36 +77,23 @@ class Publisher:
             is_sent = traffic.joined.publish(port, message)
         except Exception as error:
             raise SendError(f"cannot publish on {port.topic}: {error}") from error
+        if not is_sent:
+            self._discard("publisher")
+            return
         traffic.engine.take(place)
-        if is_sent:
-            traffic.count_sent(port.place)
-            self._writer.history.append(message)
-        else:
-            traffic.drops[port.channel, "publisher"] += 1
+        traffic.count_sent(port.place)
+        self._writer.history.append(message)
         if traffic.observer.is_observing:
-            name = traffic.engine.structure.places[place]
-            fields = {"channel": port.channel, "place": name, "token": token.id}
-            change = {name: -1}
-            if is_sent:
-                traffic.observer.emit("publish", **fields, message=message.id, change=change)
-            else:
-                traffic.observer.emit("drop", **fields, queue="publisher", count=1, change=change)
+            traffic.left("publish", self._about, self._name, token, message.id)
 
-    def _discard(self) -> None:
-        """Lose the oldest token, as lifecycle publishers do while their node is not active."""
-        traffic, port = self._traffic, self.port
-        token = traffic.engine.oldest(self.place)
-        traffic.engine.take(self.place)
-        traffic.drops[port.channel, "inactive"] += 1
-        name = traffic.engine.structure.places[self.place]
+    def _discard(self, queue: Queue) -> None:
+        """Lose the oldest token to a full queue, or as lifecycle publishers do whose node is not active."""
+        traffic = self._traffic
+        token = traffic.engine.take(self.place)
+        traffic.drops[self.port.channel, queue] += 1
+        place, change = self._name, {self._name: -1}
         traffic.observer.emit(
-            "drop",
-            channel=port.channel,
-            place=name,
-            token=token.id,
-            queue="inactive",
-            count=1,
-            change={name: -1},
+            "drop", **self._about, place=place, token=token.id, queue=queue, count=1, change=change
         )
 
 
@@ -115,37 +110,36 @@ class Subscriber:
         The place that they come to.
     """
 
-    def __init__(self, traffic: Traffic, port: SubscriberPort, place: int) -> None:
+    def __init__(self, traffic: Traffic, port: SubscriberPort) -> None:
         self._traffic = traffic
         self._port = port
-        self.place = place
+        self._about = {"channel": port.channel}
+        self.place = traffic.places[port.place]
         self.seen = Senders()
         self.missing = 0
         self._lock = threading.Lock()
 
     def had(self, message: Message) -> bool:
         """Return whether a message came before; from any thread."""
-        try:
-            known = parse_id(message.id)
-        except MessageIdError:
-            return False
+        known = _number_of(message)
         with self._lock:
             return known is not None and self.seen.had(*known)
 
     def skipped(self, message: Message) -> int:
         """Return how many of its publisher's messages before this one are missing; from any thread."""
-        try:
-            known = parse_id(message.id)
-        except MessageIdError:
-            return 0
+        known = _number_of(message)
         with self._lock:
             return self.seen.skipped(*known) if known is not None else 0
+
+    def has_room(self) -> bool:
+        """Return whether its place has room for a message; from any thread."""
+        return self._traffic.engine.has_room(self.place)
 
     def lost(self, queue: Queue, count: int) -> None:
         """Count and record messages that a full queue lost: they have been sent, and will not come."""
         if queue != "restart":  # what a stranger's ids can feign must silence nobody
             self.missing += count
-        self._traffic.lost(self._port, queue, count)
+        self._traffic.lost(self._port, queue, count, self._port.place)
 
     def arrived(self, message: Message, lost: int) -> None:
         """Put the token of a message, unless it came before; `lost` are missing just before it."""
@@ -168,12 +162,12 @@ class Subscriber:
         self.missing = 0
         traffic.engine.put(self.place, token)
         if traffic.observer.is_observing:
-            traffic.observer.emit(
-                "take",
-                channel=port.channel,
-                place=port.place,
-                token=token.id,
-                message=message.id,
-                data=token.data,
-                change={port.place: 1},
-            )
+            traffic.came("take", self._about, port.place, token, message.id)
+
+
+def _number_of(message: Message) -> tuple[str, int] | None:
+    """Return sender and number of a message; None where it has none, or no id that is plausible."""
+    try:
+        return parse_id(message.id)
+    except MessageIdError:
+        return None

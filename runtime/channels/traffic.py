@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.message_ids import MessageIdError, parse_id
-from dineros.runtime.channels.transport import Transport
+from dineros.runtime.channels.transport import Transport, check_of
 from dineros.runtime.firing.observing import Observer
 from dineros.runtime.nets.engine import Engine
-from dineros.runtime.nets.ports import Data, Port, PublisherPort, Queue, SubscriberPort
+from dineros.runtime.nets.ports import Check, Data, Port, Queue
 from dineros.runtime.nets.tokens import Token
 from dineros.runtime.scheduling.loop import Loop
 
@@ -40,6 +40,12 @@ class Traffic:
         Whether publishers send; those of a managed node lose what is published while it is not active.
     run : str
         Goes into the ids of messages after the node's id.
+    places : dict of str to int
+        Numbers of the node's places, by id.
+    senders : dict of int to callable
+        What sends the oldest token of each departure.
+    checks : dict of int to callable
+        Place -> what raises for data that cannot be sent from there; empty until the node is open.
     numbers : dict of str to int
         Place of a publisher's or client's port -> number of its last message.
     drops : Counter
@@ -55,6 +61,10 @@ class Traffic:
         self.transport: Transport | None = None
         self.is_active = True
         self.run = run
+        self.places = {id: number for number, id in enumerate(engine.structure.places)}
+        self.senders: dict[int, Callable[[], None]] = {}
+        self.checks: dict[int, Check] = {}
+        self._sending: list[tuple[int, Port, str]] = []
         self.numbers: dict[str, int] = {}
         self.drops: Counter[tuple[str, str]] = Counter()
         self.refused: Counter[str] = Counter()
@@ -64,6 +74,42 @@ class Traffic:
         """The transport, once there is one."""
         assert self.transport is not None, "nothing departs before the node is open"
         return self.transport
+
+    def add_departure(
+        self, place: int, send: Callable[[], None], port: Port | None = None, part: str = ""
+    ) -> int:
+        """Have the tokens of a place sent.
+
+        Parameters
+        ----------
+        place : int
+            The place.
+        send : callable
+            Sends its oldest token.
+        port, part : Port and str, optional
+            What the token's data goes through, for the transport to check it.
+
+        Returns
+        -------
+        int
+            The number of the departure, which is on hold at first.
+        """
+        number = self.engine.add_departure(place)
+        self.senders[number] = send
+        if port is not None:
+            self._sending.append((place, port, part))
+        return number
+
+    def join(self, transport: Transport) -> None:
+        """Send by a transport from now on."""
+        self.transport = transport
+        found = {place: check_of(transport, port, part) for place, port, part in self._sending}
+        self.checks = {place: check for place, check in found.items() if check is not None}
+
+    def check(self, place: int, data: Data) -> None:
+        """Raise an error for data that cannot be sent from a place."""
+        if (check := self.checks.get(place)) is not None:
+            check(data)
 
     def next_id(self, place: str) -> str:
         """Return the id of the next message of a port's place; `count_sent` makes it used."""
@@ -95,9 +141,7 @@ class Traffic:
         """
         self.refused[channel] += 1
         if self.refused[channel] == 1:
-            text = f"a message of {name} is dropped: {error}; others like it are only counted"
-            LOG.error("%s", text)
-            self.tell_error(text, None)
+            self.log_error(f"a message of {name} is dropped: {error}; others like it are only counted")
 
     def arriving(self, name: str, place: int, data: Data) -> Token | None:
         """Return the token of what arrives for a place; None: it does not fit its type, which is recorded."""
@@ -105,19 +149,34 @@ class Traffic:
         try:
             return engine.new_token(engine.checkers[place].complete(data))
         except FeatureValueError as error:
-            text = f"a message of {name} does not fit the token type: {error}"
-            LOG.error("%s", text)
-            self.tell_error(text, None)
+            self.log_error(f"a message of {name} does not fit the token type: {error}")
             return None
 
-    def tell_error(self, text: str, policy: str | None) -> None:
-        """Record that a message could not be sent or taken."""
-        self.observer.emit("error", transition=None, handler=None, error=text, attempt=1, policy=policy)
+    def log_error(self, text: str, policy: str | None = None, cause: BaseException | None = None) -> None:
+        """Log and record that a message could not be sent or taken."""
+        LOG.error("%s", text, exc_info=cause)
+        self.observer.tell_error(text, policy)
 
-    def lost(self, port: Port, queue: Queue, count: int) -> None:
-        """Count and record messages that a full queue lost."""
+    def came(self, event: str, about: Mapping[str, object], place: str, token: Token, message: str) -> None:
+        """Record that a token has come onto a place by a message; to be asked where somebody observes."""
+        self.observer.emit(
+            event,
+            **about,
+            place=place,
+            token=token.id,
+            message=message,
+            data=token.data,
+            change={place: 1},
+        )
+
+    def left(self, event: str, about: Mapping[str, object], place: str, token: Token, message: str) -> None:
+        """Record that a token has left a place by a message; to be asked where somebody observes."""
+        change = {place: -1}
+        self.observer.emit(event, **about, place=place, token=token.id, message=message, change=change)
+
+    def lost(self, port: Port, queue: Queue, count: int, place: str | None = None) -> None:
+        """Count and record messages that a full queue lost before they came to a place."""
         self.drops[port.channel, queue] += count
-        place = port.place if isinstance(port, (PublisherPort, SubscriberPort)) else None
         self.observer.emit("drop", channel=port.channel, queue=queue, place=place, count=count, change={})
 
 

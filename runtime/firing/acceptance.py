@@ -71,7 +71,5 @@ class Acceptance:
         except Exception as error:
             text = f"{name} failed: {error!r}; the goal is refused"
             LOG.exception("%s", text)
-            self._observer.emit(
-                "error", transition=None, handler=None, error=text, attempt=1, policy="refuse"
-            )
+            self._observer.tell_error(text, "refuse")
             return False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from dineros.runtime.firing.handlers import Handler
@@ -14,36 +14,41 @@ class HandlerTime:
 
     Attributes
     ----------
-    transition : int
-        Number of the transition.
+    transition : str
+        Id of the transition.
     handler : str
         Its name.
     budget : float or None
         Seconds that it declares to take at most.
     calls : int
         How often it has run.
-    total, last : float
-        In all, and the last time.
+    total : float
+        In all.
     longest : float
         Since `Durations.forget_longest`.
     slow : int
         How often it took longer than its budget.
     """
 
-    transition: int
+    transition: str
     handler: str
     budget: float | None
     calls: int = 0
     total: float = 0.0
-    last: float = 0.0
     longest: float = 0.0
     slow: int = 0
+
+    @property
+    def mean(self) -> float:
+        """What it takes on average."""
+        return self.total / max(1, self.calls)
 
 
 class Durations:
     """The times of all handlers of a node; on its thread. A transition without handlers costs nothing."""
 
-    def __init__(self) -> None:
+    def __init__(self, transitions: Sequence[str]) -> None:
+        self._transitions = transitions
         self._times: dict[tuple[int, str], HandlerTime] = {}
 
     def note(self, transition: int, handler: Handler, seconds: float) -> None:
@@ -51,10 +56,9 @@ class Durations:
         key = transition, handler.name
         time = self._times.get(key)
         if time is None:
-            time = self._times[key] = HandlerTime(transition, handler.name, handler.budget)
+            time = self._times[key] = HandlerTime(self._transitions[transition], handler.name, handler.budget)
         time.calls += 1
         time.total += seconds
-        time.last = seconds
         time.longest = max(time.longest, seconds)
         if handler.budget is not None:
             time.budget = handler.budget  # another handler may have taken its name

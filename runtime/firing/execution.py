@@ -25,7 +25,7 @@ from dineros.runtime.firing.handlers import Firing, Handler, Handlers
 from dineros.runtime.firing.observing import Observer, shown
 from dineros.runtime.firing.policies import Aside, Halt, Policy, Retry
 from dineros.runtime.firing.results import checked_result, missing_data
-from dineros.runtime.firing.selection import SelectionFunction, named_copies
+from dineros.runtime.firing.selection import named_copies
 from dineros.runtime.firing.timing import Timing
 from dineros.runtime.journal.kept import Json, Memory
 from dineros.runtime.nets.engine import Engine, Tokens
@@ -58,6 +58,8 @@ class Execution:
         Refuses what cannot be sent.
     timing : Timing
         What time lets fire.
+    chooser : Chooser
+        What fires next, as the developers' selection says.
     durations : Durations
         What its handlers take.
     firings : int
@@ -84,15 +86,15 @@ class Execution:
         self._observer = observer
         self._workers = Workers()
         self.timing = Timing(engine.structure, loop)
-        self._chooser = Chooser(random, self.timing, self.watchdog)
+        self.chooser = Chooser(random, self.timing, self.watchdog)
         self.departures = Departures()
-        self.durations = Durations()
+        self.durations = Durations(engine.structure.transitions)
         # Transition -> the tokens of its last failure and how often it failed with them.
         self._failures: dict[int, tuple[frozenset[int], int]] = {}
 
     def fire_one(self) -> bool:
         """Begin at most one firing; return whether one began."""
-        engine, chooser = self.engine, self._chooser
+        engine, chooser = self.engine, self.chooser
         if self.halted is not None:
             chooser.pass_time(engine)
             return False
@@ -122,35 +124,24 @@ class Execution:
                 self.timing.began(transition)
         return True
 
-    @property
-    def selection(self) -> SelectionFunction | None:
-        """The developers' selection; None: uniformly at random."""
-        return self._chooser.selection
-
-    @selection.setter
-    def selection(self, function: SelectionFunction | None) -> None:
-        self._chooser.selection = function
-
     def _selection_failed(self, error: BaseException) -> None:
-        self._chooser.failures += 1
-        attempt, policy = self._chooser.failures, self.policy
+        self.chooser.failures += 1
+        attempt, policy = self.chooser.failures, self.policy
         if isinstance(policy, Aside):  # there are no tokens to put aside
             policy = Retry(attempts=1 << 31)
         elif isinstance(policy, Retry) and attempt >= policy.attempts:
             policy = Halt()
-        name, text = getattr(self.selection, "__name__", "selection"), shown(error)
+        name, text = getattr(self.chooser.selection, "__name__", "selection"), shown(error)
         LOG.error("the selection %s failed; policy: %s", name, policy.name, exc_info=error)
-        self._observer.emit(
-            "error", transition=None, handler=name, error=text, attempt=attempt, policy=policy.name
-        )
+        self._observer.tell_error(text, policy.name, handler=name, attempt=attempt)
         if isinstance(policy, Halt):
             self.halt(f"the selection failed: {text}")
             return
-        self._chooser.is_paused = True
+        self.chooser.is_paused = True
         self._loop.timers.call_later(policy.delay_after(min(attempt, 60)), self._resume_selection)
 
     def _resume_selection(self) -> None:
-        self._chooser.is_paused = False
+        self.chooser.is_paused = False
 
     def _begin(self, transition: int, taken: Tokens) -> None:
         """Run the handlers of a transition and commit, or leave it in flight."""
@@ -197,8 +188,7 @@ class Execution:
                 raise
             except BaseException as error:
                 self.durations.note(flight.transition, handler, monotonic() - begun)
-                self._end(flight)
-                self._fail(flight.transition, flight.taken, handler, error)
+                self._end(flight, handler, error)
                 return
             if result is not None and inspect.isawaitable(result):
                 self._send_off(flight, handler, result)
@@ -211,18 +201,9 @@ class Execution:
     def _accept(self, flight: Flight, handler: Handler, result: object) -> bool:
         """Check what a handler left and returned; False: it was wrong, and the firing has failed."""
         try:
-            data, given = checked_result(
-                self.engine,
-                flight.transition,
-                flight.taken,
-                flight.firing.data,
-                flight.data,
-                flight.given,
-                result,
-            )
+            data, given = checked_result(self.engine, flight, result)
         except Exception as error:
-            self._end(flight)
-            self._fail(flight.transition, flight.taken, handler, error)
+            self._end(flight, handler, error)
             return False
         flight.data, flight.given = data, given
         flight.firing.data = copy_data(data)
@@ -264,16 +245,13 @@ class Execution:
                 result.close()
             self.in_flight.outlived(self.engine, flight)
             return
-        if flight.timer is not None:
-            flight.timer.cancel()
-            flight.timer = None
+        flight.timer.cancel()
         if error is None and inspect.isawaitable(result):  # a function on a thread that made a coroutine
             self._send_off(flight, handler, result)
             return
         self.durations.note(flight.transition, handler, monotonic() - flight.sent)
         if error is not None:
-            self._end(flight)
-            self._fail(flight.transition, flight.taken, handler, error)
+            self._end(flight, handler, error)
         elif self._accept(flight, handler, result):
             self._go_on(flight)
 
@@ -282,8 +260,7 @@ class Execution:
         self.durations.note(flight.transition, handler, monotonic() - flight.sent)
         self.in_flight.outlive(self.engine, flight)
         flight.cancel()
-        self._end(flight)
-        self._fail(flight.transition, flight.taken, handler, error)
+        self._end(flight, handler, error)
 
     def give_up(self) -> list[str]:
         """Release all firings in flight, and return their transitions.
@@ -316,11 +293,7 @@ class Execution:
 
     def _tell_released(self, id: str | None, handler: str, error: str) -> None:
         LOG.error("%s: the handler %s: %s; its firing is released", id, handler, error)
-        self._observer.emit("error", transition=id, handler=handler, error=error, attempt=1, policy=None)
-
-    def refresh(self) -> None:
-        """Let the handlers in flight know whether they could still commit."""
-        self.in_flight.refresh(self.engine)
+        self._observer.tell_error(error, transition=id, handler=handler)
 
     # How a firing ends.
 
@@ -329,14 +302,8 @@ class Execution:
         was_reserved = flight.is_reserved
         self._end(flight)
         if was_reserved and not engine.is_allowed(transition):
-            self._observer.emit(
-                "error",
-                transition=engine.structure.transitions[transition],
-                handler=flight.handlers[-1].name,
-                error="withdrawn",
-                attempt=1,
-                policy="retry",
-            )
+            id, handler = engine.structure.transitions[transition], flight.handlers[-1].name
+            self._observer.tell_error("withdrawn", "retry", transition=id, handler=handler)
             return
         made = engine.made(transition, flight.taken, flight.data, flight.given)
         error = missing_data(engine, transition, flight.given) or self.departures.refused(made)
@@ -380,14 +347,17 @@ class Execution:
             **({"kept": dict(kept)} if kept else {}),
         )
 
-    def _end(self, flight: Flight) -> None:
-        """Give up the reservation of a firing, if it has one."""
+    def _end(
+        self, flight: Flight, handler: Handler | None = None, error: BaseException | None = None
+    ) -> None:
+        """Give up the reservation of a firing, if it has one, and let it fail where there is an error."""
         flight.is_over = True
         flight.status[0] = False
-        if flight.timer is not None:
-            flight.timer.cancel()
+        flight.timer.cancel()
         if flight.is_reserved:
             self.in_flight.remove(self.engine, flight)
+        if error is not None:
+            self._fail(flight.transition, flight.taken, handler, error)
 
     def _fail(self, transition: int, taken: Tokens, handler: Handler | None, error: BaseException) -> None:
         """Leave everything as it was and do as the policy says."""
@@ -405,9 +375,7 @@ class Execution:
         text = shown(error)
         failed = f"the handler {name}" if handler is not None else "the firing"
         LOG.error("%s: %s failed; policy: %s", id, failed, policy.name, exc_info=error)
-        self._observer.emit(
-            "error", transition=id, handler=name, error=text, attempt=attempt, policy=policy.name
-        )
+        self._observer.tell_error(text, policy.name, transition=id, handler=name, attempt=attempt)
         if isinstance(policy, Retry):
             self.engine.hold(transition)
             self._loop.timers.call_later(policy.delay_after(attempt), lambda: self.engine.unhold(transition))
@@ -449,7 +417,7 @@ class Execution:
         """Fire again after a halt."""
         self.halted = None
         self._failures.clear()
-        self._chooser.failures = 0
+        self.chooser.failures = 0
         self._observer.status_changed()
 
     def close(self) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from dineros.runtime.firing.handlers import Firing, Handler
 from dineros.runtime.nets.engine import Engine, Tokens
 from dineros.runtime.nets.ports import Data
-from dineros.runtime.scheduling.timers import Timer
+from dineros.runtime.scheduling.timers import IDLE, Timer
 
 
 @dataclass(eq=False)
@@ -41,7 +41,7 @@ class Flight:
         Whether it has committed, failed or been given up.
     cancel : callable
         Ends the handler that runs elsewhere, where that is possible.
-    timer : Timer or None
+    timer : Timer
         When that handler has taken too long.
     sent : float
         When it began, by the machine's clock.
@@ -59,7 +59,7 @@ class Flight:
     is_reserved: bool = False
     is_over: bool = False
     cancel: Callable[[], None] = field(default=lambda: None)
-    timer: Timer | None = None
+    timer: Timer = IDLE
     sent: float = 0.0
 
 

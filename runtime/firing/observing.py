@@ -21,6 +21,17 @@ class Observer(Protocol):
     def emit(self, event: str, **fields: object) -> None:
         """Tell of an event, when it has happened."""
 
+    def tell_error(
+        self,
+        error: str,
+        policy: str | None = None,
+        *,
+        transition: str | None = None,
+        handler: str | None = None,
+        attempt: int = 1,
+    ) -> None:
+        """Tell of an error, what is done about it, where it was, and for the how many-th time."""
+
     def status_changed(self) -> None:
         """Learn that the node is not as it was: it runs, is halted, or is blocked."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from dineros.metamodel.errors import DinerosError, near_matches
+from dineros.runtime.firing.flights import Flight
 from dineros.runtime.firing.handlers import Given
 from dineros.runtime.nets.engine import Engine, Tokens
 from dineros.runtime.nets.ports import Data
@@ -17,39 +18,26 @@ class WrongReturnError(DinerosError):
     """A handler returned something that is no data for the output places."""
 
 
-def checked_result(
-    engine: Engine,
-    transition: int,
-    taken: Tokens,
-    left: object,
-    base: Data,
-    given: GivenData | None,
-    result: object,
-) -> tuple[Data, GivenData | None]:
+def checked_result(engine: Engine, flight: Flight, result: object) -> tuple[Data, GivenData | None]:
     """Return what goes on after a handler: the data, and that of single places where it says so.
 
     Parameters
     ----------
-    engine, transition, taken
-        What fires.
-    left : object
-        What the handler left as the firing's data.
-    base : mapping
-        The data before; it has the fields that are missing in `left`.
-    given : dict, optional
-        What former handlers gave to single places.
+    engine, flight : Engine, Flight
+        What fires, with what its handlers have left and given so far.
     result : object
-        What the handler returned.
+        What the last of them returned.
 
     Raises
     ------
     DinerosError
         It is no such thing, or does not fit the token type.
     """
+    transition, taken = flight.transition, flight.taken
     checker = engine.result_checker(transition)
-    data = checker.complete(left, base)
+    data = checker.complete(flight.firing.data, flight.data)
     if result is None:
-        return data, given
+        return data, flight.given
     if isinstance(result, Given):
         return data, _given(engine, transition, taken, result, data)
     if isinstance(result, Mapping):

@@ -54,7 +54,8 @@ class Enabled:
     @cached_property
     def inputs(self) -> Mapping[str, tuple[Token, ...]]:
         """Copies of the tokens it would take, and of those its read arcs see, by the place's id."""
-        return named_copies(self._engine, seen_tokens(self._engine, self._number))
+        engine, number = self._engine, self._number
+        return named_copies(engine, [*engine.would_take(number), *engine.would_read(number)])
 
     @cached_property
     def available(self) -> Mapping[str, tuple[Token, ...]]:
@@ -109,11 +110,6 @@ class Candidates(Sequence[Enabled]):
 
 
 SelectionFunction = Callable[[Candidates], Enabled | Choice | None]
-
-
-def seen_tokens(engine: Engine, number: int) -> Tokens:
-    """Return the tokens that a ready transition would take, then those it would read."""
-    return [*engine.would_take(number), *engine.would_read(number)]
 
 
 def named_copies(engine: Engine, tokens: Tokens) -> Mapping[str, tuple[Token, ...]]:

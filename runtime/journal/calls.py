@@ -15,7 +15,7 @@ from dineros.metamodel.records import (
     Timeout,
 )
 from dineros.metamodel.records.schema import requests_of
-from dineros.runtime.journal.saved import SavedState
+from dineros.runtime.journal.saved import CallState
 
 
 @dataclass
@@ -49,24 +49,26 @@ class Calls:
         self._responses = {channel: dict(kept) for channel, kept in record.responses.items()}
         self._kept_responses = dict(record.kept_responses)
 
-    def save(self, saved: SavedState, now: float) -> None:
-        """Write them into a saved state, with their age at a time."""
-        saved["requests"] = {
-            client: [
-                {
-                    "message": id,
-                    "data": each.data,
-                    "attempts": each.attempts,
-                    "age": max(0.0, now - each.asked),
-                }
-                for id, each in requests.items()
-            ]
-            for client, requests in self._requests.items()
-            if requests
+    def save(self, now: float) -> CallState:
+        """Return them, with their age at a time."""
+        return {
+            "requests": {
+                client: [
+                    {
+                        "message": id,
+                        "data": each.data,
+                        "attempts": each.attempts,
+                        "age": max(0.0, now - each.asked),
+                    }
+                    for id, each in requests.items()
+                ]
+                for client, requests in self._requests.items()
+                if requests
+            },
+            "serving": dict(self._serving),
+            "responses": {channel: dict(kept) for channel, kept in self._responses.items()},
+            "kept_responses": dict(self._kept_responses),
         }
-        saved["serving"] = dict(self._serving)
-        saved["responses"] = {channel: dict(kept) for channel, kept in self._responses.items()}
-        saved["kept_responses"] = dict(self._kept_responses)
 
     # What a client does.
 

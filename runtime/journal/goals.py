@@ -19,13 +19,13 @@ from dineros.metamodel.records import (
     Reject,
     TooLate,
 )
-from dineros.runtime.journal.saved import GoalResult, PendingGoal, SavedState, SlotGoal
+from dineros.runtime.journal.saved import GoalResult, GoalState, PendingGoal, SlotGoal
 
 FEEDBACK_DEPTH = 10
 """How much feedback of a goal is kept where no checkpoint says so."""
 
 KEPT_RESULTS = 64
-"""Results of an action that are kept, at most."""
+"""Results of an action that are kept, at most, for clients that ask for them later."""
 
 
 class Goals:
@@ -55,11 +55,13 @@ class Goals:
         self.slots = cast("Any", {entry: dict(slot) for entry, slot in record.slots.items()})
         self.results = cast("Any", {channel: dict(kept) for channel, kept in record.results.items()})
 
-    def save(self, saved: SavedState) -> None:
-        """Write them into a saved state."""
-        saved["goals"] = {key: list(goals.values()) for key, goals in self.pending.items() if goals}
-        saved["slots"] = {entry: slot.copy() for entry, slot in self.slots.items()}
-        saved["results"] = {channel: dict(kept) for channel, kept in self.results.items() if kept}
+    def save(self) -> GoalState:
+        """Return them."""
+        return {
+            "goals": {key: list(goals.values()) for key, goals in self.pending.items() if goals},
+            "slots": {entry: slot.copy() for entry, slot in self.slots.items()},
+            "results": {channel: dict(kept) for channel, kept in self.results.items() if kept},
+        }
 
     # What a client does.
 

@@ -32,19 +32,6 @@ class Recorder(Protocol):
         """Keep all recorded so far for good; no record follows."""
 
 
-class NullRecorder:
-    """Keeps nothing; a node with it builds no records at all."""
-
-    def open(self, ports: Ports, checkpoint: Callable[[], SavedState]) -> None:
-        """Do nothing."""
-
-    def record(self, event: str, **fields: object) -> None:
-        """Do nothing."""
-
-    def close(self) -> None:
-        """Do nothing."""
-
-
 class ListRecorder:
     """Keeps records in memory, for tests and simulations."""
 

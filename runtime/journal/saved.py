@@ -13,7 +13,36 @@ RecordedToken = list[object]
 """``[id, data]``; of a message, ``[number, data]``."""
 
 
-class SavedState(TypedDict):
+class CallState(TypedDict):
+    """What a node goes on with of its calls; see `SavedState`."""
+
+    requests: dict[str, list[PendingRequest]]
+    serving: dict[str, str]
+    responses: dict[str, dict[str, dict[str, Value]]]
+    kept_responses: dict[str, int]
+
+
+class GoalState(TypedDict):
+    """What a node goes on with of goals; see `SavedState`."""
+
+    goals: dict[str, list[PendingGoal]]
+    slots: dict[str, SlotGoal]
+    results: dict[str, dict[str, GoalResult]]
+
+
+class ChannelState(CallState, GoalState):
+    """What a node goes on with of its channels; see `SavedState`."""
+
+    run: str
+    numbers: dict[str, int]
+    queues: dict[str, int]
+    history: dict[str, list[RecordedToken]]
+    seen: dict[str, dict[str, int]]
+    seen_apart: dict[str, dict[str, list[list[int]]]]
+    missing: dict[str, int]
+
+
+class SavedState(ChannelState):
     """All a node needs to go on: the fields of a ``checkpoint`` record, JSON throughout.
 
     Attributes
@@ -67,22 +96,8 @@ class SavedState(TypedDict):
     marking: dict[str, list[RecordedToken]]
     signals: dict[str, bool]
     next_token: int
-    numbers: dict[str, int]
-    history: dict[str, list[RecordedToken]]
-    queues: dict[str, int]
     kept: dict[str, Json]
-    seen: dict[str, dict[str, int]]
-    seen_apart: dict[str, dict[str, list[list[int]]]]
-    missing: dict[str, int]
-    requests: dict[str, list[PendingRequest]]
-    serving: dict[str, str]
-    responses: dict[str, dict[str, dict[str, Value]]]
-    kept_responses: dict[str, int]
-    goals: dict[str, list[PendingGoal]]
-    slots: dict[str, SlotGoal]
-    results: dict[str, dict[str, GoalResult]]
     aside: dict[str, dict[str, list[int]]]
-    run: str
     lifecycle: NotRequired[State]
 
 

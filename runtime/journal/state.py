@@ -109,21 +109,14 @@ class JournalState:
             "seen": {port: numbers for port, numbers in seen.items() if numbers},
             "seen_apart": {port: ranges for port, ranges in apart.items() if ranges},
             "missing": {port: count for port, count in self._missing.items() if count},
-            "requests": {},
-            "serving": {},
-            "responses": {},
-            "kept_responses": {},
-            "goals": {},
-            "slots": {},
-            "results": {},
+            **self._calls.save(self._now),
+            **self._goals.save(),  # type: ignore[typeddict-item]  # it brings no lifecycle
             "aside": {
                 transition: {place: list(ids) for place, ids in tokens.items()}
                 for transition, tokens in self._aside.items()
             },
             "run": self._run,
         }
-        self._calls.save(made, self._now)
-        self._goals.save(made)
         if self.lifecycle is not None:
             made["lifecycle"] = self.lifecycle
         return made

@@ -6,10 +6,10 @@ so that a loop needs none.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from dineros.metamodel import pn, rtm, sym
-from dineros.metamodel.elements import places
+from dineros.runtime.nets.port_reading import ports_in
 
 Arcs = tuple[tuple[int, int], ...]
 """Pairs of a place's index and a weight, in arc order, no place twice."""
@@ -99,29 +99,23 @@ def _heaviest(arcs: Sequence[Arcs], places: int) -> list[int]:
 def _sending(model: rtm.RuntimeModel) -> set[pn.Node]:
     """Return the places whose tokens a port sends."""
     found: set[pn.Node] = set()
-    for place in places(model):
-        for port in place.ports if isinstance(place, rtm.Place) else ():
-            if isinstance(port, (rtm.PublisherPort, rtm.ClientPort)):
-                found.add(place)
-            elif isinstance(port, rtm.ServerPort):
-                found.add(port.exit)
-            elif isinstance(port, rtm.ActionClientPort):
-                found |= {place} if port.cancel is None else {place, port.cancel}
+    for place, port in ports_in(model):
+        if isinstance(port, (rtm.PublisherPort, rtm.ClientPort)):
+            found.add(place)
+        elif isinstance(port, rtm.ServerPort):
+            found.add(port.exit)
+        elif isinstance(port, rtm.ActionClientPort):
+            found |= {place} if port.cancel is None else {place, port.cancel}
     return found
 
 
 def _ends_of_goals(model: rtm.RuntimeModel) -> tuple[set[pn.Node], set[pn.Node], set[pn.Node]]:
     """Return the places of actions: servers' requests to cancel, servers' feedback, clients' feedback."""
-    servers = [port for port in _ports(model) if isinstance(port, rtm.ActionServerPort)]
-    clients = [port for port in _ports(model) if isinstance(port, rtm.ActionClientPort)]
+    ports = [port for _, port in ports_in(model)]
+    servers = [port for port in ports if isinstance(port, rtm.ActionServerPort)]
+    clients = [port for port in ports if isinstance(port, rtm.ActionClientPort)]
     return (
         {port.cancel for port in servers if port.cancel is not None},
         {port.feedback for port in servers if port.feedback is not None},
         {port.feedback for port in clients if port.feedback is not None},
     )
-
-
-def _ports(model: rtm.RuntimeModel) -> Iterator[rtm.PlacePort]:
-    for place in places(model):
-        if isinstance(place, rtm.Place):
-            yield from place.ports

@@ -55,33 +55,30 @@ class Enabling:
         "total",
     )
 
-    def __init__(
-        self, structure: Structure, departures: Sequence[int], counts: Sequence[int], signals: Sequence[bool]
-    ) -> None:
+    def __init__(self, structure: Structure, counts: Sequence[int], signals: Sequence[bool]) -> None:
         self._transitions = len(structure.transitions)
         self._places = len(structure.places)
-        size = self._transitions + len(departures)
         self.free = [0] * self._places
         self.total = [0] * self._places
         self.room = list(structure.capacities)
         self.opened: list[int] = []
         self.ready: list[int] = []
         self.due: list[int] = []
-        self._missing = [0] * size
-        self._positions = [-1] * size
+        self._missing = [0] * self._transitions
+        self._positions = [-1] * self._transitions
         # Place -> [transition, free tokens it needs]: lists, because putting tokens aside raises a threshold.
         self._consumers: list[list[list[int]]] = [[] for _ in range(self._places)]
         # Place -> (transition, threshold of all tokens, whether it wants as many rather than fewer).
         self._watchers: list[list[tuple[int, int, bool]]] = [[] for _ in range(self._places)]
         # Place -> (transition, room it needs).
         self._raisers: list[list[tuple[int, int]]] = [[] for _ in range(self._places)]
-        self._connect(structure, departures)
+        self._connect(structure)
         self._disjunctions: list[int] = []  # the transition of each
         self._true: list[int] = []  # how many of its literals are true
         self._signal_literals: list[list[tuple[int, bool]]] = [[] for _ in structure.signals]
         self.signals = [False] * len(structure.signals)
         self._connect_clauses(structure)
-        for index in range(size):
+        for index in range(self._transitions):
             if not self._missing[index]:
                 self._enter(index)
         for place, count in enumerate(counts):
@@ -90,7 +87,7 @@ class Enabling:
         for signal, value in enumerate(signals):
             self.set_signal(signal, value)
 
-    def _connect(self, structure: Structure, departures: Sequence[int]) -> None:
+    def _connect(self, structure: Structure) -> None:
         for transition in range(self._transitions):
             for place, weight in structure.inputs[transition]:
                 self._consumers[place].append([transition, weight])
@@ -103,9 +100,14 @@ class Enabling:
             for place, more in structure.raises[transition]:
                 self._raisers[place].append((transition, more))
                 self._missing[transition] += (self.room[place] or 0) < more
-        for number, place in enumerate(departures, self._transitions):
-            self._consumers[place].append([number, 1])
-            self._missing[number] += 1
+
+    def add_departure(self, place: int) -> int:
+        """Count the tokens of a place that a port sends; return the number, which is on hold at first."""
+        index = len(self._missing)
+        self._consumers[place].append([index, 1])
+        self._missing.append(1 if self.free[place] else 2)
+        self._positions.append(-1)
+        return index
 
     def _connect_clauses(self, structure: Structure) -> None:
         """Count true literals of each disjunction, with all signals false."""

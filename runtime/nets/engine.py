@@ -29,9 +29,6 @@ class Engine:
     ----------
     structure : Structure
         The net.
-    departures : sequence of int
-        Places whose tokens are sent by a port; departure ``i`` is `departures[i]`, and all are on hold at
-        first.
     marking : sequence of sequence of Token, optional
         For each place its tokens, the oldest first; by default the initial marking.
     signals : sequence of bool, optional
@@ -48,7 +45,7 @@ class Engine:
     ready : list of int
         Transitions that can fire now with free tokens, priorities aside. Not to be changed.
     due : list of int
-        Departures that can happen now: departure ``i`` as ``first_departure + i``. Not to be changed.
+        Departures that can happen now, by their numbers. Not to be changed.
     opened : list of int
         Places with a capacity that were full and got room, for whoever brings tokens to look at and clear.
     """
@@ -56,7 +53,6 @@ class Engine:
     def __init__(
         self,
         structure: Structure,
-        departures: Sequence[int] = (),
         marking: Sequence[Sequence[Token]] | None = None,
         signals: Sequence[bool] | None = None,
         next_token: int = 1,
@@ -65,14 +61,12 @@ class Engine:
         checkers = {id(type_): TokenChecker(type_) for type_ in {id(t): t for t in structure.types}.values()}
         self.checkers = tuple(checkers[id(type_)] for type_ in structure.types)
         self._free = TokenChecker(structure.ports.token_type)
-        self.departures = tuple(departures)
         self.next_token = next_token
         if marking is None:
             marking = [[self.new_token(data) for data in initial] for initial in structure.initial]
         self._tokens = [deque(tokens) for tokens in marking]
         self._enabling = Enabling(
             structure,
-            self.departures,
             [len(tokens) for tokens in marking],
             structure.initial_signals if signals is None else signals,
         )
@@ -80,9 +74,6 @@ class Engine:
         self.due = self._enabling.due
         self.opened = self._enabling.opened
         self.opened.clear()
-        self.first_departure = len(structure.transitions)
-        for number in range(len(self.departures)):
-            self.hold_departure(number)
         self._reserved: dict[int, int] = {}  # token -> place
         self._aside: dict[int, dict[int, set[int]]] = {}  # transition -> place -> tokens
         self._loops = tuple(
@@ -319,13 +310,13 @@ class Engine:
         if self._aside:
             self._refresh_needs(place for place, _ in taken)
 
-    def hold(self, transition: int) -> None:
-        """Keep a transition from being ready until `unhold`; holds add up."""
-        self._enabling.violated(transition)
+    def hold(self, number: int) -> None:
+        """Keep a transition from being ready, or a departure from being due, until `unhold`; holds add up."""
+        self._enabling.violated(number)
 
-    def unhold(self, transition: int) -> None:
+    def unhold(self, number: int) -> None:
         """Take back one `hold`."""
-        self._enabling.satisfied(transition)
+        self._enabling.satisfied(number)
 
     # Tokens put aside for one transition.
 
@@ -414,13 +405,9 @@ class Engine:
         self._enabling.set_signal(signal, value)
         return changed
 
-    def hold_departure(self, departure: int) -> None:
-        """Keep tokens of a departure from being due until `unhold_departure`; holds add up."""
-        self._enabling.violated(self.first_departure + departure)
-
-    def unhold_departure(self, departure: int) -> None:
-        """Take back one `hold_departure`."""
-        self._enabling.satisfied(self.first_departure + departure)
+    def add_departure(self, place: int) -> int:
+        """Return the number of a new departure: of the tokens of a place, on hold until `unhold`."""
+        return self._enabling.add_departure(place)
 
     def _remove(self, place: int, tokens: Sequence[Token]) -> None:
         queue = self._tokens[place]

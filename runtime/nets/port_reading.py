@@ -2,43 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TypeVar
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import timers_of
 from dineros.metamodel.calls import copy_id
-from dineros.metamodel.elements import label, pages
+from dineros.metamodel.elements import label, places
 from dineros.metamodel.lifecycles.start_order import start_steps
 from dineros.metamodel.matching import Quality, plain
 from dineros.metamodel.token_data import TokenType
 from dineros.runtime.nets import ports as plain_ports
 
+P = TypeVar("P", bound=plain_ports.Port)
 PagePort = rtm.ServerPort | rtm.ActionServerPort
 """A port whose page is copied for each server instance, or for each slot."""
 
 
+def ports_in(model: rtm.RuntimeModel) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
+    """Yield the places with ports, once with each."""
+    for place in places(model):
+        if isinstance(place, rtm.Place):
+            for port in place.ports:
+                yield place, port
+
+
 def served_pages(model: rtm.RuntimeModel) -> dict[pn.Page, PagePort]:
     """Return the pages that are copied, with their ports."""
-    return {
-        port.page: port
-        for page in pages(model)
-        for node in page.objects
-        if isinstance(node, rtm.Place)
-        for port in node.ports
-        if isinstance(port, (rtm.ServerPort, rtm.ActionServerPort))
-    }
+    found = (port for _, port in ports_in(model))
+    return {port.page: port for port in found if isinstance(port, (rtm.ServerPort, rtm.ActionServerPort))}
 
 
-def ports_of(
-    model: rtm.RuntimeModel,
-    copies: Mapping[tuple[pn.Node, int], int],
-    ids: Sequence[str],
-    prototypes: Mapping[pn.Node, pn.Page],
-    type_at: Callable[[pn.Node], TokenType],
-    token_type: TokenType,
-    place_types: Mapping[str, TokenType],
-) -> plain_ports.Ports:
-    """Return what a node shows to the outside.
+class PortReading:
+    """Reads what a node shows to the outside.
 
     Parameters
     ----------
@@ -52,15 +48,8 @@ def ports_of(
         The page that is copied, for each node on it.
     type_at : callable
         Returns what the tokens of a place carry.
-    token_type : TokenType
-        What they carry in places that name no other type.
-    place_types : mapping
-        What they carry in the others, by id.
     """
-    return _PortReading(model, copies, ids, prototypes, type_at).ports(token_type, place_types)
 
-
-class _PortReading:
     def __init__(
         self,
         model: rtm.RuntimeModel,
@@ -75,20 +64,24 @@ class _PortReading:
         self._prototypes = prototypes
         self._type_at = type_at
         self._servers = served_pages(model)
-        self._publishers: list[plain_ports.PublisherPort] = []
-        self._subscribers: list[plain_ports.SubscriberPort] = []
-        self._clients: list[plain_ports.ClientPort] = []
-        self._server_ports: list[plain_ports.ServerPort] = []
-        self._action_clients: list[plain_ports.ActionClientPort] = []
-        self._action_servers: list[plain_ports.ActionServerPort] = []
 
     def ports(self, token_type: TokenType, place_types: Mapping[str, TokenType]) -> plain_ports.Ports:
-        """Return all of them."""
-        for place, number in self._places:
-            if isinstance(place, rtm.Place):
-                for port in place.ports:
-                    if number <= 1 or isinstance(port, (rtm.ClientPort, rtm.ActionClientPort)):
-                        self._add(place, port, number)
+        """Return all ports.
+
+        Parameters
+        ----------
+        token_type : TokenType
+            What tokens carry in places that name no other type.
+        place_types : mapping
+            What they carry in the others, by id.
+        """
+        found = [
+            self._plain(place, port, number)
+            for place, number in self._places
+            if isinstance(place, rtm.Place)
+            for port in place.ports
+            if number <= 1 or isinstance(port, (rtm.ClientPort, rtm.ActionClientPort))
+        ]
         model, node = self._model, self._model.node
         return plain_ports.Ports(
             model=model.systemModel,
@@ -99,95 +92,73 @@ class _PortReading:
             threads=node.threads,
             middleware=str(model.middleware),
             token_type=token_type,
-            publishers=tuple(self._publishers),
-            subscribers=tuple(self._subscribers),
-            clients=tuple(self._clients),
-            servers=tuple(self._server_ports),
+            publishers=_of(plain_ports.PublisherPort, found),
+            subscribers=_of(plain_ports.SubscriberPort, found),
+            clients=_of(plain_ports.ClientPort, found),
+            servers=_of(plain_ports.ServerPort, found),
             signals=tuple(plain_ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
             timers=tuple(plain_ports.TimerPort(page.id, page.timer or 0.0) for page in timers_of(model)),
-            action_clients=tuple(self._action_clients),
-            action_servers=tuple(self._action_servers),
+            action_clients=_of(plain_ports.ActionClientPort, found),
+            action_servers=_of(plain_ports.ActionServerPort, found),
             place_types=dict(place_types),
             start_steps=start_steps(node) if str(model.middleware) == "ros2" else {},
             pauses=node.lifecycle is not None and bool(node.lifecycle.pauses),
         )
 
-    def _add(self, place: rtm.Place, port: rtm.PlacePort, number: int) -> None:
+    def _plain(self, place: rtm.Place, port: rtm.PlacePort, number: int) -> plain_ports.Port:
+        """Return a port as plain values; that of a server instance where it has a number."""
         common = (port.channel, self._interface(place, port), _mappings(port))
         match port:
             case rtm.PublisherPort():
-                quality = _quality(port, common[1])
-                self._publishers.append(
-                    plain_ports.PublisherPort(
-                        *common, port.topic, place.id, port.limit, quality, self._copies(place)
-                    )
-                )
+                topic = (port.topic, place.id, port.limit, _quality(port, common[1]))
+                return plain_ports.PublisherPort(*(*common, *topic), self._copies(place))
             case rtm.SubscriberPort():
-                quality = _quality(port, common[1])
-                self._subscribers.append(
-                    plain_ports.SubscriberPort(
-                        *common, port.topic, place.id, port.limit, quality, port.dispatcherLimit
-                    )
-                )
+                topic = (port.topic, place.id, port.limit, _quality(port, common[1]))
+                return plain_ports.SubscriberPort(*(*common, *topic), port.dispatcherLimit)
             case rtm.ClientPort():
                 asked, answered = (self._ids[self._places[at, number]] for at in (place, port.response))
-                self._clients.append(
-                    plain_ports.ClientPort(
-                        *common,
-                        service=port.service,
-                        client=self._client(place, port.client, number),
-                        request=asked,
-                        response=answered,
-                        outstanding=port.outstanding,
-                        timeout=port.timeout,
-                        timed_out=self._at(port.timedOut, number),
-                    )
+                return plain_ports.ClientPort(
+                    *common,
+                    service=port.service,
+                    client=self._client(place, port.client, number),
+                    request=asked,
+                    response=answered,
+                    outstanding=port.outstanding,
+                    timeout=port.timeout,
+                    timed_out=self._at(port.timedOut, number),
                 )
             case rtm.ServerPort():
                 ends = self._copies(place), self._copies(port.exit)
-                asked_at_once = port.depth, port.outstanding
-                self._server_ports.append(
-                    plain_ports.ServerPort(*common, port.service, *ends, *asked_at_once)
-                )
+                return plain_ports.ServerPort(*common, port.service, *ends, port.depth, port.outstanding)
             case rtm.ActionClientPort():
-                self._action_clients.append(self._action_client(common, place, port, number))
-            case rtm.ActionServerPort():
-                self._action_servers.append(
-                    plain_ports.ActionServerPort(
-                        *(*common, port.action, port.depth),
-                        entries=self._copies(place),
-                        outcomes={
-                            outcome: self._copies(exit_)
-                            for outcome in plain_ports.OUTCOMES
-                            if (exit_ := getattr(port, outcome)) is not None
-                        },
-                        cancels=self._copies(port.cancel),
-                        feedbacks=self._copies(port.feedback),
-                        may_reject=bool(port.mayReject),
-                    )
+                return plain_ports.ActionClientPort(
+                    *(*common, port.action, port.depth),
+                    client=self._client(place, port.client, number),
+                    goal=self._at(place, number) or place.id,
+                    outcomes={
+                        outcome: at
+                        for outcome in plain_ports.OUTCOMES
+                        if (at := self._at(getattr(port, outcome), number)) is not None
+                    },
+                    rejected=self._at(port.rejected, number),
+                    cancel=self._at(port.cancel, number),
+                    feedback=self._at(port.feedback, number),
+                    outstanding=port.outstanding,
                 )
-
-    def _action_client(
-        self,
-        common: tuple[str, str | None, tuple[plain_ports.FieldMapping, ...]],
-        place: rtm.Place,
-        port: rtm.ActionClientPort,
-        number: int,
-    ) -> plain_ports.ActionClientPort:
-        return plain_ports.ActionClientPort(
-            *(*common, port.action, port.depth),
-            client=self._client(place, port.client, number),
-            goal=self._at(place, number) or place.id,
-            outcomes={
-                outcome: at
-                for outcome in plain_ports.OUTCOMES
-                if (at := self._at(getattr(port, outcome), number)) is not None
-            },
-            rejected=self._at(port.rejected, number),
-            cancel=self._at(port.cancel, number),
-            feedback=self._at(port.feedback, number),
-            outstanding=port.outstanding,
-        )
+            case rtm.ActionServerPort():
+                return plain_ports.ActionServerPort(
+                    *(*common, port.action, port.depth),
+                    entries=self._copies(place),
+                    outcomes={
+                        outcome: self._copies(exit_)
+                        for outcome in plain_ports.OUTCOMES
+                        if (exit_ := getattr(port, outcome)) is not None
+                    },
+                    cancels=self._copies(port.cancel),
+                    feedbacks=self._copies(port.feedback),
+                    may_reject=bool(port.mayReject),
+                )
+        raise TypeError(f"{type(port).__name__} is no kind of port")
 
     def _interface(self, place: pn.Node, port: rtm.PlacePort) -> str | None:
         """Return the existing ROS interface of a port: its own, or for a topic what its tokens are."""
@@ -207,6 +178,10 @@ class _PortReading:
 
     def _copies(self, place: pn.Node | None) -> tuple[str, ...]:
         return tuple(self._ids[index] for (node, _), index in self._places.items() if node is place)
+
+
+def _of(kind: type[P], ports: Sequence[plain_ports.Port]) -> tuple[P, ...]:
+    return tuple(port for port in ports if isinstance(port, kind))
 
 
 def _mappings(port: rtm.PlacePort) -> tuple[plain_ports.FieldMapping, ...]:

@@ -6,7 +6,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 LOG = logging.getLogger("dineros.runtime.bridges")
 
@@ -38,12 +38,12 @@ class SourceState:
     """
 
     name: str
-    is_connected: bool
-    accepted: int
-    refused: int
-    failures: int
-    last_error: str | None
-    last_error_time: float | None
+    is_connected: bool = False
+    accepted: int = 0
+    refused: int = 0
+    failures: int = 0
+    last_error: str | None = None
+    last_error_time: float | None = None
 
 
 class Source:
@@ -55,53 +55,40 @@ class Source:
         What it is, without credentials.
     tell : callable
         Told each error that is said, to record it.
+
+    Attributes
+    ----------
+    state : SourceState
+        How it is now.
     """
 
     def __init__(self, name: str, tell: Callable[[str], None]) -> None:
-        self._name = name
         self._tell = tell
         self._lock = threading.Lock()
-        self._is_connected = False
-        self._accepted = self._refused = self._failures = 0
-        self._last: tuple[str, float] | None = None
+        self.state = SourceState(name)
         self._said: dict[str, float] = {}  # what -> when it may be said again
         self._unsaid: dict[str, int] = {}
-
-    @property
-    def state(self) -> SourceState:
-        """How it is now."""
-        with self._lock:
-            error, at = self._last or (None, None)
-            return SourceState(
-                self._name,
-                self._is_connected,
-                self._accepted,
-                self._refused,
-                self._failures,
-                error,
-                at,
-            )
 
     def connected(self, is_connected: bool) -> None:
         """Note whether it has its other end."""
         with self._lock:
-            self._is_connected = is_connected
+            self.state = replace(self.state, is_connected=is_connected)
 
     def accept(self) -> None:
         """Count a message that set signals."""
         with self._lock:
-            self._accepted += 1
+            self.state = replace(self.state, accepted=self.state.accepted + 1)
 
     def refuse(self, what: str, error: object) -> None:
         """Count a message that sets nothing; `what` is one of few, such as a topic of the configuration."""
         with self._lock:
-            self._refused += 1
+            self.state = replace(self.state, refused=self.state.refused + 1)
         self._say(what, error)
 
     def fail(self, what: str, error: object) -> None:
         """Count what else went wrong."""
         with self._lock:
-            self._failures += 1
+            self.state = replace(self.state, failures=self.state.failures + 1)
         self._say(what, error)
 
     def _say(self, what: str, error: object) -> None:
@@ -111,7 +98,7 @@ class Source:
         text = "".join(each if each.isprintable() else repr(each)[1:-1] for each in text)
         now = time.monotonic()
         with self._lock:
-            self._last = (text, time.time())
+            self.state = replace(self.state, last_error=text, last_error_time=time.time())
             if now < self._said.get(what, 0.0):
                 self._unsaid[what] = self._unsaid.get(what, 0) + 1
                 return

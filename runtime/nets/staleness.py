@@ -95,7 +95,7 @@ class _Target(Protocol):
 
     def set_signals(self, values: Mapping[int, bool], source: str, *, is_heard: bool = True) -> None: ...
 
-    def emit(self, event: str, **fields: object) -> None: ...
+    def tell_error(self, error: str, policy: str | None = None) -> None: ...
 
 
 class Expectations:
@@ -196,8 +196,7 @@ class Expectations:
         )
         text = f"the signal {self._names[number]} is stale: not heard for {expectation.seconds:g} s; {does}"
         LOG.error("%s", text)
-        policy = "halt" if then == "stop" else None
-        self._target.emit("error", transition=None, handler=None, error=text, attempt=1, policy=policy)
+        self._target.tell_error(text, "halt" if then == "stop" else None)
         if isinstance(then, bool):
             self._target.set_signals({number: then}, "stale", is_heard=False)
         elif then == "stop":

@@ -19,7 +19,7 @@ from dineros.metamodel.limits import exceeds
 from dineros.metamodel.token_data import TokenType, Value, read_data
 from dineros.metamodel.token_types.declared import token_type_of, type_of_place
 from dineros.runtime.nets.capacities import Arcs, capacities_of, raises_of
-from dineros.runtime.nets.port_reading import PagePort, ports_of, served_pages
+from dineros.runtime.nets.port_reading import PagePort, PortReading, served_pages
 from dineros.runtime.nets.ports import Ports
 
 Clause = tuple[tuple[tuple[int, bool], ...], ...]
@@ -178,14 +178,8 @@ class _Reading:
             initial=tuple(self._initial(place) for place in places),
             initial_signals=tuple(bool(signal.initial) for signal in signals),
             types=tuple(self._type_at(place) for place in places),
-            ports=ports_of(
-                self.model,
-                self.places,
-                self.place_ids,
-                self.prototypes,
-                self._type_at,
-                self.token_type,
-                self._place_types(),
+            ports=PortReading(self.model, self.places, self.place_ids, self.prototypes, self._type_at).ports(
+                self.token_type, self._place_types()
             ),
         )
 

@@ -17,12 +17,12 @@ from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 from dineros.metamodel.lifecycles.states import State as LifecycleState
 from dineros.runtime.channels.arrivals import Arrivals
-from dineros.runtime.channels.exchange import Exchange, departures_of
+from dineros.runtime.channels.exchange import Exchange
 from dineros.runtime.firing.acceptance import Acceptance
 from dineros.runtime.firing.execution import Execution
 from dineros.runtime.firing.handlers import Handlers
 from dineros.runtime.firing.policies import Policy
-from dineros.runtime.journal.saved import SavedState
+from dineros.runtime.journal.saved import ChannelState, SavedState
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.names import Names
 from dineros.runtime.nets.signals import Signal
@@ -30,13 +30,7 @@ from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation, Expectations
 from dineros.runtime.nets.structure import Structure
 from dineros.runtime.nets.tokens import Token
-from dineros.runtime.nodes.inspection import (
-    ErrorReport,
-    Inspection,
-    enabled_transitions,
-    inspect_engine,
-)
-from dineros.runtime.nodes.status import State, Status
+from dineros.runtime.nodes.status import ErrorReport, State, Status
 from dineros.runtime.scheduling.loop import Loop
 
 LOG = logging.getLogger("dineros.runtime")
@@ -78,6 +72,10 @@ class Core:
         When each signal was set last by its source, by the net's clock.
     ended_by : str or None
         Why it does not run any more; None: it does, or has not begun.
+    failures : int
+        How many firings have failed.
+    errors : deque of ErrorReport
+        The last failures, the oldest first.
     failure : BaseException or None
         What ended it unasked, such as a recorder that cannot write any more.
     is_observing : bool
@@ -100,8 +98,7 @@ class Core:
         self.loop = Loop(clock, steady)
         self.on_status: Callable[[], None] | None = None
         self.handlers = Handlers(self.names.transitions, len(structure.transitions))
-        self._departures = departures_of(structure)
-        self.engine = Engine(structure, self._departures)
+        self.engine = Engine(structure)
         self.execution = Execution(self.engine, self.handlers, self.loop, random.Random(seed), self)
         self.execution.policy = policy
         self.acceptance = Acceptance(structure.ports.action_servers, self.execution.watchdog, self)
@@ -119,8 +116,8 @@ class Core:
         self._record: Callable[..., None] | None = None
         self._callbacks: tuple[Callable[[Change], object], ...] = ()
         self._callbacks_lock = threading.Lock()
-        self._errors: deque[ErrorReport] = deque(maxlen=KEPT_ERRORS)
-        self._failures = 0
+        self.errors: deque[ErrorReport] = deque(maxlen=KEPT_ERRORS)
+        self.failures = 0
 
     # Observing.
 
@@ -138,6 +135,19 @@ class Core:
                     self.execution.watchdog.call(callback, change, name)
                 except Exception:
                     LOG.exception("a callback of on_change failed at %s", event)
+
+    def tell_error(
+        self,
+        error: str,
+        policy: str | None = None,
+        *,
+        transition: str | None = None,
+        handler: str | None = None,
+        attempt: int = 1,
+    ) -> None:
+        """Record and report an error."""
+        where = {"transition": transition, "handler": handler}
+        self.emit("error", **where, error=error, attempt=attempt, policy=policy)
 
     def record_with(self, record: Callable[..., None] | None) -> None:
         """Record from now on with this function, or no more."""
@@ -157,18 +167,13 @@ class Core:
             self.is_observing = self._record is not None or bool(self._callbacks)
 
     def _note_error(self, fields: Mapping[str, object]) -> None:
-        self._failures += 1
+        self.failures += 1
         transition, handler, policy = (
             None if fields.get(name) is None else str(fields[name])
             for name in ("transition", "handler", "policy")
         )
-        self._errors.append(ErrorReport(time.time(), transition, handler, str(fields["error"]), policy))
+        self.errors.append(ErrorReport(time.time(), transition, handler, str(fields["error"]), policy))
         self.status_changed()
-
-    @property
-    def failures(self) -> int:
-        """How many firings have failed."""
-        return self._failures
 
     def status_changed(self) -> None:
         """Tell whoever wants to know that the status may be another one."""
@@ -178,7 +183,7 @@ class Core:
     def status(self) -> Status:
         """Return how the node is; from any thread, also while a handler blocks it."""
         blocked, halted = self.execution.watchdog.blocked, self.execution.halted
-        error = self._errors[-1] if self._errors else None
+        error = self.errors[-1] if self.errors else None
         state: State = "running"
         reason = None
         if self.ended_by is not None:
@@ -188,7 +193,7 @@ class Core:
             state, reason = "blocked", f"{blocked} has not returned"
         elif halted is not None:
             state, reason = "halted", halted
-        return Status(self.structure.ports.node, time.time(), state, reason, error, blocked, self._failures)
+        return Status(self.structure.ports.node, time.time(), state, reason, error, blocked, self.failures)
 
     # Life of a managed node.
 
@@ -276,12 +281,7 @@ class Core:
 
     def new_source(self, name: str) -> Source:
         """Return the counters of a bridge, which inspections show from now on; from any thread."""
-
-        def tell(text: str) -> None:
-            fields = {"transition": None, "handler": None, "error": text, "attempt": 1, "policy": None}
-            self.loop.submit(lambda: self.emit("error", **fields))
-
-        source = Source(name, tell)
+        source = Source(name, lambda text: self.loop.submit(lambda: self.tell_error(text)))
         with self._callbacks_lock:
             self.sources = (*self.sources, source)
         return source
@@ -291,60 +291,26 @@ class Core:
         with self._callbacks_lock:
             self.sources = tuple(known for known in self.sources if known is not source)
 
-    def outlook(self) -> tuple[dict[str, bool], list[str]]:
-        """Return signals, and what could fire; on the node's thread, and much quicker than `inspect`."""
-        signals = zip(self.structure.signals, self.engine.signals, strict=True)
-        return dict(signals), list(enabled_transitions(self.engine))
-
-    def inspect(self) -> Inspection:
-        """Return what the net is in; on the node's thread."""
-        exchange = self.exchange
-        return Inspection(
-            **inspect_engine(self.engine, self.execution, self.loop.clock()),
-            waiting_requests=exchange.waiting_requests if exchange is not None else 0,
-            drops=MappingProxyType(dict(exchange.drops) if exchange is not None else {}),
-            refused=MappingProxyType(dict(exchange.refused) if exchange is not None else {}),
-            firings=self.execution.firings,
-            failures=self._failures,
-            errors=tuple(self._errors),
-            halted=self.execution.halted,
-            stale=self.expectations.stale,
-            sources=tuple(source.state for source in self.sources),
-        )
-
-    def save(self) -> SavedState:
-        """Return a checkpoint of the net, without what the node knows of channels."""
+    def save(self, channels: ChannelState) -> SavedState:
+        """Return a checkpoint of the net, with what the node knows of channels."""
         engine, structure = self.engine, self.structure
-        saved = SavedState(
-            marking={
+        saved: SavedState = {
+            "marking": {
                 id: [[token.id, token.data] for token in tokens]
                 for place, id in enumerate(structure.places)
                 if (tokens := engine.tokens(place))
             },
-            signals=dict(zip(structure.signals, engine.signals, strict=True)),
-            next_token=engine.next_token,
-            numbers={},
-            history={},
-            queues={},
-            kept=copy.deepcopy(self.execution.kept),
-            seen={},
-            seen_apart={},
-            missing={},
-            requests={},
-            serving={},
-            responses={},
-            kept_responses={},
-            goals={},
-            slots={},
-            results={},
-            aside={
+            "signals": dict(zip(structure.signals, engine.signals, strict=True)),
+            "next_token": engine.next_token,
+            "kept": copy.deepcopy(self.execution.kept),
+            "aside": {
                 structure.transitions[transition]: {
                     structure.places[place]: sorted(ids) for place, ids in by_place.items()
                 }
                 for transition, by_place in engine.aside().items()
             },
-            run="",
-        )
+            **channels,  # type: ignore[typeddict-item]  # it brings no lifecycle
+        }
         if structure.ports.is_managed:
             saved["lifecycle"] = self.state
         return saved
@@ -374,7 +340,7 @@ class Core:
         signals = list(structure.initial_signals)
         for id, value in checkpoint["signals"].items():
             signals[names.signal(id)] = value
-        self.engine = Engine(structure, self._departures, marking, signals, checkpoint["next_token"])
+        self.engine = Engine(structure, marking, signals, checkpoint["next_token"])
         self.execution.engine = self.engine
         self.execution.kept = copy.deepcopy(checkpoint.get("kept", {}))
         for id, by_place in checkpoint["aside"].items():

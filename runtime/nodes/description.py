@@ -11,6 +11,8 @@ from dineros.runtime.nodes.core import Core
 _HIDDEN = ("mappings", "token_type", "place_types")
 """What of ports only encoders need."""
 
+_KINDS = ("publishers", "subscribers", "clients", "servers", "action_clients", "action_servers")
+
 
 def description_of(core: Core) -> dict[str, Any]:
     """Return what a node is, as values of JSON; from any thread.
@@ -47,17 +49,7 @@ def description_of(core: Core) -> dict[str, Any]:
             }
             for handler in core.handlers.all()
         ],
-        **{
-            kind: [_port(port) for port in found]
-            for kind, found in (
-                ("publishers", ports.publishers),
-                ("subscribers", ports.subscribers),
-                ("clients", ports.clients),
-                ("servers", ports.servers),
-                ("action_clients", ports.action_clients),
-                ("action_servers", ports.action_servers),
-            )
-        },
+        **{kind: [_port(port) for port in getattr(ports, kind)] for kind in _KINDS},
     }
 
 

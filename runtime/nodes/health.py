@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import islice
 from types import MappingProxyType
 from typing import Literal
 
-from dineros.runtime.nets.ports import ActionClientPort, SubscriberPort
+from dineros.runtime.firing.durations import HandlerTime
 from dineros.runtime.nodes.core import Core
 from dineros.runtime.nodes.status import Status
 
@@ -68,19 +69,6 @@ class SignalAge:
     age: float | None
     limit: float | None
     is_stale: bool
-
-
-@dataclass(frozen=True, slots=True)
-class HandlerLoad:
-    """What a handler takes, in seconds: the longest since the last look, the mean of all, the budget."""
-
-    transition: str
-    handler: str
-    calls: int
-    longest: float
-    mean: float
-    budget: float | None
-    slow: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +131,7 @@ class Health:
     queues: tuple[QueueFill, ...] = ()
     servers: Mapping[str, tuple[int, int, int]] = field(default_factory=dict)
     signals: tuple[SignalAge, ...] = ()
-    handlers: tuple[HandlerLoad, ...] = ()
+    handlers: tuple[HandlerTime, ...] = ()
     waits: tuple[Wait, ...] = ()
     concerns: tuple[Concern, ...] = ()
     drops: Mapping[tuple[str, str], int] = field(default_factory=dict)
@@ -175,9 +163,10 @@ class HealthWatch:
         rate = (firings - self._firings) / passed if passed > 0 else 0.0
         self._firings, self._looked = firings, now
         places = core.structure.places[:MOST]
-        queues, signals, handlers = tuple(self._queues()), tuple(self._signals(now)), tuple(self._handlers())
+        queues, signals = tuple(self._queues()), tuple(self._signals(now))
+        handlers = tuple(replace(time) for time in islice(execution.durations, MOST))
         execution.durations.forget_longest()
-        served = {} if exchange is None else exchange.requests_served()
+        servers = {} if exchange is None else exchange.servers
         return Health(
             status=core.status(),
             firings=firings,
@@ -186,13 +175,15 @@ class HealthWatch:
             rate=rate,
             places=MappingProxyType({id: engine.count(place) for place, id in enumerate(places)}),
             queues=queues,
-            servers={port.service: (busy, port.instances, more) for port, (busy, more) in served.items()},
+            servers={
+                port.service: (each.busy, port.instances, len(each.waiting)) for port, each in servers.items()
+            },
             signals=signals,
             handlers=handlers,
             waits=tuple(self._waits(now))[:MOST],
-            concerns=self._judge(queues, signals, handlers),
-            drops={} if exchange is None else dict(exchange.drops),
-            refused={} if exchange is None else dict(exchange.refused),
+            concerns=self._judge(_concerns(queues, signals, handlers)),
+            drops={} if exchange is None else dict(exchange.traffic.drops),
+            refused={} if exchange is None else dict(exchange.traffic.refused),
         )
 
     def _queues(self) -> Iterator[QueueFill]:
@@ -212,13 +203,6 @@ class HealthWatch:
                 id, core.engine.signals[number], age, core.expectations.limit(number), id in stale
             )
 
-    def _handlers(self) -> Iterator[HandlerLoad]:
-        transitions = self._core.structure.transitions
-        for count, time in enumerate(self._core.execution.durations):
-            if count < MOST:
-                mean, name = time.total / max(1, time.calls), transitions[time.transition]
-                yield HandlerLoad(name, time.handler, time.calls, time.longest, mean, time.budget, time.slow)
-
     def _waits(self, now: float) -> Iterator[Wait]:
         core = self._core
         execution, exchange, transitions = core.execution, core.exchange, core.structure.transitions
@@ -229,25 +213,20 @@ class HealthWatch:
             yield Wait(transitions[flight.transition], "handler", handler, now - flight.started)
         if exchange is None:
             return
-        for port, call in exchange.requests_under_way():
-            yield Wait(port.client, "service", port.service, max(0.0, now - call.asked))
-        for goals_port, client in exchange.actions.clients.items():
-            yield from (_goal(goals_port) for _ in client.goals)
+        for port, client in exchange.clients.items():
+            for call in client.calls.values():
+                yield Wait(port.client, "service", port.service, max(0.0, now - call.asked))
+        for goals_port, goals_client in exchange.actions.clients.items():
+            for _ in goals_client.goals:
+                yield Wait(goals_port.client, "action", goals_port.action)
         if core.arrivals is not None:
             for subscriber in core.structure.ports.subscribers:
                 if core.arrivals.held(subscriber):
-                    yield _room(subscriber)
+                    yield Wait(subscriber.topic, "room", subscriber.place)
 
-    def _judge(
-        self,
-        queues: tuple[QueueFill, ...],
-        signals: tuple[SignalAge, ...],
-        handlers: tuple[HandlerLoad, ...],
-    ) -> tuple[Concern, ...]:
+    def _judge(self, concerns: Iterable[Concern]) -> tuple[Concern, ...]:
         """Return what goes beyond its budget, and log what is new among it, and what is over."""
-        found = {
-            (concern.budget, concern.element): concern for concern in _concerns(queues, signals, handlers)
-        }
+        found = {(concern.budget, concern.element): concern for concern in concerns}
         for key, concern in found.items():
             # That a signal is stale has been logged when it became so, as `stale_after` says.
             if key not in self._concerns and concern.budget != "signal-age":
@@ -260,7 +239,7 @@ class HealthWatch:
 
 
 def _concerns(
-    queues: tuple[QueueFill, ...], signals: tuple[SignalAge, ...], handlers: tuple[HandlerLoad, ...]
+    queues: tuple[QueueFill, ...], signals: tuple[SignalAge, ...], handlers: tuple[HandlerTime, ...]
 ) -> Iterator[Concern]:
     for queue in queues:
         if queue.is_nearly_full:
@@ -279,11 +258,3 @@ def _concerns(
         if signal.is_stale:
             text = f"the signal {signal.signal} is stale: not heard for {signal.limit or 0:g} s"
             yield Concern("signal-age", signal.signal, text)
-
-
-def _goal(port: ActionClientPort) -> Wait:
-    return Wait(port.client, "action", port.action)
-
-
-def _room(port: SubscriberPort) -> Wait:
-    return Wait(port.topic, "room", port.place)

@@ -5,36 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TypedDict
 
-from dineros.runtime.firing.execution import Execution
 from dineros.runtime.firing.flights import Flight
 from dineros.runtime.nets.engine import Engine, Tokens
 from dineros.runtime.nets.sources import SourceState
 from dineros.runtime.nets.tokens import Token, copy_data
-
-
-@dataclass(frozen=True)
-class ErrorReport:
-    """A firing that failed and changed nothing.
-
-    Attributes
-    ----------
-    time : float
-        Seconds since the epoch.
-    transition, handler : str or None
-        Where.
-    error : str
-        What happened.
-    policy : str or None
-        What was done about it.
-    """
-
-    time: float
-    transition: str | None
-    handler: str | None
-    error: str
-    policy: str | None
+from dineros.runtime.nodes.core import Core
+from dineros.runtime.nodes.status import ErrorReport
 
 
 @dataclass(frozen=True)
@@ -114,57 +91,61 @@ class Inspection:
         return len(self.marking[place])
 
 
-class _OfEngine(TypedDict):
-    marking: Mapping[str, tuple[Token, ...]]
-    signals: Mapping[str, bool]
-    enabled: tuple[str, ...]
-    in_flight: tuple[InFlight, ...]
-    outliving: tuple[InFlight, ...]
-    aside: Mapping[str, Mapping[str, tuple[int, ...]]]
-
-
-def inspect_engine(engine: Engine, execution: Execution, now: float) -> _OfEngine:
-    """Return what engine and execution tell of an inspection."""
-    structure = engine.structure
-    places, transitions = structure.places, structure.transitions
+def inspected(core: Core) -> Inspection:
+    """Return what a net is in; on the node's thread."""
+    engine, execution, exchange = core.engine, core.execution, core.exchange
+    places, transitions = core.structure.places, core.structure.transitions
+    now = core.loop.clock()
 
     def shown(flight: Flight, taken: Tokens) -> InFlight:
         return InFlight(
             transitions[flight.transition],
             flight.handlers[flight.position].name,
             now - flight.started,
-            _frozen({places[place]: tuple(token.id for token in tokens) for place, tokens in taken}),
+            MappingProxyType({places[place]: tuple(token.id for token in tokens) for place, tokens in taken}),
         )
 
-    aside = {
-        transitions[transition]: _frozen(
-            {places[place]: tuple(sorted(ids)) for place, ids in by_place.items()}
-        )
-        for transition, by_place in engine.aside().items()
-    }
-    return {
-        "marking": MappingProxyType(
+    return Inspection(
+        marking=MappingProxyType(
             {
                 id: tuple(Token(token.id, copy_data(token.data)) for token in engine.tokens(place))
                 for place, id in enumerate(places)
             }
         ),
-        "signals": MappingProxyType(dict(zip(structure.signals, engine.signals, strict=True))),
-        "enabled": enabled_transitions(engine),
-        "in_flight": tuple(shown(flight, flight.taken) for flight in execution.in_flight),
-        "outliving": tuple(shown(flight, []) for flight in execution.in_flight.outliving),
-        "aside": MappingProxyType(aside),
-    }
+        signals=MappingProxyType(dict(zip(core.structure.signals, engine.signals, strict=True))),
+        enabled=_enabled(engine),
+        in_flight=tuple(shown(flight, flight.taken) for flight in execution.in_flight),
+        outliving=tuple(shown(flight, []) for flight in execution.in_flight.outliving),
+        aside=MappingProxyType(
+            {
+                transitions[transition]: MappingProxyType(
+                    {places[place]: tuple(sorted(ids)) for place, ids in by_place.items()}
+                )
+                for transition, by_place in engine.aside().items()
+            }
+        ),
+        waiting_requests=exchange.waiting_requests if exchange is not None else 0,
+        drops=MappingProxyType(dict(exchange.traffic.drops) if exchange is not None else {}),
+        refused=MappingProxyType(dict(exchange.traffic.refused) if exchange is not None else {}),
+        firings=execution.firings,
+        failures=core.failures,
+        errors=tuple(core.errors),
+        halted=execution.halted,
+        stale=core.expectations.stale,
+        sources=tuple(source.state for source in core.sources),
+    )
 
 
-def enabled_transitions(engine: Engine) -> tuple[str, ...]:
+def outlook(core: Core) -> tuple[dict[str, bool], list[str]]:
+    """Return signals, and what could fire; on the node's thread, and much quicker than `inspected`."""
+    signals = zip(core.structure.signals, core.engine.signals, strict=True)
+    return dict(signals), list(_enabled(core.engine))
+
+
+def _enabled(engine: Engine) -> tuple[str, ...]:
     """Return the transitions that the firing rule allows to fire now, in the order of the model."""
     return tuple(
         id
         for number, id in enumerate(engine.structure.transitions)
         if engine.is_enabled(number) and not engine.is_overridden(number)
     )
-
-
-def _frozen(ids: dict[str, tuple[int, ...]]) -> Mapping[str, tuple[int, ...]]:
-    return MappingProxyType(ids)

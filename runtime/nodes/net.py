@@ -34,7 +34,7 @@ from dineros.runtime.nets.signals import Signal
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.structure import Structure, read_structure
 from dineros.runtime.nodes.core import Change, Core
-from dineros.runtime.nodes.inspection import Inspection
+from dineros.runtime.nodes.inspection import Inspection, inspected
 from dineros.runtime.nodes.runner import Runner
 from dineros.runtime.nodes.status import Status
 from dineros.runtime.scheduling.watchdog import LIMIT
@@ -232,7 +232,7 @@ class Net:
         The function gets the enabled transitions (`Candidates`) and returns one of them, one with other
         tokens (`Enabled.taking`), or None, and is asked again after the next change.
         """
-        self.core.execution.selection = function
+        self.core.execution.chooser.selection = function
         self.core.loop.post(lambda: None)
         return function
 
@@ -385,7 +385,7 @@ class Net:
 
         It waits for a handler that blocks the node; `status` does not.
         """
-        return self.core.loop.call(self.core.inspect)
+        return self.core.loop.call(lambda: inspected(self.core))
 
     def count(self, place: str) -> int:
         """Return how many tokens a place holds now; much quicker than `inspect`.

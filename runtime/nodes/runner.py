@@ -16,16 +16,14 @@ from dineros.metamodel.errors import DinerosError
 from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange
 from dineros.runtime.channels.goals import ActionEvent
-from dineros.runtime.channels.transport import Answer, Ticking, Transport
-from dineros.runtime.journal.recording import NullRecorder, Recorder
+from dineros.runtime.channels.transport import Ticking, Transport
+from dineros.runtime.journal.recording import Recorder
 from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nets.ports import (
     ActionPort,
     ActionServerPort,
     ClientPort,
     Message,
-    Port,
-    Queue,
     ServerPort,
     SubscriberPort,
     TimerPort,
@@ -47,8 +45,10 @@ PATIENCE = 2.0
 """Seconds that a handler has to return when its node is to end; then its firing is released."""
 
 
-class Runner:
+class Runner(Arrivals):
     """Runs the core of a net, with a transport and a recorder; the receiver of its transport.
+
+    What arrives waits for its thread, and where places are full for room.
 
     Parameters
     ----------
@@ -78,11 +78,12 @@ class Runner:
             raise DinerosError(f"the net of {self._id} has a node already", hint="load the net anew")
         self._core = core
         self._transport = transport
-        self._recorder = recorder or NullRecorder()
+        self._recorder = recorder
         self._is_resumed = resume is not None
         if resume is not None:
             core.restore(resume)
         self.exchange = Exchange(core.engine, core.loop, core, run=run, request_timeout=request_timeout)
+        super().__init__(self.exchange, core.engine, core.loop, transport)
         if resume is not None:
             self.exchange.restore(resume)
         core.exchange = self.exchange
@@ -91,7 +92,7 @@ class Runner:
         core.obey_state()
         self._loop = core.loop
         self._execution = core.execution
-        core.arrivals = self._arrivals = Arrivals(self.exchange, core.engine, core.loop, transport)
+        core.arrivals = self
         self._thread: threading.Thread | None = None
         self._is_open = False
         self._is_ending = False
@@ -118,9 +119,9 @@ class Runner:
 
         Where that fails, the node is closed again.
         """
-        core, ports = self._core, self._core.structure.ports
-        self._recorder.open(ports, self.checkpoint)
-        if not isinstance(self._recorder, NullRecorder):
+        core = self._core
+        if self._recorder is not None:
+            self._recorder.open(core.structure.ports, self.checkpoint)
             core.record_with(self._recorder.record)
         state = self.checkpoint()
         core.emit(
@@ -142,8 +143,9 @@ class Runner:
 
     def _join(self, transport: Transport) -> None:
         transport.open(self._core.structure.ports, self)
-        self._execution.departures.check_by(self.exchange.checks(transport), self._core.structure)
-        self.exchange.begin(transport)
+        self.exchange.traffic.join(transport)
+        self._execution.departures.check_by(self.exchange.traffic.checks, self._core.structure)
+        self.exchange.begin()
         if self._is_resumed:
             # What was sent when the node was killed, but not recorded any more, was sent before all that
             # arrives now: it is sent and recorded first, so that the records are in the order of events.
@@ -175,10 +177,10 @@ class Runner:
             did = True
         if self.exchange.depart():
             did = True
-        if self._core.engine.opened and self._arrivals.let_in():
+        if self._core.engine.opened and self.let_in():
             did = True
         if self._execution.in_flight:
-            self._execution.refresh()
+            self._execution.in_flight.refresh(self._core.engine)
         return did
 
     def run_until_idle(self, limit: int = 1_000_000) -> int:
@@ -217,7 +219,8 @@ class Runner:
                 self._core.status_changed()
             finally:
                 self._core.record_with(None)
-                self._recorder.close()
+                if self._recorder is not None:
+                    self._recorder.close()
 
     def start(self) -> None:
         """Run the node on a thread of its own; open it before, where it is not yet."""
@@ -350,43 +353,29 @@ class Runner:
 
     def checkpoint(self) -> SavedState:
         """Return all that is needed to go on from here; on the node's thread, or while it is not running."""
-        checkpoint = self._core.save()
-        self.exchange.save(checkpoint)
-        return checkpoint
+        return self._core.save(self.exchange.save())
 
     # What the transport calls, from any thread.
 
-    def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
-        """Let a message of a topic wait for the loop."""
-        self._arrivals.arrived(port, message, lost)
-
-    def is_open(self, port: SubscriberPort | ServerPort) -> bool:
-        """Return whether a message of a topic, or a request, is taken now."""
-        return self._arrivals.is_open(port)
-
-    def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
-        """Have a request served."""
-        self._arrivals.requested(port, message, answer)
-
     def requests_wait(self, port: ServerPort) -> None:
         """Have requests taken that the transport keeps."""
-        self._post(lambda: self.exchange.serve(port))
+        self._post(self.exchange.servers[port].serve)
 
     def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
         """Return how many of its publisher's messages before this one are missing; from any thread."""
-        return self.exchange.messages_skipped(port, message)
+        return self.exchange.subscribers[port].skipped(message)
 
     def knows_request(self, port: ServerPort, message_id: str) -> bool:
         """Return whether an instance serves a request, or its response is kept."""
-        return self.exchange.knows_request(port, message_id)
+        return self.exchange.servers[port].knows(message_id)
 
     def response_arrived(self, port: ClientPort, message: Message) -> None:
         """Have a response put on its place."""
-        self._post(lambda: self.exchange.responded(port, message))
+        self._post(lambda: self.exchange.clients[port].responded(message))
 
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
         """Have a request sent again."""
-        self._post(lambda: self.exchange.failed(port, message_id, reason))
+        self._post(lambda: self.exchange.clients[port].failed(message_id, reason))
 
     def ticked(self, timer: TimerPort) -> None:
         """Have the callback of a timer begin."""
@@ -399,10 +388,6 @@ class Runner:
     def refused(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
         """Have it counted that something came that is no message."""
         self._post(lambda: self.exchange.refuse(port, error))
-
-    def dropped(self, port: Port, queue: Queue, count: int) -> None:
-        """Have messages counted and recorded that a full queue lost."""
-        self._arrivals.lost(port, queue, count)
 
     def signals_changed(self, values: Mapping[str, bool], source: str) -> None:
         """Have signals set."""
@@ -419,6 +404,3 @@ class Runner:
     def remove_source(self, source: Source) -> None:
         """Show it no more."""
         self._core.remove_source(source)
-
-    def _post(self, action: Callable[[], None]) -> None:
-        self._loop.post(action)

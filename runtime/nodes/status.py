@@ -6,7 +6,6 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Literal
 
-from dineros.runtime.nodes.inspection import ErrorReport
 from dineros.runtime.scheduling.watchdog import Blocked
 
 State = Literal["running", "halted", "blocked", "failed", "ended", "crashed"]
@@ -14,6 +13,29 @@ State = Literal["running", "halted", "blocked", "failed", "ended", "crashed"]
 ``failed``: its loop has ended by an error; ``ended``: it was told to end; ``crashed``: its process is gone,
 as its supervisor tells.
 """
+
+
+@dataclass(frozen=True)
+class ErrorReport:
+    """A firing that failed and changed nothing.
+
+    Attributes
+    ----------
+    time : float
+        Seconds since the epoch.
+    transition, handler : str or None
+        Where.
+    error : str
+        What happened.
+    policy : str or None
+        What was done about it.
+    """
+
+    time: float
+    transition: str | None
+    handler: str | None
+    error: str
+    policy: str | None
 
 
 @dataclass(frozen=True)

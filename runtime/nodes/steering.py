@@ -10,6 +10,7 @@ from typing import Protocol
 
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.nodes.core import NOT_ACTIVE
+from dineros.runtime.nodes.inspection import outlook
 from dineros.runtime.nodes.net import Net
 
 PATIENCE = 0.5
@@ -83,10 +84,10 @@ class SteeredNet:
             return Outlook(status.state, status.reason)
         core = self._net.core
         if not core.loop.is_running:  # somebody steps it, or it has ended
-            self._asked, self._seen = None, core.loop.call(core.outlook)
+            self._asked, self._seen = None, core.loop.call(lambda: outlook(core))
             return Outlook(status.state, status.reason, *self._seen)
         if self._asked is None:  # else it is still to answer: nothing piles up in its loop
-            self._asked = core.loop.ask(core.outlook)
+            self._asked = core.loop.ask(lambda: outlook(core))
         with contextlib.suppress(TimeoutError):
             self._seen, self._asked = self._asked.result(PATIENCE), None
         return Outlook(status.state, status.reason, *self._seen)

@@ -20,7 +20,7 @@ from typing import Any
 from dineros.runtime.nodes.description import description_of
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.status import Status
-from dineros.runtime.ros.channels.quality import signal_quality
+from dineros.runtime.ros.channels.quality import reliable_quality
 from dineros.runtime.ros.process.session import LOG
 
 INACTIVE = "the node is not active"
@@ -65,7 +65,7 @@ class Control:
         self._publisher = self._node.create_publisher(
             String,
             "~/state",
-            signal_quality(is_kept=True),
+            reliable_quality(is_kept=True),
             # It offers all that can be asked for, so there is nothing to hear of; events cost time at each
             # message of the node.
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),

@@ -15,7 +15,6 @@ from dineros.runtime.nodes.health import Health, HealthWatch
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.status import Status
 from dineros.runtime.ros.channels.parameters import DIAGNOSTICS_PERIOD, METRICS_PORT, declare
-from dineros.runtime.ros.control import INACTIVE
 from dineros.runtime.ros.metrics import MetricsServer, metrics_text
 from dineros.runtime.ros.process.session import LOG
 from dineros.runtime.scheduling.timers import Timer
@@ -48,7 +47,7 @@ class Diagnostics:
         self._net = net
         self._watch = HealthWatch(net.core)
         self._period = 0.0
-        self._timer: Timer | None = None
+        self._timer = Timer()
         self._publisher: Any = None
         self._server: MetricsServer | None = None
         self._lock = threading.Lock()
@@ -127,8 +126,7 @@ class Diagnostics:
 
     def close(self) -> None:
         """Look no more."""
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.cancel()
         server, self._server = self._server, None
         if server is not None:
             server.close()
@@ -173,7 +171,7 @@ def parts_of(health: Health) -> Mapping[str, tuple[str, str, list[tuple[str, obj
 def _state(health: Health) -> tuple[str, str, list[tuple[str, object]]]:
     status = health.status
     is_idle = status.state == "halted" and "not active" in (status.reason or "")
-    level = "ok" if status.state in _FINE or is_idle or status.reason == INACTIVE else "error"
+    level = "ok" if status.state in _FINE or is_idle else "error"
     values: list[tuple[str, object]] = [
         ("state", status.state),
         ("firings", health.firings),

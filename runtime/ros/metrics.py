@@ -77,8 +77,7 @@ def _samples(health: Health) -> Iterator[Sample]:
             yield "signal_age_seconds", "gauge", "Since it was heard.", labels, signal.age
     for load in health.handlers:
         labels = {"transition": load.transition, "handler": load.handler}
-        total = load.mean * load.calls
-        yield "handler_seconds_total", "counter", "What a handler took in all.", labels, total
+        yield "handler_seconds_total", "counter", "What a handler took in all.", labels, load.total
         yield "handler_calls_total", "counter", "How often a handler ran.", labels, load.calls
         yield "handler_slow_total", "counter", "How often it exceeded its budget.", labels, load.slow
     # Several may wait for the same thing: the one that has waited longest is told.

@@ -8,16 +8,20 @@ from collections.abc import Callable
 
 
 class Timer:
-    """Something to do at a time."""
+    """Something to do at a time; without an action, nothing."""
 
     __slots__ = ("action",)
 
-    def __init__(self, action: Callable[[], None]) -> None:
-        self.action: Callable[[], None] | None = action
+    def __init__(self, action: Callable[[], None] | None = None) -> None:
+        self.action = action
 
     def cancel(self) -> None:
         """Do nothing when the time comes."""
         self.action = None
+
+
+IDLE = Timer()
+"""What stands where there is nothing to wait for."""
 
 
 class Timers:

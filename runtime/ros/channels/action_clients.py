@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,8 +27,9 @@ from dineros.runtime.channels.goals import (
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.nets.ports import ActionClientPort, Message, OutcomeKind
 from dineros.runtime.ros.channels.goal_ids import bytes_of, ros_id, text_of
-from dineros.runtime.ros.channels.quality import feedback_quality, service_quality
+from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, reliable_quality
 from dineros.runtime.ros.conversion.codecs import ActionCodecs
+from dineros.runtime.ros.process.clocks import Alarm
 from dineros.runtime.ros.process.session import LOG
 
 FIRST_LOOK, LAST_LOOK = 0.05, 0.5
@@ -93,11 +95,8 @@ class GoalClient:
         self, node: Any, port: ActionClientPort, codecs: ActionCodecs, receiver: Receiver, timeout: float
     ) -> None:
         from action_msgs.msg import GoalStatus
-        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-        from rclpy.clock import Clock
-        from rclpy.clock_type import ClockType
 
-        self._node, self._port, self._codecs = node, port, codecs
+        self._port, self._codecs = port, codecs
         self._receiver, self._timeout = receiver, timeout
         self._ends: dict[int, OutcomeKind] = {
             GoalStatus.STATUS_SUCCEEDED: "succeeded",
@@ -108,13 +107,8 @@ class GoalClient:
         self._lock = threading.RLock()
         self._goals: dict[str, _Goal] = {}
         self._ended: dict[str, None] = {}
-        self._due: float | None = None
         self._client = _client_class()(node, codecs.interface, port, self)
-        self._timer: Any = node.create_timer(
-            timeout, self._look, callback_group=MutuallyExclusiveCallbackGroup(),
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
-        )  # fmt: skip
-        self._timer.cancel()
+        self._alarm: Alarm | None = Alarm(node, self._look)
 
     # What the net asks for.
 
@@ -162,23 +156,18 @@ class GoalClient:
     # Time.
 
     def _look_in_time(self, goal: _Goal) -> None:
-        """Have the timer go off when there is something to do for a goal, if not before."""
+        """Have the alarm go off when there is something to do for a goal, if not before."""
         now = time.monotonic()
         times = [goal.deadline, goal.ask, goal.cancel, None if goal.is_sent else now + goal.look]
-        due = min((each for each in times if each is not None), default=None)
-        if due is None or self._timer is None or (self._due is not None and self._due <= due):
-            return
-        self._due = due
-        self._timer.timer_period_ns = max(1, int((due - now) * 1e9))
-        self._timer.reset()
+        if self._alarm is not None:
+            self._alarm.set(min((each for each in times if each is not None), default=None))
 
     def _look(self) -> None:
         """Do what is due."""
         with self._lock:
-            self._due = None
-            if self._timer is None:
+            if self._alarm is None:
                 return
-            self._timer.cancel()
+            self._alarm.silence()
             now = time.monotonic()
             for goal in list(self._goals.values()):
                 try:
@@ -289,8 +278,9 @@ class GoalClient:
         with self._lock:
             self._goals.clear()
             self._ended.clear()
-            timer, self._timer = self._timer, None
-        self._node.destroy_timer(timer)
+            alarm, self._alarm = self._alarm, None
+        if alarm is not None:
+            alarm.close()
         self._client.destroy()
 
 
@@ -304,11 +294,9 @@ def _client_class() -> Any:
 
     class Client(action_client):  # type: ignore[misc]
         def __init__(self, node: Any, interface: Any, port: ActionClientPort, owner: GoalClient) -> None:
-            quality = service_quality()
+            quality = reliable_quality(SERVICE_DEPTH)
             self._owner = owner
-            self._asked: dict[int, str] = {}
-            self._asked_for_result: dict[int, str] = {}
-            self._asked_to_cancel: dict[int, str] = {}
+            self._asked: dict[str, dict[int, str]] = {"goal": {}, "result": {}, "cancel": {}}
             self._parts = interface.Impl
             super().__init__(
                 node,
@@ -318,27 +306,35 @@ def _client_class() -> Any:
                 goal_service_qos_profile=quality,
                 result_service_qos_profile=quality,
                 cancel_service_qos_profile=quality,
-                feedback_sub_qos_profile=feedback_quality(port.depth),
+                feedback_sub_qos_profile=reliable_quality(max(1, port.depth)),
             )
 
         def send_goal(self, id: str, goal: Any) -> None:
             request = self._parts.SendGoalService.Request(goal_id=ros_id(bytes_of(id)), goal=goal)
-            self._note(self._asked, self._client_handle.send_goal_request(request), id)
+            self._note("goal", self._client_handle.send_goal_request(request), id)
 
         def ask_for_result(self, id: str) -> None:
             request = self._parts.GetResultService.Request(goal_id=ros_id(bytes_of(id)))
-            self._note(self._asked_for_result, self._client_handle.send_result_request(request), id)
+            self._note("result", self._client_handle.send_result_request(request), id)
 
         def ask_to_cancel(self, id: str) -> None:
             request = CancelGoal.Request()
             request.goal_info.goal_id = ros_id(bytes_of(id))
-            self._note(self._asked_to_cancel, self._client_handle.send_cancel_request(request), id)
+            self._note("cancel", self._client_handle.send_cancel_request(request), id)
 
-        @staticmethod
-        def _note(asked: dict[int, str], number: int, id: str) -> None:
+        def _note(self, kind: str, number: int, id: str) -> None:
+            asked = self._asked[kind]
             asked[number] = id
             while len(asked) > 1000:  # those that nobody has answered
                 del asked[next(iter(asked))]
+
+        def _answered(self, kind: str, taken_data: Any) -> Iterator[tuple[str, Any]]:
+            """Yield the goal that an answer is about, and the answer; nothing where nobody asked."""
+            if kind in taken_data:
+                number, response = taken_data[kind]
+                id = self._asked[kind].pop(int(getattr(number, "sequence_number", number)), None)
+                if id is not None:
+                    yield id, response
 
         async def execute(self, taken_data: Any) -> None:
             """Hand over what came; feedback first, since a result may come with it."""
@@ -346,24 +342,14 @@ def _client_class() -> Any:
             if "feedback" in taken_data:
                 message = taken_data["feedback"]
                 owner.heard(text_of(message.goal_id), message.feedback)
-            if "goal" in taken_data:
-                number, response = taken_data["goal"]
-                if (id := self._asked.pop(_number(number), None)) is not None:
-                    owner.answered(id, bool(response.accepted))
-            if "cancel" in taken_data:
-                number, response = taken_data["cancel"]
-                if (id := self._asked_to_cancel.pop(_number(number), None)) is not None:
-                    owner.canceled(id, id in [text_of(info.goal_id) for info in response.goals_canceling])
+            for id, response in self._answered("goal", taken_data):
+                owner.answered(id, bool(response.accepted))
+            for id, response in self._answered("cancel", taken_data):
+                owner.canceled(id, id in [text_of(info.goal_id) for info in response.goals_canceling])
             if "status" in taken_data:
                 for each in taken_data["status"].status_list:
                     owner.status(text_of(each.goal_info.goal_id), int(each.status))
-            if "result" in taken_data:
-                number, response = taken_data["result"]
-                if (id := self._asked_for_result.pop(_number(number), None)) is not None:
-                    owner.result(id, int(response.status), response.result)
+            for id, response in self._answered("result", taken_data):
+                owner.result(id, int(response.status), response.result)
 
     return Client
-
-
-def _number(sequence: Any) -> int:
-    return int(getattr(sequence, "sequence_number", sequence))

@@ -8,7 +8,7 @@ hands over what came. The state machine of goals, the status topic and how long 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -16,19 +16,12 @@ from dineros.runtime.channels.goals import CancelArrived, GoalArrived, KnownGoal
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.nets.ports import ActionServerPort, Data, Message, OutcomeKind
 from dineros.runtime.ros.channels.goal_ids import bytes_of, ros_id, text_of
-from dineros.runtime.ros.channels.quality import feedback_quality, service_quality
+from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, reliable_quality
 from dineros.runtime.ros.conversion.codecs import ActionCodecs
 from dineros.runtime.ros.process.session import LOG
 
 KEPT_ASKS = 64
 """Requests for a result that wait for it, of one goal: the last ones."""
-
-
-class _Asked(NamedTuple):
-    """A goal or a request to cancel that waits for its answer."""
-
-    header: Any
-    request: Any
 
 
 class GoalServer:
@@ -71,17 +64,15 @@ class GoalServer:
     def asked(self, header: Any, request: Any) -> None:
         """Hand a goal over."""
         goal = text_of(request.goal_id)
-        asked = _Asked(header, request)
+        answer = partial(self._answer, header, request.goal_id)
         try:
             data = self._codecs.goal.decode(request.goal).data
         except Exception as error:  # ROS raises what it likes
             self._receiver.refused(self._port, error)
-            self._answer(asked, False)
+            answer(False)
             return
         if self._is_open:
-            self._receiver.action_event(
-                self._port, GoalArrived(Message(goal, data), partial(self._answer, asked))
-            )
+            self._receiver.action_event(self._port, GoalArrived(Message(goal, data), answer))
 
     def asked_to_cancel(self, header: Any, request: Any) -> None:
         """Hand a request to cancel over: of one goal, of all, or of those accepted before some time."""
@@ -90,11 +81,11 @@ class GoalServer:
         goals = [text_of(info.goal_id) for info in response.goals_canceling]
         if not goals and self._server.status_of(bytes_of(named)) == self._is_canceling:
             response.goals_canceling, goals = [request.goal_info], [named]
-        asked = _Asked(header, response)
         if not goals:
-            self._server.send_cancel_response(header, response)
+            self._server.respond("cancel", header, response)
         elif self._is_open:
-            self._receiver.action_event(self._port, CancelArrived(goals, partial(self._answer_cancel, asked)))
+            answer = partial(self._answer_cancel, header, response)
+            self._receiver.action_event(self._port, CancelArrived(goals, answer))
 
     def asked_for_result(self, header: Any, request: Any) -> None:
         """Answer with a result, when there is one."""
@@ -108,7 +99,7 @@ class GoalServer:
                 return
         if result is None:
             result = self._parts.GetResultService.Response()  # its status is that of unknown goals
-        self._server.send_result_response(header, result)
+        self._server.respond("result", header, result)
 
     def expired(self, goals: Sequence[bytes]) -> None:
         """Forget results that have been kept for long enough."""
@@ -119,26 +110,25 @@ class GoalServer:
 
     # What the net answers.
 
-    def _answer(self, asked: _Asked, accepted: bool) -> None:
+    def _answer(self, header: Any, goal_id: Any, accepted: bool) -> None:
         """Tell a client whether its goal is accepted; from the thread of the net."""
         if not self._is_open:
             return
         response = self._parts.SendGoalService.Response()
         try:
-            handle = self._server.accepted(asked.request.goal_id) if accepted else None
+            handle = self._server.accepted(goal_id) if accepted else None
             response.accepted = handle is not None
             if handle is not None:
                 response.stamp = handle.stamp
-            self._server.send_goal_response(asked.header, response)
+            self._server.respond("goal", header, response)
             if handle is not None:
-                self._server.begin(bytes(asked.request.goal_id.uuid))
+                self._server.begin(bytes(goal_id.uuid))
         except Exception as error:
             LOG.error("a goal of %s is not answered: %s", self._port.action, error)
 
-    def _answer_cancel(self, asked: _Asked, goals: Sequence[str]) -> None:
+    def _answer_cancel(self, header: Any, response: Any, goals: Sequence[str]) -> None:
         if not self._is_open:
             return
-        response = asked.request
         try:
             for goal in goals:
                 self._server.cancel(bytes_of(goal))
@@ -147,7 +137,7 @@ class GoalServer:
             ]
             if not response.goals_canceling:
                 response.return_code = response.ERROR_REJECTED
-            self._server.send_cancel_response(asked.header, response)
+            self._server.respond("cancel", header, response)
         except Exception as error:
             LOG.error("a request to cancel goals of %s is not answered: %s", self._port.action, error)
 
@@ -178,7 +168,7 @@ class GoalServer:
             self._results[id] = response
             waiting = self._waiting.pop(id, [])
         for header in waiting:
-            self._server.send_result_response(header, response)
+            self._server.respond("result", header, response)
 
     def close(self) -> None:
         """Take the server down."""
@@ -205,7 +195,7 @@ def _server_class() -> Any:
         def __init__(self, node: Any, interface: Any, port: ActionServerPort, owner: GoalServer) -> None:
             self._owner = owner
             self._known: dict[bytes, _Handle] = {}
-            quality = service_quality()
+            quality = reliable_quality(SERVICE_DEPTH)
             super().__init__(
                 node,
                 interface,
@@ -215,7 +205,7 @@ def _server_class() -> Any:
                 goal_service_qos_profile=quality,
                 result_service_qos_profile=quality,
                 cancel_service_qos_profile=quality,
-                feedback_pub_qos_profile=feedback_quality(port.depth),
+                feedback_pub_qos_profile=reliable_quality(max(1, port.depth)),
             )
 
         async def _execute_goal_request(self, taken: Any) -> None:
@@ -279,19 +269,10 @@ def _server_class() -> Any:
             if handle is not None:
                 handle.goal.publish_feedback(feedback)
 
-        def send_goal_response(self, header: Any, response: Any) -> None:
-            self._try(self._handle.send_goal_response, header, response)
-
-        def send_cancel_response(self, header: Any, response: Any) -> None:
-            self._try(self._handle.send_cancel_response, header, response)
-
-        def send_result_response(self, header: Any, response: Any) -> None:
-            self._try(self._handle.send_result_response, header, response)
-
-        @staticmethod
-        def _try(send: Callable[[Any, Any], None], header: Any, response: Any) -> None:
+        def respond(self, kind: str, header: Any, response: Any) -> None:
+            """Answer a client that sent a goal, asked to cancel some, or asked for a result."""
             try:
-                send(header, response)
+                getattr(self._handle, f"send_{kind}_response")(header, response)
             except RCLError:
                 LOG.warning("a client of an action has gone away before it got its answer")
 

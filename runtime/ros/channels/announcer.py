@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
-from dineros.runtime.ros.channels.quality import signal_quality
+from dineros.runtime.ros.channels.quality import reliable_quality
 from dineros.runtime.ros.process.session import Session
 
 _PATIENCE = 2.0
@@ -38,7 +38,7 @@ def announce(lines: Iterable[str], session: Session) -> None:
                 session.node.destroy_publisher(publisher)
             continue
         if publisher is None:
-            publisher = session.node.create_publisher(String, topic, signal_quality(is_kept=True))
+            publisher = session.node.create_publisher(String, topic, reliable_quality(is_kept=True))
         publishers[topic] = publisher
         publisher.publish(String(data=text))
     for publisher in publishers.values():

@@ -17,9 +17,10 @@ from typing import Any
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.nets.ports import ClientPort, Message
 from dineros.runtime.ros.channels.companions import REQUESTS, Announcer
-from dineros.runtime.ros.channels.quality import service_quality
+from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, reliable_quality
 from dineros.runtime.ros.conversion.codecs import Codecs
 from dineros.runtime.ros.conversion.messages import Codec
+from dineros.runtime.ros.process.clocks import Alarm
 from dineros.runtime.ros.process.session import LOG, RosError
 
 FIRST_LOOK, LAST_LOOK = 0.05, 0.5
@@ -83,8 +84,7 @@ class Clients:
         self._timeout = timeout
         self._clients: dict[tuple[str, str], _Client] = {}
         self._lock = threading.Lock()
-        self._timer: Any = None
-        self._due: float | None = None  # when the timer goes off
+        self._alarm: Alarm | None = None
 
     def add(self, port: ClientPort, codecs: Codecs) -> Codec:
         """Make the client of a port, and return the codec of its requests.
@@ -97,8 +97,6 @@ class Clients:
             Its interface is not installed, or does not fit the model.
         """
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-        from rclpy.clock import Clock
-        from rclpy.clock_type import ClockType
 
         interface, requests, responses = codecs.service(port)
         announcer = None
@@ -109,20 +107,13 @@ class Clients:
             entity = self._node.create_client(
                 interface,
                 port.service,
-                qos_profile=service_quality(),
+                qos_profile=reliable_quality(SERVICE_DEPTH),
                 callback_group=MutuallyExclusiveCallbackGroup(),
             )
         except Exception as error:
             raise RosError(f"the service {port.service!r} cannot be asked: {error}") from error
         self._clients[port.channel, port.client] = _Client(port, entity, requests, responses, announcer)
-        if self._timer is None:
-            self._timer = self._node.create_timer(
-                self._timeout,
-                self._look,
-                callback_group=MutuallyExclusiveCallbackGroup(),
-                clock=Clock(clock_type=ClockType.STEADY_TIME),
-            )
-            self._timer.cancel()
+        self._alarm = self._alarm or Alarm(self._node, self._look)
         return requests
 
     def request(self, port: ClientPort, message: Message) -> None:
@@ -174,24 +165,20 @@ class Clients:
         self._receiver.response_arrived(client.port, Message(response.id or call.message.id, response.data))
 
     def _look_in_time(self, call: _Call, now: float) -> None:
-        """Have the timer go off when there is something to do for a request, if not before."""
+        """Have the alarm go off when there is something to do for a request, if not before."""
         due = call.deadline
         if due is not None and call.look:
             due = min(due, now + call.look)
         with self._lock:
-            if due is None or self._timer is None or (self._due is not None and self._due <= due):
-                return
-            self._due = due
-            self._timer.timer_period_ns = max(1, int((due - now) * 1e9))
-            self._timer.reset()
+            if self._alarm is not None:
+                self._alarm.set(due)
 
     def _look(self) -> None:
         """Send what waited for a server, tell of what took too long; then sleep as long as possible."""
         now = time.monotonic()
         with self._lock:
-            self._due = None
-            if self._timer is not None:
-                self._timer.cancel()
+            if self._alarm is not None:
+                self._alarm.silence()
         for client, call in self._waiting():
             if call.deadline is None:
                 continue
@@ -230,9 +217,9 @@ class Clients:
         with self._lock:
             for client in self._clients.values():
                 client.calls.clear()
-            timer, self._timer = self._timer, None
-        if timer is not None:
-            self._node.destroy_timer(timer)
+            alarm, self._alarm = self._alarm, None
+        if alarm is not None:
+            alarm.close()
         for client in self._clients.values():
             self._node.destroy_client(client.entity)
             if client.announcer is not None:

@@ -22,9 +22,10 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.json_text import decode_json
 from dineros.metamodel.message_ids import parse_id
 from dineros.runtime.nets.ports import Message
-from dineros.runtime.ros.channels.quality import companion_depth, companion_quality
+from dineros.runtime.ros.channels.quality import companion_depth, reliable_quality
 from dineros.runtime.ros.channels.recognition import Recognition, content_of
 from dineros.runtime.ros.conversion.messages import Codec
+from dineros.runtime.ros.process.clocks import steady_timer
 
 Result = TypeVar("Result")
 
@@ -101,7 +102,8 @@ class Announcer:
         from std_msgs.msg import String
 
         self._node, self._interface, self._serialise = node, String, serialize_message
-        self._publisher = node.create_publisher(String, name, companion_quality(companion_depth(limit)))
+        quality = reliable_quality(companion_depth(limit), is_kept=True)
+        self._publisher = node.create_publisher(String, name, quality)
         self._sent = 0
 
     def send(self, id: str, ros_message: Any, send: Callable[[Any], Result]) -> Result:
@@ -199,8 +201,9 @@ class Listener:
         )
         self.group = group or MutuallyExclusiveCallbackGroup()
         self._timer: Any = None
+        quality = reliable_quality(depth, is_kept=True)
         self._subscription = node.create_subscription(
-            String, name, self._hear, companion_quality(depth), callback_group=self.group
+            String, name, self._hear, quality, callback_group=self.group
         )
 
     def _hear(self, announcement: Any, info: Mapping[str, Any]) -> None:
@@ -256,12 +259,7 @@ class Listener:
         if not self._recognition.is_waiting:
             return
         if self._timer is None:
-            from rclpy.clock import Clock
-            from rclpy.clock_type import ClockType
-
-            self._timer = self._node.create_timer(
-                PERIOD, self._look, callback_group=self.group, clock=Clock(clock_type=ClockType.STEADY_TIME)
-            )
+            self._timer = steady_timer(self._node, PERIOD, self._look, self.group)
         elif self._timer.is_canceled():
             self._timer.reset()
 

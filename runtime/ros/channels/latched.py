@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from dineros.runtime.ros.channels.quality import signal_quality
+from dineros.runtime.ros.channels.quality import reliable_quality
 
 KEPT = 128
 """Messages that are remembered, so that none counts twice; more than both histories hold."""
@@ -45,9 +45,13 @@ class LatchedTopic:
         # else there is to say of a publisher, the first one says. Events cost time at each message.
         no_events = SubscriptionEventCallbacks(use_default_callbacks=False)
         self._subscriptions = [
-            node.create_subscription(interface, topic, self._arrived_live, signal_quality(is_kept=False)),
+            node.create_subscription(interface, topic, self._arrived_live, reliable_quality()),
             node.create_subscription(
-                interface, topic, self._arrived_kept, signal_quality(is_kept=True), event_callbacks=no_events
+                interface,
+                topic,
+                self._arrived_kept,
+                reliable_quality(is_kept=True),
+                event_callbacks=no_events,
             ),
         ]
 

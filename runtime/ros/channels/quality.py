@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from dineros.metamodel.message_ids import MessageIdError, parse_id
-from dineros.metamodel.ros_names import resource_names
+from dineros.metamodel.ros_names import resource_names, snake_case
 from dineros.runtime.nets.ports import PublisherPort, SubscriberPort
 
 SENDER_LIMIT = 256
@@ -60,21 +60,10 @@ def topic_quality(port: PublisherPort | SubscriberPort, known: int = 0) -> Any:
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=max(1, port.limit + known),
-        reliability=(
-            ReliabilityPolicy.BEST_EFFORT
-            if quality.reliability == "bestEffort"
-            else ReliabilityPolicy.RELIABLE
-        ),
-        durability=(
-            DurabilityPolicy.TRANSIENT_LOCAL
-            if quality.durability == "transientLocal"
-            else DurabilityPolicy.VOLATILE
-        ),
-        liveliness=(
-            LivelinessPolicy.MANUAL_BY_TOPIC
-            if quality.liveliness == "manualByTopic"
-            else LivelinessPolicy.AUTOMATIC
-        ),
+        # The model's words are ROS's, in another case.
+        reliability=ReliabilityPolicy[snake_case(quality.reliability).upper()],
+        durability=DurabilityPolicy[snake_case(quality.durability).upper()],
+        liveliness=LivelinessPolicy[snake_case(quality.liveliness).upper()],
         **{name: Duration(seconds=seconds) for name, seconds in times.items() if seconds is not None},
     )
 
@@ -99,42 +88,25 @@ def overriding_options(port: PublisherPort | SubscriberPort) -> Any:
     return QoSOverridingOptions(kinds, entity_id=resource_names([port.place])[port.place])
 
 
-def signal_quality(*, is_kept: bool) -> Any:
-    """Return the QoS profile of a signal's topic; `is_kept`: for what was published before."""
+def reliable_quality(depth: int = 10, *, is_kept: bool = False) -> Any:
+    """Return the QoS profile of a topic or service on which nothing is lost on the way.
+
+    Parameters
+    ----------
+    depth : int
+        Of its history; the usual one is that of ROS.
+    is_kept : bool
+        Whether who comes later gets what was published before.
+    """
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
     durability = DurabilityPolicy.TRANSIENT_LOCAL if is_kept else DurabilityPolicy.VOLATILE
-    return QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
 
 
 def companion_depth(limit: int) -> int:
     """Return the depth of a companion topic: what waits on the topic itself is always announced."""
     return 2 * max(1, limit) + 16
-
-
-def companion_quality(depth: int) -> Any:
-    """Return the QoS profile of a companion topic, by which messages of existing types are announced."""
-    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
-    return QoSProfile(
-        depth=depth, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
-    )
-
-
-def service_quality(depth: int = SERVICE_DEPTH) -> Any:
-    """Return the QoS profile of services; the depth is that of a server's history of requests."""
-    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
-    return QoSProfile(
-        depth=depth, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
-    )
-
-
-def feedback_quality(depth: int) -> Any:
-    """Return the QoS profile of an action's feedback."""
-    from rclpy.qos import QoSProfile
-
-    return QoSProfile(depth=max(1, depth))
 
 
 class LossCounter:

@@ -14,7 +14,7 @@ from dineros.runtime.nets.ports import SignalPort
 from dineros.runtime.nets.staleness import Expectation, StalenessError, parse_then
 from dineros.runtime.ros.channels.latched import LatchedTopic
 from dineros.runtime.ros.channels.parameters import declare, signal_parameters, stale_parameters
-from dineros.runtime.ros.channels.quality import signal_quality
+from dineros.runtime.ros.channels.quality import reliable_quality
 from dineros.runtime.ros.process.session import RosError
 
 TOGETHER = "~/signals"
@@ -114,7 +114,7 @@ class RosSignals:
         """Tell whatever feeds the signals that all are wanted: they may have changed meanwhile."""
         from std_msgs.msg import String
 
-        publisher = node.create_publisher(String, WANTED, signal_quality(is_kept=True))
+        publisher = node.create_publisher(String, WANTED, reliable_quality(is_kept=True))
         publisher.publish(String(data=json.dumps(names)))
         self._closing.append(lambda: node.destroy_publisher(publisher))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 from dineros.runtime.channels.transport import Answer, Receiver
 from dineros.runtime.nets.ports import (
@@ -23,7 +23,7 @@ from dineros.runtime.nets.ports import (
     ServerPort,
     SubscriberPort,
 )
-from dineros.runtime.ros.channels.actions import GoalCarrier, RosActions
+from dineros.runtime.ros.channels.actions import GoalCarrier
 from dineros.runtime.ros.channels.clients import Clients
 from dineros.runtime.ros.channels.companions import MESSAGES, REQUESTS, Announcer, Listener
 from dineros.runtime.ros.channels.parameters import (
@@ -39,14 +39,14 @@ from dineros.runtime.ros.channels.quality import (
     LossCounter,
     most_known,
     overriding_options,
-    service_quality,
+    reliable_quality,
     topic_quality,
 )
 from dineros.runtime.ros.channels.signals import RosSignals
 from dineros.runtime.ros.channels.timers import RosTimers
 from dineros.runtime.ros.conversion.codecs import Codecs
 from dineros.runtime.ros.conversion.messages import Codec
-from dineros.runtime.ros.process.session import LOG, RosError, Session
+from dineros.runtime.ros.process.session import LOG, Session, made_in_ros
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class RclpyTransport(GoalCarrier):
     ) -> None:
         self._seen = seen or {}
         self._announces = announces
-        self._session = session
+        self._session, self._node = session, session.node
         super().__init__()
         self._is_open = False
         self._has_histories = False
@@ -106,26 +106,27 @@ class RclpyTransport(GoalCarrier):
         """
         self._is_open = True
         self._has_histories = ports.middleware == "ros2"
+        self._receiver, self._codecs = receiver, Codecs(ports)
         try:
-            self._make_entities(self._session.node, ports, receiver)
+            self._make_entities(ports)
         except BaseException:
             self.close()
             raise
         self._await_subscribers(ports)
 
-    def _make_entities(self, node: Any, ports: Ports, receiver: Receiver) -> None:
-        codecs = Codecs(ports)
+    def _make_entities(self, ports: Ports) -> None:
+        node, codecs, receiver = self._node, self._codecs, self._receiver
         timeout = float(declare(node, REQUEST_TIMEOUT))
         self._clients = Clients(node, receiver, timeout)
         for publisher in ports.publishers:
-            self._add_publisher(node, publisher, codecs)
+            self._add_publisher(publisher)
         for server in ports.servers:
-            self._add_server(node, server, codecs, receiver)
+            self._add_server(server)
         for client in ports.clients:
             self._checks[client] = self._clients.add(client, codecs).check
         for subscriber in ports.subscribers:
-            self._add_subscriber(node, subscriber, codecs, receiver)
-        self.open_goals(RosActions(node, receiver, timeout), ports, codecs)
+            self._add_subscriber(subscriber)
+        self.open_goals(node, ports, codecs, receiver, timeout)
         self._signals = RosSignals(node, ports.signals, receiver)
         self._timers = self._own(RosTimers.close, RosTimers(node, ports.timers, receiver.ticked))
 
@@ -133,31 +134,27 @@ class RclpyTransport(GoalCarrier):
         self._entities.append((destroy, entity))
         return entity
 
-    def _add_publisher(self, node: Any, port: PublisherPort, codecs: Codecs) -> None:
-        interface, codec = codecs.topic(port)
+    def _add_publisher(self, port: PublisherPort) -> None:
+        node, (interface, codec) = self._node, self._codecs.topic(port)
         announcer = None
         if port.type is not None and port.is_kept and self._announces:
             name = f"{node.resolve_topic_name(port.topic)}/{MESSAGES}"
-            announcer = _made(name, lambda: Announcer(node, name, port.limit))
+            with made_in_ros(repr(name)):
+                announcer = Announcer(node, name, port.limit)
             self._own(Announcer.close, announcer)
-        publisher = self._own(
-            node.destroy_publisher,
-            _made(
-                port.topic,
-                lambda: node.create_publisher(
-                    interface,
-                    port.topic,
-                    topic_quality(port),
-                    qos_overriding_options=overriding_options(port),
-                ),
-            ),
-        )
+        with made_in_ros(repr(port.topic)):
+            options = overriding_options(port)
+            publisher = node.create_publisher(
+                interface, port.topic, topic_quality(port), qos_overriding_options=options
+            )
+        self._own(node.destroy_publisher, publisher)
         has_ids = port.type is None or announcer is not None
         self._publishers[port.channel, port.place] = _Outlet(codec.encode, publisher, announcer, has_ids)
         self._checks[port] = codec.check
 
-    def _add_subscriber(self, node: Any, port: SubscriberPort, codecs: Codecs, receiver: Receiver) -> None:
-        interface, codec = codecs.topic(port)
+    def _add_subscriber(self, port: SubscriberPort) -> None:
+        node, receiver = self._node, self._receiver
+        interface, codec = self._codecs.topic(port)
         seen = self._seen.get(f"{port.channel}/{port.place}", {})
         counter, known = LossCounter(seen), most_known(port.limit, seen)
         decode, arrived = codec.decode, receiver.message_arrived
@@ -174,7 +171,7 @@ class RclpyTransport(GoalCarrier):
         group = pausing_group(lambda: receiver.is_open(port))
         if port.type is not None and port.is_kept:
             depth = port.limit + known
-            take = self._with_companion(node, port, interface, codec, receiver, accept, group, depth)
+            take = self._with_companion(port, interface, codec, accept, group, depth)
         else:
 
             def take(ros_message: Any, info: Mapping[str, Any]) -> None:
@@ -184,29 +181,22 @@ class RclpyTransport(GoalCarrier):
             meter.took(info["received_timestamp"])
             take(ros_message, info)
 
-        subscription = self._own(
-            node.destroy_subscription,
-            _made(
+        with made_in_ros(repr(port.topic)):
+            subscription = node.create_subscription(
+                interface,
                 port.topic,
-                lambda: node.create_subscription(
-                    interface,
-                    port.topic,
-                    taken,
-                    topic_quality(port, known),
-                    callback_group=group,
-                    qos_overriding_options=overriding_options(port),
-                ),
-            ),
-        )
-        group.entity = subscription
+                taken,
+                topic_quality(port, known),
+                callback_group=group,
+                qos_overriding_options=overriding_options(port),
+            )
+        group.entity = self._own(node.destroy_subscription, subscription)
 
     def _with_companion(
         self,
-        node: Any,
         port: SubscriberPort,
         interface: Any,
         codec: Codec,
-        receiver: Receiver,
         accept: Callable[[Message, Mapping[str, Any]], None],
         group: Any,
         depth: int,
@@ -217,8 +207,8 @@ class RclpyTransport(GoalCarrier):
         ROS 2, it is the topic's own, whose history has the depth of the model; they are only told by what is
         announced.
         """
-        topic = node.resolve_topic_name(port.topic)
-        counter = LossCounter()
+        node, receiver = self._node, self._receiver
+        topic, counter = node.resolve_topic_name(port.topic), LossCounter()
 
         def publishers() -> int:
             return int(node.count_publishers(topic))
@@ -239,18 +229,8 @@ class RclpyTransport(GoalCarrier):
                 "known": lambda message, lost: None,
                 "strange": strange,
             }
-        listener = self._listen(
-            node,
-            port,
-            f"{topic}/{MESSAGES}",
-            depth,
-            interface,
-            codec,
-            receiver,
-            senders=publishers,
-            group=group,
-            **ways,
-        )
+        name, callbacks = f"{topic}/{MESSAGES}", {"senders": publishers, "group": group, **ways}
+        listener = self._listen(port, name, depth, interface, codec, **callbacks)
 
         def take(ros_message: Any, info: Mapping[str, Any]) -> None:
             if self._is_open:
@@ -264,26 +244,25 @@ class RclpyTransport(GoalCarrier):
 
     def _listen(
         self,
-        node: Any,
         port: SubscriberPort | ServerPort,
         name: str,
         limit: int,
         interface: Any,
         codec: Codec,
-        receiver: Receiver,
         **callbacks: Any,
     ) -> Listener:
         def refused(error: Exception) -> None:
             if self._is_open:
-                receiver.refused(port, error)
+                self._receiver.refused(port, error)
 
-        listener = _made(
-            name, lambda: Listener(node, name, limit, interface, codec, refused=refused, **callbacks)
-        )
-        return cast("Listener", self._own(Listener.close, listener))
+        with made_in_ros(repr(name)):
+            listener = Listener(self._node, name, limit, interface, codec, refused=refused, **callbacks)
+        self._own(Listener.close, listener)
+        return listener
 
-    def _add_server(self, node: Any, port: ServerPort, codecs: Codecs, receiver: Receiver) -> None:
-        interface, requests, responses = codecs.service(port)
+    def _add_server(self, port: ServerPort) -> None:
+        node, receiver = self._node, self._receiver
+        interface, requests, responses = self._codecs.service(port)
         self._checks[port] = responses.check
 
         def hand_on(request: Any, response: Any) -> Any:
@@ -297,33 +276,23 @@ class RclpyTransport(GoalCarrier):
         if port.type is not None:
             service_name = node.resolve_service_name(port.service)
             listener = self._listen(
-                node,
                 port,
                 f"{service_name}/{REQUESTS}",
                 SERVICE_DEPTH,
                 interface.Request,
                 requests,
-                receiver,
                 senders=lambda: int(node.count_clients(service_name)),
                 announced=lambda message, info, is_alone: None,
                 known=requested,
                 strange=requested,
                 group=group,
             )
-        service = self._own(
-            node.destroy_service,
-            _made(
-                port.service,
-                lambda: node.create_service(
-                    interface,
-                    port.service,
-                    hand_on,
-                    qos_profile=service_quality(port.depth if self._has_histories else SERVICE_DEPTH),
-                    callback_group=group,
-                ),
-            ),
-        )
-        group.entity = service
+        quality = reliable_quality(port.depth if self._has_histories else SERVICE_DEPTH)
+        with made_in_ros(repr(port.service)):
+            service = node.create_service(
+                interface, port.service, hand_on, qos_profile=quality, callback_group=group
+            )
+        group.entity = self._own(node.destroy_service, service)
         send_response = service.send_response
 
         def keep(request: Any, header: Any) -> None:
@@ -348,7 +317,7 @@ class RclpyTransport(GoalCarrier):
 
     def _await_subscribers(self, ports: Ports) -> None:
         """Wait for the subscribers that are expected; they would never get what was published before."""
-        node = self._session.node
+        node = self._node
         limit = float(declare(node, DISCOVERY_TIMEOUT))
         parameters = subscriber_parameters(port.channel for port in ports.publishers)
         expected = {channel: int(declare(node, parameter)) for channel, parameter in parameters.items()}
@@ -407,7 +376,7 @@ class RclpyTransport(GoalCarrier):
     def check(self, port: Port, part: str = "") -> Check | None:
         """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
         if isinstance(port, ActionPort):
-            return self.goals.check(port, part)
+            return self.check_goal(port, part)
         return self._checks[port]
 
     def close(self) -> None:
@@ -422,18 +391,3 @@ class RclpyTransport(GoalCarrier):
             destroy(entity)
         self._entities.clear()
         self._publishers.clear()
-
-
-def _made(name: str, make: Callable[[], Any]) -> Any:
-    """Make a ROS entity.
-
-    Raises
-    ------
-    RosError
-        ROS refuses it.
-    """
-    try:
-        return make()
-    except Exception as error:
-        text = str(error).strip().partition("\n")[0] or type(error).__name__
-        raise RosError(f"{name!r} cannot be made in ROS: {text}") from error

@@ -21,7 +21,6 @@ from dineros.runtime.ros.conversion.interfaces import load_interface
 from dineros.runtime.ros.conversion.mappings import MappedCodec
 from dineros.runtime.ros.conversion.messages import (
     Codec,
-    GoalPartCodec,
     PartCodec,
     TokenCodec,
     action_interface,
@@ -153,7 +152,7 @@ class Codecs:
             if place is None or (port.type is None and not hasattr(parts[part], "token")):
                 made[part] = None
             elif port.type is None:
-                made[part] = GoalPartCodec(parts[part], self._token(place)[1])
+                made[part] = PartCodec(parts[part], self._token(place)[1])
             else:
                 made[part] = self._mapped(parts[part], port, part, place)
         assert made["goal"] is not None

@@ -231,13 +231,9 @@ def _get(message: Any, path: _Path) -> Any:
 
 def _converted(value: Value, type_: _Type, name: str) -> Any:
     """Return the value of a token's field as a ROS field has it."""
-    if type_.is_list:
-        assert isinstance(value, list)
-        return _list_value(value, type_, name)
-    return _value(value, type_.element, name)
-
-
-def _list_value(value: list[Value], type_: _Type, name: str) -> list[Any]:
+    if not type_.is_list:
+        return _value(value, type_.element, name)
+    assert isinstance(value, list)
     if type_.bound is not None and len(value) > type_.bound:
         raise ConversionError(f"{name} takes at most {type_.bound} elements, not {len(value)}")
     return [_value(element, type_.element, name) for element in value]

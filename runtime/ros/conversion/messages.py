@@ -112,12 +112,15 @@ class TokenCodec:
 
 
 class PartCodec:
-    """Converts tokens and the parts of a generated service: each holds a token, and its id if that has none.
+    """Converts tokens and the parts of a generated service or action.
+
+    Each part holds a token. That of a service has the id where the token has none, as installed messages;
+    that of an action has none, since its goal has one.
 
     Parameters
     ----------
     interface : class
-        The request's or response's class.
+        The class of the part, such as the request or the feedback.
     token : TokenCodec
         Converts what it holds.
     """
@@ -125,49 +128,22 @@ class PartCodec:
     def __init__(self, interface: Any, token: TokenCodec) -> None:
         self._interface = interface
         self._token = token
+        self._has_id = "message_id" in interface.get_fields_and_field_types()
 
     check = None
 
     def encode(self, message: Message) -> Any:
-        """Return a token as a request or response."""
+        """Return a token as a part."""
         made = self._interface()
         made.token = self._token.encode(message)
-        if not self._token.has_ids:
+        if self._has_id:
             made.message_id = message.id
         return made
 
     def decode(self, ros_message: Any) -> Message:
-        """Return a request or response as a token."""
+        """Return a part as a token."""
         message = self._token.decode(ros_message.token)
-        return message if self._token.has_ids else Message(ros_message.message_id, message.data)
-
-
-class GoalPartCodec:
-    """Converts tokens and the parts of a generated action: each holds a token, and its goal has an id.
-
-    Parameters
-    ----------
-    interface : class
-        The class of the goal, the result or the feedback.
-    token : TokenCodec
-        Converts what it holds.
-    """
-
-    def __init__(self, interface: Any, token: TokenCodec) -> None:
-        self._interface = interface
-        self._token = token
-
-    check = None
-
-    def encode(self, message: Message) -> Any:
-        """Return a token as a goal, a result or feedback."""
-        made = self._interface()
-        made.token = self._token.encode(message)
-        return made
-
-    def decode(self, ros_message: Any) -> Message:
-        """Return a goal, a result or feedback as a token."""
-        return self._token.decode(ros_message.token)
+        return Message(ros_message.message_id, message.data) if self._has_id else message
 
 
 def finite(value: float) -> float:

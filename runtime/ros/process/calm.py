@@ -13,6 +13,8 @@ from __future__ import annotations
 from threading import get_ident
 from typing import Any
 
+from dineros.runtime.ros.process.clocks import steady_timer
+
 PERIOD = 2.0
 """Seconds between two looks for misfits."""
 
@@ -73,18 +75,9 @@ class Misfits:
     """
 
     def __init__(self, node: Any, executor: Any) -> None:
-        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-        from rclpy.clock import Clock
-        from rclpy.clock_type import ClockType
-
         self._node, self._executor = node, executor
         self.are_due = False
-        self._timer = node.create_timer(
-            PERIOD,
-            self._be_due,
-            callback_group=MutuallyExclusiveCallbackGroup(),
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
-        )
+        self._timer = steady_timer(node, PERIOD, self._be_due)
 
     def _be_due(self) -> None:
         self.are_due = True

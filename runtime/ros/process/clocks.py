@@ -60,3 +60,59 @@ def hold_time_source(node: Any) -> None:
         return SetParametersResult(successful=not is_other, reason=reason)
 
     node.add_on_set_parameters_callback(judge)
+
+
+def steady_timer(node: Any, seconds: float, action: Callable[[], None], group: Any = None) -> Any:
+    """Return a timer that goes by the machine's clock, also in a simulation.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The ROS node.
+    seconds : float
+        Its period.
+    action : callable
+        Called each time.
+    group : rclpy.callback_groups.CallbackGroup, optional
+        By default one of its own.
+    """
+    from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+    from rclpy.clock import Clock
+    from rclpy.clock_type import ClockType
+
+    group, clock = group or MutuallyExclusiveCallbackGroup(), Clock(clock_type=ClockType.STEADY_TIME)
+    return node.create_timer(seconds, action, callback_group=group, clock=clock)
+
+
+class Alarm:
+    """Wakes a node by the machine's clock when there is something to do, and lets it sleep until then.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The ROS node.
+    ring : callable
+        Called when it goes off; it is silent from then on.
+    """
+
+    def __init__(self, node: Any, ring: Callable[[], None]) -> None:
+        self._node = node
+        self._timer = steady_timer(node, 1.0, ring)
+        self._timer.cancel()
+        self._due: float | None = None
+
+    def set(self, due: float | None) -> None:
+        """Go off at a time by `time.monotonic`, if not before; None: there is nothing to do."""
+        if due is not None and (self._due is None or due < self._due):
+            self._due = due
+            self._timer.timer_period_ns = max(1, int((due - time.monotonic()) * 1e9))
+            self._timer.reset()
+
+    def silence(self) -> None:
+        """Go off no more until it is set again."""
+        self._due = None
+        self._timer.cancel()
+
+    def close(self) -> None:
+        """Take it down."""
+        self._node.destroy_timer(self._timer)

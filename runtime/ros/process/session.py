@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
@@ -205,6 +206,21 @@ def import_rclpy() -> Any:
             hint="install dineros[ros], or source the setup.bash of your installation of ROS 2",
         ) from error
     return rclpy
+
+
+@contextmanager
+def made_in_ros(what: str) -> Iterator[None]:
+    """Say what ROS refuses to make in the block.
+
+    Raises
+    ------
+    RosError
+        It refuses something.
+    """
+    try:
+        yield
+    except Exception as error:
+        raise RosError(f"{what} cannot be made in ROS: {_first_line(error)}") from error
 
 
 def _first_line(error: BaseException) -> str:

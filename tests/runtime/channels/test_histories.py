@@ -17,6 +17,7 @@ from dineros.metamodel.records import Drop, read_trace, traces_of_runs
 from dineros.runtime import Net, Node
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.channels.local import LocalNetwork
+from dineros.runtime.channels.local_topics import HistoryTopic
 from dineros.runtime.journal import JournalRecorder
 from dineros.runtime.journal.recording import ListRecorder
 from dineros.transformations.flattening.split import split
@@ -175,7 +176,8 @@ def test_losses_that_are_told_later_than_they_happen_conform(tmp_path: Path) -> 
     }
     for id in ("listener", "talker", "other"):
         nodes[id].open()
-    (histories,) = network._topics.values()
+    (histories,) = network.topics.values()
+    assert isinstance(histories, HistoryTopic)
     (reader,), writers = histories._readers, histories._writers
     (talkers,) = next(writer for key, writer in writers.items() if key.startswith("talker/")).pairs
     (others,) = next(writer for key, writer in writers.items() if key.startswith("other/")).pairs

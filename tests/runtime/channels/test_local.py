@@ -14,7 +14,8 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime import Firing, Net, Node
 from dineros.runtime.application.simulation import LocalApplication
-from dineros.runtime.channels.local import LocalNetwork
+from dineros.runtime.channels.local import LocalNetwork, LocalTransport
+from dineros.runtime.channels.local_topics import QueueTopic
 from dineros.runtime.journal.recording import ListRecorder
 from dineros.runtime.nets.ports import ClientPort, Message, ServerPort
 from dineros.transformations.flattening.split import split
@@ -63,6 +64,12 @@ def pair(model: sym.SystemModel) -> tuple[LocalNetwork, Node, Node, Recorders]:
     return network, talker, listener, recorders
 
 
+def queue_topic(network: LocalNetwork) -> QueueTopic:
+    topic = network.topics["topic"]
+    assert isinstance(topic, QueueTopic)
+    return topic
+
+
 def test_the_publishers_queue_drops_the_newest() -> None:
     _, talker, _, recorders = pair(talk(5, publisher=3))
     talker.run_until_idle()  # nothing moves in between
@@ -77,9 +84,10 @@ def test_the_publishers_queue_drops_the_newest() -> None:
 def test_the_dispatchers_queue_drops_the_newest() -> None:
     network, talker, listener, recorders = pair(talk(5, dispatcher=2))
     talker.run_until_idle()
-    queue = network._publishers["topic"]["talker/said"]
+    topic = queue_topic(network)
+    queue = topic._queues["talker/said"]
     while queue.waiting:
-        network._spread("topic", queue)
+        topic._spread(queue)
     while network.step():
         pass
     listener.run_until_idle()
@@ -104,12 +112,13 @@ def test_losses_are_recorded_in_their_order_and_before_what_makes_room() -> None
     """Otherwise the queues would not have been full when they dropped something."""
     network, talker, listener, recorders = pair(talk(3, dispatcher=1, subscriber=1))
     talker.run_until_idle()
-    queue, dispatcher = network._publishers["topic"]["talker/said"], network._dispatchers["topic"]["listener"]
-    network._spread("topic", queue)
-    network._dispatch(dispatcher)  # the first waits for the listener
-    network._spread("topic", queue)  # the second in the dispatcher's queue
-    network._spread("topic", queue)
-    network._dispatch(dispatcher)
+    topic = queue_topic(network)
+    queue, dispatcher = topic._queues["talker/said"], topic._dispatchers["listener"]
+    topic._spread(queue)
+    dispatcher.dispatch()  # the first waits for the listener
+    topic._spread(queue)  # the second in the dispatcher's queue
+    topic._spread(queue)
+    dispatcher.dispatch()
     listener.run_until_idle()
     records = [record for record in recorders["listener"].records if record["event"] in ("drop", "take")]
     assert [record.get("queue", record["event"]) for record in records] == [
@@ -349,22 +358,23 @@ def test_a_request_that_the_server_has_takes_no_room_when_it_comes_again(is_late
     """After a restart, all clients ask again: one of them what is being baked, in a history of one."""
     nodes = {str(part.node.id): Net(part).structure.ports for part in split(oven(2, depth=1))}
     network, server = LocalNetwork(seed=1), Taken({"baker0/Ask0/1"})
+    transport = network.transport()
     ports = nodes.pop("oven")
     if not is_late:
         network.join(ports, server)  # type: ignore[arg-type]
     for name, each in reversed(nodes.items()):
-        network.request(each.clients[0], Message(f"{name}/Ask{name[-1]}/1", {}))
+        transport.request(each.clients[0], Message(f"{name}/Ask{name[-1]}/1", {}))
     if is_late:
         network.join(ports, server)  # type: ignore[arg-type]
     for _ in range(9):
         network.step()
     assert server.came == ["baker0/Ask0/1"]
-    assert network.lost_requests(ports.servers[0]) == []
-    lost, taken = network.take_request(ports.servers[0])
+    assert transport.lost_requests(ports.servers[0]) == []
+    lost, taken = transport.take_request(ports.servers[0])
     assert lost == [] and taken is not None and taken[0].id == "baker1/Ask1/1"
 
 
-class Hasty(LocalNetwork):
+class Hasty(LocalTransport):
     """Requests of two clients arrive in the moment in which the server has just looked what was lost."""
 
     asking: tuple[ClientPort, ...] = ()
@@ -380,11 +390,12 @@ class Hasty(LocalNetwork):
 
 def test_a_request_is_lost_before_the_one_is_served_that_pushed_it_out() -> None:
     parts = list(split(oven(2, depth=1)))
-    network, recorder = Hasty(seed=1), ListRecorder()
+    network, recorder = LocalNetwork(seed=1), ListRecorder()
+    transport = Hasty(network)
     clients = [port for part in parts for port in Net(part).structure.ports.clients]
     part = next(part for part in parts if part.node.id == "oven")
-    server = Node(Net(part, seed=1), network.transport(), recorder)
-    network.asking = tuple(clients)
+    server = Node(Net(part, seed=1), transport, recorder)
+    transport.asking = tuple(clients)
     server.open()
     server.run_until_idle()
     network.step()
