@@ -9,15 +9,20 @@ from lxml import etree
 
 from dineros.analysis.logic.ctl.checking import basic
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled
-from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.syntax import (
     And,
     Atom,
+    Comparison,
     Constant,
     Deadlock,
+    Enabled,
     Exists,
+    Finally,
     ForAll,
     Formula,
+    Globally,
+    Name,
     Next,
     Not,
     Or,
@@ -45,6 +50,8 @@ def write_properties(
     ------
     DinerosError
         A formula says what the contest's files cannot: the step taken, or weighted sums.
+
+    Questions that can be asked of any net are written as formulas of branching time that say the same.
     """
     root = etree.Element("property-set", xmlns=NAMESPACE)
     for one in properties:
@@ -68,14 +75,38 @@ def add_property(root: etree._Element, one: Property, net: CompiledNet, names: N
     if one.kind == "bound":
         bound = etree.SubElement(formula, "place-bound")
         _names(bound, "place", [net.places[p] for name in one.places for p in names.places(name)])
-    elif one.formula is not None:
-        writer = _Writer(net, BoundAtoms(net, one.formula, names))
-        if one.kind == "ltl":
-            writer.linear(etree.SubElement(formula, "all-paths"), one.formula)
-        else:
-            writer.branching(formula, one.formula)
+        return
+    says = one.formula or _said_of_all(one.examination, net)
+    writer = _Writer(net, BoundAtoms(net, says, names if one.formula else NetNames(net)))
+    if one.kind == "ltl":
+        writer.linear(etree.SubElement(formula, "all-paths"), says)
     else:
-        raise DinerosError(f"{one.examination} is asked by its name, not by a file")
+        writer.branching(formula, says)
+
+
+def _said_of_all(examination: str, net: CompiledNet) -> Formula:
+    """Return what a question of any net says, as a formula; readers know it by its id."""
+    fired = [Enabled(Name(transition)) for transition in net.transitions]
+    places = [Name(place) for place in net.places]
+    match examination:
+        case "ReachabilityDeadlock":
+            return Exists(Finally(Deadlock()))
+        case "OneSafe":
+            return ForAll(Globally(_joined(And, [Comparison(((1, p),), "<=", 1) for p in places])))
+        case "QuasiLiveness":
+            return _joined(And, [Exists(Finally(each)) for each in fired])
+        case "Liveness":
+            return _joined(And, [ForAll(Globally(Exists(Finally(each)))) for each in fired])
+        case _:  # a stable marking
+            tokens = zip(places, net.initial.tolist(), strict=True)
+            return _joined(Or, [ForAll(Globally(Comparison(((1, p),), "==", held))) for p, held in tokens])
+
+
+def _joined(operator: type[And | Or], parts: list[Formula]) -> Formula:
+    """Return a formula of any number of parts."""
+    if len(parts) > 1:
+        return operator(tuple(parts))
+    return parts[0] if parts else Constant(operator is And)
 
 
 def _names(node: etree._Element, kind: str, names: Sequence[str]) -> None:
