@@ -110,7 +110,8 @@ parts["levels"] = [[each.successful, each.reason] for each in map(set_level, ("l
         [False, "there is no log level 'loud': take one of debug, info, warn, error, fatal"],
         [True, ""],
     ]
-    assert ("[WARN]" in office.output()) and office.output().count("the handler send of TSend took 0.02") == 1
+    assert "[WARN]" in office.output()
+    assert office.output().count("the handler send of TSend took ") == 1
     assert "its budget is 0.001 s [handler-time]" in office.output()
     text = fetch(port)
     assert 'dineros_firings_total{node="/office"} 3\n' in text
