@@ -24,7 +24,7 @@ SPACE_SHARE = 0.6
 """Part of the time in which the state space is made; the rest is for what can be answered without it."""
 
 PLACES_SHARE = 0.05
-SECONDS_FOR_PLACES = 2.0
+SECONDS_FOR_PLACES = 0.3
 """Part of the time, or seconds without a limit, for what places may hold where there is no state space."""
 
 

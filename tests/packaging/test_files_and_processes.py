@@ -17,7 +17,7 @@ OTHERWISE_OPENED = {
     "analysis/nets/memory.py": "/proc and /sys, where no plain file is",
     "analysis/sweeps/grid.py": "a temporary folder of our own",
     "analysis/tina/questions.py": "a temporary folder of our own",
-    "cli/commands/models/view.py": "a temporary file of our own",
+    "cli/presentation/pictures.py": "a temporary file of our own",
     "cli/failures.py": "/dev/null",
     "metamodel/clauses/parser.py": "our grammar",
     "metamodel/editing/journal.py": "the folder of a journal, to wait for the disk",

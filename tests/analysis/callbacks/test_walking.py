@@ -38,7 +38,7 @@ def test_circles_of_programs_without_an_end_of_markings(name: str) -> None:
 
 
 @settings(
-    max_examples=5,
+    max_examples=3,
     phases=[Phase.generate],
     suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
 )

@@ -37,7 +37,7 @@ def test_all_markings_say_the_same(net: CompiledNet) -> None:
     assert (CHANGES in report.proved) == (not places(report, "stable-marking"))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(nets())
 def test_without_an_end_of_markings_nothing_wrong_is_said(net: CompiledNet) -> None:
     seen = plain_search(net, 500)

@@ -48,7 +48,7 @@ def agrees(model: pn.Net) -> bool:
 
 
 @given(st.one_of(small_system_models(), chatty_systems(), calling_systems()))
-@settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_systems(model: pn.Net) -> None:
     try:
         net = base_subject(model).net

@@ -68,7 +68,7 @@ def test_what_can_be_covered_is_what_the_plain_ones_say(net: CompiledNet, data: 
 
 def test_seeded_nets_of_all_kinds_agree() -> None:
     counts: dict[tuple[bool, bool | None], int] = {}
-    for seed in range(120):
+    for seed in range(300):
         net, random = random_net(seed), Random(seed)
         verdict = agrees(net, tuple(random.choice([0, 0, 1, 2, 5]) for _ in net.places))
         tree = plain_karp_miller(net)

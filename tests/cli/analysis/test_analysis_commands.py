@@ -161,7 +161,7 @@ class TestCheck:
     @uses("cycle")
     def test_nothing_wrong(self, run: Run, net: Path) -> None:
         result = run("check", net)
-        assert (result.exit_code, result.stdout) == (0, f"{net}: 0 found, 6 proved, 0 unknown\n")
+        assert (result.exit_code, result.stdout) == (0, f"{net}: 0 found, 8 proved, 0 unknown\n")
         assert run("check", net, "-q").stdout == ""
         assert "proved: no deadlock\n" in run("check", net, "-v").stderr
 
@@ -183,7 +183,7 @@ class TestCheck:
         # At worst the answer would be a note, which does not change the status either.
         assert (result.exit_code, result.stdout) == (
             0,
-            f"unknown: {unknown}\n{net}: 0 found, 3 proved, 1 unknown\n",
+            f"unknown: {unknown}\n{net}: 0 found, 5 proved, 1 unknown\n",
         )
         assert run("check", net, "-q").stdout == f"unknown: {unknown}\n"
         assert json.loads(run("check", net, "--json").stdout)["unknown"] == [unknown]
@@ -193,7 +193,7 @@ class TestCheck:
         run("check", net, "-o", tmp_path / "report.html")
         assert unknown in (tmp_path / "report.html").read_text(encoding="utf-8")
         result = run("check", net, "--behaviour")
-        assert (result.exit_code, result.stdout) == (0, f"{net}: 0 found, 6 proved, 0 unknown\n")
+        assert (result.exit_code, result.stdout) == (0, f"{net}: 0 found, 8 proved, 0 unknown\n")
 
     @uses("cycle")
     def test_what_was_asked_for_and_stays_unknown_gives_exit_status_3(
