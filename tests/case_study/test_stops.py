@@ -43,9 +43,10 @@ def test_the_flooded_case_study_stays_flat(tmp_path: Path) -> None:
 
 def test_the_periodic_publisher_stays_flat(tmp_path: Path) -> None:
     with on_ros() as domain:
-        samples = list(periodic.run(3.0, 0.5, 0.02, 0.05, tmp_path, domain, journal=True))
-    assert samples[-1].talker_anonymous < samples[1].talker_anonymous + 8
-    assert samples[-1].logger_anonymous < samples[1].logger_anonymous + 8
+        samples = list(periodic.run(6.0, 0.5, 0.02, 0.05, tmp_path, domain, journal=True))
+    begun = samples[len(samples) // 2]  # before that, a busy machine may still load modules
+    assert samples[-1].talker_anonymous < begun.talker_anonymous + 8
+    assert samples[-1].logger_anonymous < begun.logger_anonymous + 8
     verdict = periodic.replayed(0.02, tmp_path)
     assert (verdict.status, verdict.violations) == ("conforms", [])
     assert verdict.steps > 100
