@@ -122,8 +122,8 @@ class Boundedness(Question):
         report.findings.append(self.UNBOUNDED.found(*grown, witness=way, places=", ".join(grown)))
         remedy = remedy_of(subject.net)
         if remedy is not None:
-            needs = "with " if remedy.weights else ""
-            report.proved.append(f"the net would be bounded {needs}{remedy_text(subject, remedy)}")
+            preposition = "with " if remedy.weights else ""
+            report.proved.append(f"the net would be bounded {preposition}{remedy_text(subject, remedy)}")
 
 
 class Places(Question):

@@ -23,7 +23,7 @@ def groups_of(net: CompiledNet) -> list[DeadlockGroup]:
 
 
 @given(nets())
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_groups_share_out_all_dead_markings(net: CompiledNet) -> None:
     if reference_search(net, 1_000) is None:
         return

@@ -9,7 +9,6 @@ from dineros.analysis.checks.check import check
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import to_model
 from dineros.analysis.witnesses.findings import Report
-from dineros.metamodel import pn
 from tests.analysis.covering.plain import plain_search
 from tests.analysis.strategies import nets
 from tests.support.talker import talker
@@ -63,4 +62,3 @@ def test_system_models_are_asked_about_queues_instead() -> None:
     report = check(talker())
     assert not {ONE_SAFE, CHANGES} & set(report.proved)
     assert not any(found.rule in ("not-one-safe", "stable-marking") for found in report.findings)
-    assert isinstance(talker(), pn.Net)

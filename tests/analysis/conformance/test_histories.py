@@ -100,7 +100,7 @@ def test_runs_conform(model: sym.SystemModel, seed: int) -> None:
 def test_losses_of_histories_that_several_publishers_fill() -> None:
     """They are told after what came later was taken: `conform` knows better, the monitor does not always."""
     unknown, losses = [], 0
-    for seed in (*range(20), 438):  # there, two loggers, of which one ends without having heard one talker
+    for seed in (*range(40), 438):  # there, two loggers, of which one ends without having heard one talker
         model = shared_histories(random.Random(seed))
         traces = skewed(recorded(model, seed, 120), seed)
         losses += sum(isinstance(record, Drop) for records in traces.values() for record in records)

@@ -60,7 +60,7 @@ def agrees(net: CompiledNet, target: tuple[int, ...]) -> bool | None:
     return verdict
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(nets(), st.data())
 def test_what_can_be_covered_is_what_the_plain_ones_say(net: CompiledNet, data: st.DataObject) -> None:
     agrees(without_inhibitors(net), data.draw(st.tuples(*[st.integers(0, 5) for _ in net.places])))
@@ -80,7 +80,7 @@ def test_seeded_nets_of_all_kinds_agree() -> None:
     )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(nets())
 def test_with_inhibitor_arcs_nothing_wrong_is_said(net: CompiledNet) -> None:
     seen, backward = plain_search(net, 3_000), Backward(net)
@@ -92,7 +92,7 @@ def test_with_inhibitor_arcs_nothing_wrong_is_said(net: CompiledNet) -> None:
             assert t not in seen.enabled
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(nets())
 def test_only_what_never_fires_is_left_out_beforehand(net: CompiledNet) -> None:
     assert plain_search(net, 3_000).enabled.issubset(fireable_in_fractions(net))

@@ -17,7 +17,7 @@ from tests.analysis.strategies import nets
 from tests.support.unbounded_systems import timer_and_logger, unbounded_systems
 
 
-@settings(max_examples=2, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(unbounded_systems())
 def test_nothing_stays_unknown_that_plain_searches_find(model: sym.SystemModel) -> None:
     compare(model, check(model), 3_000)
@@ -59,7 +59,7 @@ def test_one_place_that_grows_needs_a_capacity() -> None:
     assert (remedy.weights, remedy.waiting, remedy.acknowledging) == ({1: 1}, (0,), (1,))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(nets())
 def test_a_remedy_makes_the_net_bounded(net: CompiledNet) -> None:
     remedy = remedy_of(net)
@@ -74,7 +74,7 @@ def test_a_remedy_makes_the_net_bounded(net: CompiledNet) -> None:
     assert growth_of(mended, Budget(seconds=5)) is None
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(nets())
 def test_growth_is_found_where_it_is(net: CompiledNet) -> None:
     pumping = growth_of(net, Budget(seconds=10))

@@ -27,7 +27,7 @@ def _without_inhibitors(net: CompiledNet) -> CompiledNet:
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(nets())
 def test_the_minimal_coverability_set_is_that_of_the_plain_tree(net: CompiledNet) -> None:
     net = _without_inhibitors(net)
@@ -38,7 +38,7 @@ def test_the_minimal_coverability_set_is_that_of_the_plain_tree(net: CompiledNet
         assert answer.is_bounded == (not any(inf in marking for marking in expected))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(nets())
 def test_bounds_and_verdict_agree_with_plain_search(net: CompiledNet) -> None:
     answer = coverability(net)

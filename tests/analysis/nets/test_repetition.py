@@ -24,7 +24,7 @@ def on_cycles(net: CompiledNet) -> set[int]:
 
 
 @given(nets())
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_whatever_is_on_a_cycle_is_repeatable(net: CompiledNet) -> None:
     if reference_search(net, 1_000) is not None:
         assert on_cycles(net) <= repeatable_transitions(net)

@@ -14,7 +14,7 @@ from tests.analysis.strategies import nets
 
 
 @given(nets(), st.data())
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_no_single_firing_can_be_left_out(net: CompiledNet, data: st.DataObject) -> None:
     marking, trace = net.initial.tolist(), []
     for _ in range(data.draw(st.integers(0, 20))):

@@ -29,7 +29,7 @@ def _closed_sets(net: CompiledNet, traps: bool) -> list[set[int]]:
     return found
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(nets())
 def test_minimal_siphons_and_traps_are_those_of_the_definition(net: CompiledNet) -> None:
     for traps, search in ((False, minimal_siphons), (True, minimal_traps)):
@@ -39,7 +39,7 @@ def test_minimal_siphons_and_traps_are_those_of_the_definition(net: CompiledNet)
         assert family.is_complete and set(family.members) == minimal
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(nets())
 def test_the_largest_trap_is_the_union_of_traps(net: CompiledNet) -> None:
     traps = _closed_sets(net, traps=True)
@@ -47,7 +47,7 @@ def test_the_largest_trap_is_the_union_of_traps(net: CompiledNet) -> None:
         assert set(largest_trap(net, places)) == set().union(*(trap for trap in traps if trap <= places))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(nets())
 def test_conclusions_hold_in_the_reachability_graph(net: CompiledNet) -> None:
     conclusion = commoner(net).conclusion

@@ -32,7 +32,7 @@ def incidence_matrix(net: CompiledNet) -> NDArray[np.int64]:
 
 
 @given(nets())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_invariants_span_the_kernel(net: CompiledNet) -> None:
     found, incidence = place_invariants(net), incidence_matrix(net)
     rank = np.linalg.matrix_rank(incidence) if incidence.size else 0
@@ -45,7 +45,7 @@ def test_invariants_span_the_kernel(net: CompiledNet) -> None:
 
 
 @given(nets())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_bounds_hold(net: CompiledNet) -> None:
     counts = reference_search(net, 500)
     if counts is not None:
@@ -55,7 +55,7 @@ def test_bounds_hold(net: CompiledNet) -> None:
 
 
 @given(nets())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_linear_programs_bound_as_tightly_as_semiflows(net: CompiledNet) -> None:
     flows = semiflows(net)
     assert flows is not None
@@ -65,7 +65,7 @@ def test_linear_programs_bound_as_tightly_as_semiflows(net: CompiledNet) -> None
 
 
 @given(nets())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_proportional_places_are_proportional(net: CompiledNet) -> None:
     found, incidence = proportional_places(net), incidence_matrix(net)
     for invariant in found:
@@ -83,7 +83,7 @@ def test_proportional_places_are_proportional(net: CompiledNet) -> None:
 
 
 @given(nets())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_state_machines_hold_one_token(net: CompiledNet) -> None:
     graph = None if reference_search(net, 500) is None else reachability_graph(net)
     groups = state_machines(net, range(len(net.places)))

@@ -29,7 +29,7 @@ def reference(net: CompiledNet) -> Behaviour:
 
 
 @given(nets())
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_nets(net: CompiledNet) -> None:
     if reference_search(net, 1_000) is not None:
         assert behaviour(symbolic_state_space(net, Budget(1 << 24))) == reference(net)

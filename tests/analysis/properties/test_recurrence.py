@@ -79,7 +79,7 @@ def test_nets_of_circles() -> None:
 
 
 @given(st.one_of(nets(), generated_nets.nets()))
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_nets(net: CompiledNet) -> None:
     is_right(net)
 

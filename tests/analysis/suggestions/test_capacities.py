@@ -64,14 +64,14 @@ def keeps_its_word(model: sym.SystemModel, found: Capacity) -> None:
         )
 
 
-@settings(max_examples=2, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(unbounded_systems())
 def test_each_queue_has_an_answer_of_its_own(model: sym.SystemModel) -> None:
     for found in suggest_capacities(model, ENOUGH):
         keeps_its_word(model, found)
 
 
-@settings(max_examples=1, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(unbounded_systems())
 def test_trying_the_tree_and_loops_say_the_same(model: sym.SystemModel) -> None:
     answers = suggest_capacities(model, ENOUGH)
@@ -116,11 +116,11 @@ def test_the_largest_beside_is_what_plain_search_sees(net: CompiledNet) -> None:
                 assert most == shown
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(nets())
 def test_loops_repeat(net: CompiledNet) -> None:
     for place in range(len(net.places)):
-        loop = loop_raising(net, place, Budget(seconds=0.1))
+        loop = loop_raising(net, place, Budget(seconds=0.3))
         if loop is None:
             continue
         marking = net.initial.tolist()
@@ -128,5 +128,5 @@ def test_loops_repeat(net: CompiledNet) -> None:
             assert net.is_enabled(t, marking)
             marking = net.fire(t, marking)
         assert marking[place] >= 4 and place in loop.places
-        most = largest_beside(net, place, [place], Budget(seconds=0.2))
+        most = largest_beside(net, place, [place], Budget(seconds=0.5))
         assert most in (None, inf)

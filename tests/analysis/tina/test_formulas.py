@@ -91,7 +91,7 @@ def test_atoms_mean_the_same_at_every_step(atom: Atom) -> None:
             assert holds_on_lasso(back, [], [step], is_true_there) == bound.is_true(atom, step), (text, step)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(
     st.randoms(use_true_random=False), st.lists(STEPS, max_size=3), st.lists(STEPS, min_size=1, max_size=3)
 )
@@ -102,7 +102,7 @@ def test_the_meaning_stays(rng: random.Random, stem: list[Step], loop: list[Step
     assert holds_on_lasso(read(text), stem, loop, is_true_there) == here, text
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     st.sets(st.integers(0, 2)),
     st.sets(st.integers(0, 2)),

@@ -55,7 +55,7 @@ def flat(model: pn.Net) -> tuple[set[tuple[str, int]], set[tuple[str, str, int, 
     return places, joined
 
 
-@settings(max_examples=4)
+@settings(max_examples=8)
 @given(
     model=st.one_of(st.builds(lambda: load(CASE_STUDY)), small_system_models()),
     random=st.randoms(use_true_random=False),
