@@ -42,3 +42,21 @@ def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert 
             location=Location(output),
             hint="make the folder first",
         )
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder where it is not there.
+
+    Raises
+    ------
+    ModelFileError
+        It is a file, or cannot be made.
+    """
+    from dineros.metamodel.errors import Location, ModelFileError
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:
+        raise ModelFileError("is a file", location=Location(folder), hint="name a folder") from error
+    except OSError as error:
+        raise ModelFileError(f"cannot be made: {error.strerror}", location=Location(folder)) from error

@@ -1,4 +1,4 @@
-"""What came of a sweep, as text and as JSON."""
+"""What came of a sweep: its figures, and as text and as JSON."""
 
 from __future__ import annotations
 
@@ -10,6 +10,39 @@ from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.analysis.sweeps import Outcome, Progress
+    from dineros.metamodel import pn
+
+_FIGURES = (".svg", ".png", ".pdf")
+
+
+def table_and_figures(output: Path) -> tuple[Path, Path | None]:
+    """Return which table is written, and which figures, for the file that was asked for.
+
+    Raises
+    ------
+    DinerosError
+        The table of figures would overwrite a file that is no table of theirs.
+    """
+    from dineros.metamodel.errors import DinerosError, Location
+
+    if output.suffix.lower() not in _FIGURES:
+        return output, None
+    table = output.with_suffix(".csv")
+    if table.exists() and not output.exists():
+        raise DinerosError(
+            f"is there already, and the table of {output.name} would overwrite it",
+            location=Location(table),
+            hint="name the figures otherwise, or move it away",
+        )
+    return table, output
+
+
+def write_figures(figures: Path, outcome: Outcome, net: pn.Net) -> None:
+    """Write how the counts grow, as a picture."""
+    from dineros.metamodel.files.atomic import write_atomically
+    from dineros.views.reports.sweep_figures import sweep_figures
+
+    write_atomically(figures, sweep_figures(outcome.rows, figures.suffix.lower(), title=net.name or net.id))
 
 
 def say_sweep(outcome: Outcome, model: Path, output: Path, figures: Path | None, as_json: bool) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TypedDict
 
 from dineros.metamodel import pn, rtm, sym
@@ -44,6 +45,19 @@ def split(model: sym.SystemModel) -> list[rtm.RuntimeModel]:
         _require_closed(node, images)
     _require_covered(model, copies)
     return split_models
+
+
+def file_names(parts: Sequence[rtm.RuntimeModel]) -> list[str]:
+    """Return a file name for each run-time model: its node net's id, without what a file name cannot hold."""
+    names: list[str] = []
+    for part in parts:
+        stem = re.sub(r"[^\w.+-]", "_", part.node.id).lstrip(".") or "_"
+        name, number = f"{stem}.rtm.xmi", 1
+        while name in names:
+            number += 1
+            name = f"{stem}~{number}.rtm.xmi"
+        names.append(name)
+    return names
 
 
 def _runtime_model(

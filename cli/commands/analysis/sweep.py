@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid
-from dineros.cli.models import load_named
 from dineros.cli.options import (
     OVERFLOW,
     SIGNALS,
@@ -20,14 +18,14 @@ from dineros.cli.options import (
     output_option,
     settings_option,
 )
-from dineros.cli.presentation.sweeps import say_begun_sweep, say_sweep
+from dineros.cli.presentation.sweeps import say_sweep, table_and_figures, write_figures
+from dineros.cli.questions.sweeping import Sweeping
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn
 
-_FIGURES = (".svg", ".png", ".pdf")
 _REDUCED = {"no": (False,), "yes": (True,), "both": (False, True)}
 
 
@@ -135,75 +133,20 @@ def sweep(
     `error` says why. Points at a time share the memory; where --memory leaves too little for each, there are
     fewer. With --scheduler it is the memory of one point, by default 2G.
     """
-    from dineros.analysis.nets.memory import OWN_MEMORY
-    from dineros.analysis.sweeps import Axis, Grid, Progress, SweepError, SweepInterrupt, share_of_memory
-    from dineros.analysis.sweeps import sweep as run_sweep
-    from dineros.analysis.sweeps.sweep import journal_path
-    from dineros.metamodel.errors import DinerosError, Location
-    from dineros.metamodel.files.programs import is_program
+    from dineros.analysis.sweeps import Axis, Grid
 
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers is for this machine; a scheduler has its own")
     axes = tuple(Axis.parse(text) for text in vary)
     net = load_valid(model, settings)
-    figures = output if output.suffix.lower() in _FIGURES else None
+    table, figures = table_and_figures(output)
+    grid = Grid(axes, *_variants(net, signals, overflow), _REDUCED[reduced])
+    sweeping = Sweeping(model, settings, engine, workers, scheduler, point_timeout, as_json)
+    outcome = sweeping.count(net, grid, table)
     if figures is not None:
-        output = figures.with_suffix(".csv")
-        if output.exists() and not figures.exists():
-            raise DinerosError(
-                f"is there already, and the table of {figures.name} would overwrite it",
-                location=Location(output),
-                hint="name the figures otherwise, or move it away",
-            )
-    run = search()
-    run.stage("counting")
-    memory = run.limits.memory
-    far = Progress(0, 0, 0, 0)
-
-    def so_far(ending: str) -> int:
-        say_begun_sweep(far, model, journal_path(output), ending, as_json)
-        return UNKNOWN
-
-    def tell(progress: Progress) -> None:
-        nonlocal far
-        if not far.points:
-            run.draft(so_far)
-        far = progress
-        run.far(str(progress))
-
-    of_point = None
-    if scheduler is not None:
-        of_point = None if memory is None else memory - OWN_MEMORY
-    elif memory is not None:
-        workers, of_point = share_of_memory(memory, workers or os.cpu_count() or 1)
-    try:
-        outcome = run_sweep(
-            (lambda values: load_named(model, [*settings, *values])) if is_program(model) else net,
-            Grid(axes, *_variants(net, signals, overflow), _REDUCED[reduced]),
-            output,
-            engine=engine,
-            memory=of_point,
-            timeout=point_timeout,
-            workers=workers,
-            scheduler=scheduler,
-            progress=tell,
-        )
-    except DinerosError as error:
-        if not isinstance(error, SweepError):  # a setting stands in no file; its model does
-            error.location = error.location or Location(model)
-        raise
-    except SweepInterrupt as interrupt:
-        far = interrupt.progress
-        raise
-    if figures is not None:
-        from dineros.metamodel.files.atomic import write_atomically
-        from dineros.views.reports.sweep_figures import sweep_figures
-
-        write_atomically(
-            figures, sweep_figures(outcome.rows, figures.suffix.lower(), title=net.name or net.id)
-        )
-    with run.answer():
-        say_sweep(outcome, model, output, figures, as_json)
+        write_figures(figures, outcome, net)
+    with search().answer():
+        say_sweep(outcome, model, table, figures, as_json)
     return UNKNOWN if outcome.unknown else HOLDS
 
 

@@ -5,9 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import pytest
-
-from dineros.cli.commands.models.split import file_names
 from dineros.metamodel import elements, pn, rtm
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import load, save
@@ -70,15 +67,3 @@ def test_a_plain_net_is_refused(run: Run, tmp_path: Path) -> None:
 def test_a_file_in_the_folders_place_is_refused(run: Run, model: Path) -> None:
     result = run("split", model, "-o", model)
     assert (result.exit_code, result.stderr) == (2, f"{model}: is a file (name a folder)\n")
-
-
-@pytest.mark.parametrize(
-    ("ids", "names"),
-    [
-        (["a", "b.c"], ["a.rtm.xmi", "b.c.rtm.xmi"]),
-        (["x/y", "x\\y"], ["x_y.rtm.xmi", "x_y~2.rtm.xmi"]),
-        (["../up", "..", "é"], ["_up.rtm.xmi", "_.rtm.xmi", "é.rtm.xmi"]),
-    ],
-)
-def test_file_names_stay_in_the_folder(ids: list[str], names: list[str]) -> None:
-    assert file_names(ids) == names

@@ -17,7 +17,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import elements, find, node_net_of, node_nets, places
 from dineros.metamodel.files.xmi import xmi_bytes
-from dineros.transformations.flattening.split import CoverageError, split
+from dineros.transformations.flattening.split import CoverageError, file_names, split
 from tests.support.calling_systems import calling_systems
 from tests.support.deliveries import deliveries
 from tests.support.equality import differences
@@ -313,3 +313,16 @@ def test_ports_of_actions() -> None:
     assert isinstance(client, rtm.ActionClientPort)
     assert (client.client, client.outstanding, client.eContainer()) == ("office0", 1, find(office, "Send0"))
     assert client.rejected is find(office, "Refused0") and client.cancel is find(office, "Recall0")
+
+
+@pytest.mark.parametrize(
+    ("ids", "names"),
+    [
+        (["a", "b.c"], ["a.rtm.xmi", "b.c.rtm.xmi"]),
+        (["x/y", "x\\y"], ["x_y.rtm.xmi", "x_y~2.rtm.xmi"]),
+        (["../up", "..", "é"], ["_up.rtm.xmi", "_.rtm.xmi", "é.rtm.xmi"]),
+    ],
+)
+def test_file_names_stay_in_the_folder(ids: list[str], names: list[str]) -> None:
+    parts = [rtm.RuntimeModel(id=id, node=sym.NodeNet(id=id)) for id in ids]
+    assert file_names(parts) == names
