@@ -39,14 +39,21 @@ $(stamp): pyproject.toml setup.py requirements/build.txt requirements/developmen
 demo: install ## Run the case study
 	@$(python) case_study/demo.py
 
-.PHONY: test
-test: install ## Run every check, then the tests
+.PHONY: checked
+checked: install
 	@echo "Lint (ruff check)" && $(python) -m ruff check --quiet $(checked)
 	@echo "Format (ruff format --check)" && $(python) -m ruff format --quiet --check $(checked) || { echo "make format mends this"; exit 1; }
 	@echo "Browser code (biome check, tsc --strict)" && tools/check-browser
 	@echo "Types (mypy --strict)" && $(python) tools/typecheck.py --no-error-summary
 	@echo "Generated code (dineros.metamodel.generate --check)" && $(python) -m dineros.metamodel.generate --check
-	@echo "Tests (pytest)" && $(python) -m pytest -n 2 $(PYTEST_ARGS)
+
+.PHONY: test
+test: checked ## Run every check, then all tests but the long ones
+	@echo "Tests that are not long (pytest)" && $(python) -m pytest -n 2 -m 'not long' $(PYTEST_ARGS)
+
+.PHONY: thorough
+thorough: checked ## Run every check, then all tests
+	@echo "Tests (pytest)" && $(python) -m pytest -n 3 $(PYTEST_ARGS)
 
 .PHONY: regenerate
 regenerate: $(stamp) ## Generate the typed API from the .ecore files, and the case study's workspace anew

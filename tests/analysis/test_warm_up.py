@@ -79,6 +79,7 @@ def compiled() -> dict[str, int]:
     return counts
 
 
+@pytest.mark.long
 def test_every_kernel_that_python_calls_is_compiled(compiled: dict[str, int]) -> None:
     called = called_from_python() & compiled.keys()
     assert len(called) > 25

@@ -20,6 +20,7 @@ def dineros(*arguments: str | Path) -> Result:
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("way", ["--local", "--simulate"])
 def test_all_objects_are_sorted_and_no_arm_starts_while_it_is_unsafe(way: str, tmp_path: Path) -> None:
     traces = tmp_path / "traces"

@@ -11,6 +11,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from tests.case_study.conftest import WORKSPACE
 
 PATIENCE = 120.0
@@ -76,6 +78,7 @@ def is_there(process: object) -> bool:
     return True
 
 
+@pytest.mark.long
 def test_a_killed_node_goes_on_and_all_objects_are_sorted(
     workspace: Path, tmp_path: Path, ros_domain: int
 ) -> None:

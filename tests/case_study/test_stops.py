@@ -13,6 +13,7 @@ from benchmarks.endurance.applications import APPLICATIONS
 from tests.support.on_ros import on_ros
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "pieces", "messages"), [("sorting", 2, 12), ("fleet", 8, 16)])
 def test_nothing_is_lost_when_it_is_stopped_and_killed(
     name: str,

@@ -75,6 +75,7 @@ def test_handwritten_and_generated_code_pass_ruff() -> None:
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.long
 def test_types_as_its_developers_check_them(tmp_path: Path) -> None:
     """With what `make install` leaves, in the workspace's folder, without any configuration."""
     shutil.copytree(WORKSPACE / "src", tmp_path / "src", ignore=shutil.ignore_patterns("__pycache__"))
@@ -100,6 +101,7 @@ def test_what_handlers_need_is_declared() -> None:
         assert "sorting_cell" in [each.text for each in package.iterfind("exec_depend")]
 
 
+@pytest.mark.long
 def test_colcon_builds_and_tests_it_as_its_readme_says(
     workspace: Path, tmp_path: Path, ros_domain: int
 ) -> None:

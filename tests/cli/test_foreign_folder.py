@@ -33,6 +33,7 @@ COMMANDS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", COMMANDS)
 def test_modules_of_the_current_folder_are_not_imported(model: Path, tmp_path: Path, name: str) -> None:
     if name == "ros" and missing_tools():

@@ -36,6 +36,7 @@ def started(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("command", "says"),
     [
@@ -98,6 +99,7 @@ print(len(made))
 """
 
 
+@pytest.mark.long
 def test_the_guide_is_complete() -> None:
     result = started("-c", GUIDE, folder=ROOT)
     assert (result.returncode, result.stdout) == (0, "16\n"), result.stderr

@@ -23,6 +23,7 @@ print(njit(lambda number: number + 1)(41))
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("threads", "settings", "seen"),
     [

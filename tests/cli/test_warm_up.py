@@ -17,6 +17,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 def test_it_compiles_once(run: Run, kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(warm_up, "PARTS", {"walks": warm_up.PARTS["walks"]})
     first = run("warm-up", "--processes", "1")

@@ -38,6 +38,7 @@ def test_what_is_named_beside_a_place_is_in_it() -> None:
         assert f"class {name}" in (ROOT / file).read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_the_picture_shows_every_floor_once(hook: ModuleType) -> None:
     drawn = hook.to_dot()
     for room in ROOMS:
@@ -48,6 +49,7 @@ def test_the_picture_shows_every_floor_once(hook: ModuleType) -> None:
         assert len(rows) == len(set(rows))
 
 
+@pytest.mark.long
 def test_a_missing_graphviz_leaves_a_note(hook: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "")
     assert "Graphviz" in hook.picture()

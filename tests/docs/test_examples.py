@@ -29,6 +29,7 @@ COLD = (PAGES[0], *(ROOT / "docs" / name for name in ON_ROS))
 """Pages whose commands start as a reader's do; those of the others are forks, which saves their imports."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_examples_of_a_page_run(page: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     warm = None if page in COLD else request.getfixturevalue("warm")

@@ -146,6 +146,7 @@ def test_nothing_advises_to_clean_the_shared_memory_of_running_systems() -> None
     assert "Do not run Fast DDS's own `fastdds shm clean`" in (ROOT / "docs/ros2.md").read_text("utf-8")
 
 
+@pytest.mark.long
 def test_the_guide_builds_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     # Not --quiet: it keeps --strict from seeing the warnings.
     build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]

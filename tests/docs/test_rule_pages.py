@@ -29,6 +29,7 @@ def hook() -> ModuleType:
     return module
 
 
+@pytest.mark.long
 def test_every_rule_has_a_section_with_picture_and_text(hook: ModuleType) -> None:
     pages = hook.pages()
     for family in FAMILIES:

@@ -83,6 +83,7 @@ def test_the_floor_stops_now_and_then_and_blocks_one_robot_at_a_time() -> None:
     assert [phase["dispatcher"]["FloorStopped"] for phase in seen[1::2]] == [False, False, True] * 2
 
 
+@pytest.mark.long
 def test_all_orders_are_delivered_whoever_is_recalled(floor_workspace: Path, tmp_path: Path) -> None:
     packages = [f"dispatch_{node}" for node in NODES]
     outcome, listed = simulated(floor_workspace, packages, SIMULATED, tmp_path / "run", MODEL)
@@ -93,5 +94,6 @@ def test_all_orders_are_delivered_whoever_is_recalled(floor_workspace: Path, tmp
     assert f"{ALONE}: holds throughout\n" in replayed.stdout, replayed.stdout + replayed.stderr
 
 
+@pytest.mark.long
 def test_it_runs_on_ros(floor_workspace: Path, tmp_path: Path) -> None:
     runs_and_conforms(floor_workspace, f"{HOME / 'floor.py'} --robots 3", "Listed >= 1", tmp_path / "run")

@@ -66,6 +66,7 @@ def test_what_validate_says_is_meant() -> None:
     ]
 
 
+@pytest.mark.long
 def test_all_that_matters_is_proved() -> None:
     report = check(built())
     assert report.unknown == []
@@ -91,6 +92,7 @@ def test_in_the_earlier_version_a_canceled_goal_may_never_end() -> None:
     assert "sends a goal" in steps[gone + 1]
 
 
+@pytest.mark.long
 def test_a_robot_that_docks_at_once_drives_at_the_dock(tmp_path: Path) -> None:
     save(built("docks at once"), tmp_path / "hasty.sym.xmi")
     result = command("verify", tmp_path / "hasty.sym.xmi", "NeverDrivesAtTheDock")
@@ -105,6 +107,7 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_the_handlers_fit_the_workspace(workspace: Path) -> None:
     assert compare(built(), workspace, Options(source=MODEL.name)).changes == ()
     run = subprocess.run(
@@ -124,6 +127,7 @@ def test_the_handlers_pass_mypy(workspace: Path) -> None:
     assert strict_mypy(workspace, *packages).startswith("Success: no issues found")
 
 
+@pytest.mark.long
 def test_it_runs_on_ros_and_loses_nothing_when_it_is_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

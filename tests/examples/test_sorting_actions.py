@@ -61,6 +61,7 @@ def test_the_handlers_fit_the_workspace_and_pass_mypy(cell_workspace: Path) -> N
     assert strict_mypy(cell_workspace, *packages).startswith("Success: no issues found")
 
 
+@pytest.mark.long
 def test_people_come_and_go_and_everything_is_sorted(cell_workspace: Path, tmp_path: Path) -> None:
     packages = [f"cell_{node}" for node in NODES]
     outcome, accidents, stopped, shown = simulated(
@@ -110,6 +111,7 @@ def test_an_arm_that_is_stopped_holds_what_it_held() -> None:
     assert (told["arm"], cell.stopped) == ({"AtRest": True, "Holding": False}, 2)
 
 
+@pytest.mark.long
 def test_it_runs_on_ros_while_a_person_comes(cell_workspace: Path, tmp_path: Path) -> None:
     # A motion is long enough for a cancel to come while it is under way, also on a busy machine.
     world = f"{HOME / 'cell.py'} --motion-time 1 --visit-every 2 --stay 0.5"

@@ -23,6 +23,7 @@ def inputs_of(name: str) -> int:
     return max(2, INPUTS * min(KINDS[name].share, 100) // 100)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", KINDS)
 def test_a_kind(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """In a process of its own: budgets of memory are of the whole process."""
@@ -34,6 +35,7 @@ def test_a_kind(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (row["faults"], row["inputs"], told) == (0, inputs_of(name), [])
 
 
+@pytest.mark.long
 def test_the_command() -> None:
     options = ["--inputs", "2", "--seed", "0", "--kind", "limit", "--jobs", "1"]
     run = subprocess.run(

@@ -97,6 +97,7 @@ def test_nothing_is_wrong_with_it() -> None:
     assert re.search(r": 0 found, 1\d proved, 0 unknown\n$", result.stdout)
 
 
+@pytest.mark.long
 def test_the_handlers_fit_the_workspace(workspace: Path) -> None:
     assert check(model(), workspace, Options(source="fleet.sym.xmi")).changes == ()
     tests = [f"src/{package}" for package in PACKAGES]
@@ -149,6 +150,7 @@ def check_arrivals(arrivals: list[list[Any]]) -> None:
     assert len({tuple(place) for _, *place in arrivals}) > 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("goal", "variant"),
     [("ChargeResAda >= 1 & Closed >= 2", "none"), ("DrivingAda >= 1 & DrivingBob >= 1", "input-enabled")],
@@ -194,6 +196,7 @@ def test_a_trace_of_another_model_or_marking_is_refused(workspace: Path, tmp_pat
     assert not (tmp_path / "ws").exists()
 
 
+@pytest.mark.long
 @needs_compiler
 def test_it_is_built_and_runs_on_ros(workspace: Path, tmp_path: Path) -> None:
     """One build for all: the interfaces; the nodes run from their sources."""

@@ -88,6 +88,7 @@ def test_python_passes_ruff(workspace: Path, lifecycle: Path) -> None:
             assert result.returncode == 0, result.stdout
 
 
+@pytest.mark.long
 def test_python_passes_mypy(workspace: Path, lifecycle: Path) -> None:
     for folder in (workspace, lifecycle):
         for package, number in (("board", 11), ("kitchen_cook", 11), ("waiter", 11), ("kitchen_bringup", 4)):
@@ -231,6 +232,7 @@ def test_the_launch_file_activates_lifecycle_nodes(lifecycle: Path) -> None:
     assert "lifecycle=not is_plain" in (lifecycle / "src/waiter/waiter/base.py").read_text()
 
 
+@pytest.mark.long
 def test_stubs_pass_their_tests(workspace: Path) -> None:
     tests = [f"src/{name}" for name in ("waiter", "kitchen_cook", "board")]
     pytest_ = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"]

@@ -211,6 +211,7 @@ def same(model: sym.SystemModel, kind: str, name: str) -> bool:
 FREE = {("SystemModel", "name"), ("Place", "name"), ("CallbackPage", "name"), ("ClientPort", "client")}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "name"), texts())
 def test_a_hostile_text_anywhere_is_text_or_refused(kind: str, name: str, tmp_path: Path) -> None:
     is_accepted = same(changed(kind, name, EVIL), kind, name)
@@ -261,6 +262,7 @@ def test_a_hostile_timer_is_text() -> None:
     assert files_by_role(ticking(ODD)) == files_by_role(ticking(HARMLESS))
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(
     st.just(EVIL)

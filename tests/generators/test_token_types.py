@@ -87,6 +87,7 @@ def test_runs_in_one_process(workspace: Path, monkeypatch: pytest.MonkeyPatch) -
     assert [token.data for token in driver.marking["Where[1].Log"]] == [{"data": "255"}]
 
 
+@pytest.mark.long
 def test_runs_on_ros_as_the_model_says(workspace: Path, tmp_path: Path) -> None:
     with on_ros() as domain:
         build_as_before(workspace)

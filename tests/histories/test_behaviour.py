@@ -30,6 +30,7 @@ def test_generated_models_are_valid(model: sym.SystemModel) -> None:
     assert [found for found in validate(model) if found.severity == "error"] == []
 
 
+@pytest.mark.long
 @given(history_models(), st.sampled_from(get_args(SignalVariant)), st.sampled_from(get_args(OverflowVariant)))
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_models(model: sym.SystemModel, signals: SignalVariant, overflow: OverflowVariant) -> None:

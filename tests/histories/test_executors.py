@@ -43,6 +43,7 @@ def test_the_figures(case: Case, figures: tuple[int, int, int], overflow: Overfl
     assert smaller.states * reduction.count_factor == figures[0]
 
 
+@pytest.mark.long
 @given(
     executor_models(), st.sampled_from(get_args(SignalVariant)), st.sampled_from(get_args(OverflowVariant))
 )

@@ -62,6 +62,7 @@ def test_the_interpreter_of_a_periodic_publisher(depth: int) -> None:
     assert Interpreter(periodic(depth)).count() == (*PERIODIC[depth], 0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("objects", "signals", "states", "arcs"), CASE_STUDY[:3])
 def test_the_interpreter_of_the_case_study(
     objects: tuple[int, int, int], signals: SignalVariant, states: int, arcs: int
@@ -78,6 +79,7 @@ def test_the_net_of_a_periodic_publisher(depth: int, overflow: OverflowVariant) 
     assert (symbolic.states, symbolic.deadlocks) == (PERIODIC[depth][0], 0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("overflow", ["weighted", "inhibitor"])
 @pytest.mark.parametrize(("objects", "signals", "states", "arcs"), CASE_STUDY)
 def test_the_nets_of_the_case_study(
@@ -93,6 +95,7 @@ def test_the_nets_of_the_case_study(
     assert smaller.states * reduction.count_factor == states
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("signals", BEST_EFFORT)
 def test_best_effort(signals: SignalVariant) -> None:
     model = case_study((1, 0, 0), best_effort=True)
@@ -101,6 +104,7 @@ def test_best_effort(signals: SignalVariant) -> None:
         assert state_space(subject_of(model, signals, overflow).net).states == BEST_EFFORT[signals]
 
 
+@pytest.mark.long
 def test_the_case_study_with_ten_objects_of_each_colour() -> None:
     """Every clause can be true, so that each of the nine signals in use doubles the markings."""
     none, fully = (

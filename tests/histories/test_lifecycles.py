@@ -55,6 +55,7 @@ def test_generated_models(model: sym.SystemModel, signals: SignalVariant, overfl
         assert found.difference == ""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("late", [False, True])
 @pytest.mark.parametrize("overflow", ["weighted", "inhibitor"])
 def test_every_pair_of_lives(late: bool, overflow: OverflowVariant) -> None:

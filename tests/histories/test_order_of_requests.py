@@ -18,6 +18,7 @@ Step: TypeAlias = "tuple[Observed | None, Hashable]"
 Steps: TypeAlias = Callable[[Hashable], Iterable[Step]]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bakers", "depth"), [(3, 1), (3, 2), (4, 2)])
 def test_which_request_is_lost_makes_no_difference(bakers: int, depth: int) -> None:
     """A history that forgets the oldest request shows what the net shows, which loses the newest.

@@ -3,6 +3,8 @@
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from dineros.metamodel.generate import METAMODELS
 from tests.support.system_packages import needs
 
@@ -25,12 +27,14 @@ def validate(*files: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.long
 def test_emf_accepts_the_metamodels_and_the_case_study() -> None:
     result = validate(ROOT / "case_study" / "sorting.sym.xmi")
     assert result.returncode == 0, result.stdout + result.stderr
     assert [line.split()[1] for line in result.stdout.splitlines()] == ["ok"] * (len(METAMODELS) + 1)
 
 
+@pytest.mark.long
 def test_the_check_can_fail(tmp_path: Path) -> None:
     """A model without a required reference: EMF names the feature."""
     broken = tmp_path / "broken.xmi"

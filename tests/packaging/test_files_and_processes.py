@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("metamodel", "transformations", "analysis", "generators", "runtime", "views", "cli")
 
@@ -64,6 +66,7 @@ def opens(call: ast.Call) -> bool:
     )
 
 
+@pytest.mark.long
 def test_files_are_opened_in_one_way() -> None:
     found = {
         path

@@ -171,6 +171,7 @@ def imports() -> list[tuple[str, str]]:
     return [(module, other) for module, file in modules().items() for other in imported(file)]
 
 
+@pytest.mark.long
 def test_rooms_import_only_what_they_may() -> None:
     between = {(module.split(".")[0], other.split(".")[0]) for module, other in imports()}
     wrong = {(room, other) for room, other in between if room != other and other not in ROOMS[room]}

@@ -69,6 +69,7 @@ def needed(wheel: Path, extra: str) -> set[str]:
     return found
 
 
+@pytest.mark.long
 def test_it_holds_its_rooms_and_nothing_of_the_others(wheel: Path) -> None:
     inside = {name for name in ZipFile(wheel).namelist() if name.startswith("dineros/")}
     assert {name.split("/")[1] for name in inside} == {"metamodel", "runtime"}

@@ -72,6 +72,7 @@ def hook(id: str, folder: Path, *arguments: str) -> int:
     return run([*shlex.split(HOOKS[id]["entry"]), *arguments], folder)
 
 
+@pytest.mark.long
 def test_all_is_well(desk: Path) -> None:
     assert [step(name, desk) for name in ("Validate", "Check", "Generated code")] == [0, 0, 0]
     assert "<testsuite" in (desk / "findings.xml").read_text()
@@ -80,6 +81,7 @@ def test_all_is_well(desk: Path) -> None:
     assert hook("dineros-generate", desk, MODEL, "-o", "ws") == 0
 
 
+@pytest.mark.long
 def test_a_changed_model_leaves_its_workspace_stale_and_has_a_dead_part(desk: Path) -> None:
     save(lamp(forgotten=True), desk / MODEL)
     assert [step(name, desk) for name in ("Validate", "Check", "Generated code")] == [0, 1, 1]

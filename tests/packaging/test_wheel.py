@@ -41,6 +41,7 @@ def test_every_room_that_exists_is_packaged() -> None:
     assert all(package == f"dineros.{room}" for package, room in ROOMS.items())
 
 
+@pytest.mark.long
 def test_wheel_holds_every_file_of_every_room(wheel: Path) -> None:
     inside = set(ZipFile(wheel).namelist())
     expected = {

@@ -35,6 +35,7 @@ def greeting(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("suffix", "start"),
     [
@@ -108,6 +109,7 @@ def test_the_settings_of_the_trace_are_those_of_its_model(run: Run, greeting: Pa
     assert "publisher Said ≤ 3" in (tmp_path / "a.svg").read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_comparing(run: Run, witness: Path, tmp_path: Path) -> None:
     other = lasso(differs=True).save(tmp_path / "other.jsonl")
     result = run("trace", witness, "--compare", other, "-o", tmp_path / "both.html")
@@ -149,6 +151,7 @@ def test_wrong_use_is_one_line_and_leaves_nothing(run: Run, witness: Path, tmp_p
     assert not list(tmp_path.glob("out.*"))
 
 
+@pytest.mark.long
 def test_a_report_of_a_check(run: Run, greeting: Path, tmp_path: Path) -> None:
     output = tmp_path / "report.html"
     result = run("check", greeting, "--set", "Chatter.subscriber.Heard.limit=2", "-o", output)
@@ -160,6 +163,7 @@ def test_a_report_of_a_check(run: Run, greeting: Path, tmp_path: Path) -> None:
         assert what in text, what
 
 
+@pytest.mark.long
 def test_figures_of_a_sweep_and_the_table_beside(run: Run, greeting: Path, tmp_path: Path) -> None:
     output = tmp_path / "figures.svg"
     result = run(

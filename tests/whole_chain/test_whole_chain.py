@@ -25,12 +25,14 @@ FEW = settings(
 SEEDS = st.integers(0, 2**16)
 
 
+@pytest.mark.long
 @given(whole_models(), SEEDS)
 @FEW
 def test_whole_models(tmp_path: Path, model: sym.SystemModel, seed: int) -> None:
     assert take_through(model, empty(tmp_path / "model"), seed).faults == []
 
 
+@pytest.mark.long
 @given(broken_models(), SEEDS)
 @settings(FEW, max_examples=4)
 def test_broken_models(tmp_path: Path, model: sym.SystemModel, seed: int) -> None:

@@ -40,6 +40,7 @@ def both(subject: Subject, waiting: Waiting) -> Iterator[tuple[Callback, str, st
         yield callback, ending.status, "waits" if doomed else "ends"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_programs(name: str) -> None:
     subject = base_subject(program(name))
@@ -54,6 +55,7 @@ def test_cases(case: Case) -> None:
         assert found == expected, callback.waiter.text
 
 
+@pytest.mark.long
 @settings(
     max_examples=3,
     deadline=None,

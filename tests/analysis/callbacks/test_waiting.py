@@ -72,6 +72,7 @@ def test_an_independent_reading_blocks_alike(case: Case) -> None:
     assert None not in circles(model)
 
 
+@pytest.mark.long
 @settings(max_examples=5, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(executor_models())
 def test_generated_models_block_alike(model: sym.SystemModel) -> None:

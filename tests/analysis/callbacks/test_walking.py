@@ -24,6 +24,7 @@ FEW = 300
 """Markings in which what is found is looked into."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_circles_of_programs_without_an_end_of_markings(name: str) -> None:
     model = program(name)
@@ -37,6 +38,7 @@ def test_circles_of_programs_without_an_end_of_markings(name: str) -> None:
     assert f"{others} that has begun can end" in report.proved
 
 
+@pytest.mark.long
 @settings(
     max_examples=3,
     phases=[Phase.generate],

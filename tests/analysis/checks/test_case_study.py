@@ -49,6 +49,7 @@ def case_study(*settings: str, objects: tuple[int, int, int] = (1, 1, 1)) -> sym
     return model
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("objects", TABLE)
 @pytest.mark.parametrize("signals", VARIANTS)
 def test_the_table(objects: tuple[int, int, int], signals: SignalVariant) -> None:
@@ -65,6 +66,7 @@ def test_inhibitor_arcs_count_the_same(signals: SignalVariant) -> None:
     assert symbolic_state_space(net, MEMORY).markings == TABLE[(1, 1, 0)][signals]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("objects", TABLE)
 def test_reduced_none_and_fully_enabled_count_the_same(objects: tuple[int, int, int]) -> None:
     sizes = {}
@@ -109,6 +111,7 @@ def three_colours_on_one_topic() -> sym.SystemModel:
     return model
 
 
+@pytest.mark.long
 def test_three_colours_on_one_topic_overflow_at_the_subscriber() -> None:
     model = three_colours_on_one_topic()
     report = check(model, MEMORY)
@@ -176,6 +179,7 @@ def test_danger_and_not_danger() -> None:
 # Scenario 4: temporal properties.
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("objects", TABLE)
 def test_every_state_can_still_finish_all_objects(objects: tuple[int, int, int]) -> None:
     subject = subject_of(case_study(objects=objects), "none")
@@ -196,6 +200,7 @@ def test_picking_may_wait_for_ever_while_the_sensor_loop_runs() -> None:
 # Beyond the paper.
 
 
+@pytest.mark.long
 def test_suggested_capacities_are_the_smallest() -> None:
     model = case_study(objects=(2, 1, 1))
     for capacity in suggest_capacities(model, MEMORY):

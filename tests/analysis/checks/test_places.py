@@ -36,6 +36,7 @@ def test_all_markings_say_the_same(net: CompiledNet) -> None:
     assert (CHANGES in report.proved) == (not places(report, "stable-marking"))
 
 
+@pytest.mark.long
 @settings(max_examples=3, deadline=None)
 @given(nets())
 def test_without_an_end_of_markings_nothing_wrong_is_said(net: CompiledNet) -> None:

@@ -56,6 +56,7 @@ def agrees(model: pn.Net) -> bool:
     return forced.space is None and usual.space is not None
 
 
+@pytest.mark.long
 @given(st.one_of(small_system_models(), chatty_systems(), calling_systems()))
 @settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_systems(model: pn.Net) -> None:
@@ -98,11 +99,13 @@ def test_nets_of_circles() -> None:
     assert answered.count(True) >= 15 and answered.count(False) >= 15
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("clients", "services"), COUNTS)
 def test_looping_clients(clients: int, services: int) -> None:
     assert agrees(looping_clients(clients, services))
 
 
+@pytest.mark.long
 def test_many_looping_clients() -> None:
     report = check(looping_clients(8, 4))
     assert report.findings == [] and report.unknown == []

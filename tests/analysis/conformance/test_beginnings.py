@@ -52,6 +52,7 @@ def traces_in(folder: Path) -> Traces:
     return {node: list(read_trace(parts)) for node, parts in traces_of_runs([folder]).items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_traces_that_begin_within_the_run_are_replayed(tmp_path: Path, seed: int) -> None:
     """Each node's begins at another moment: calls and messages are cut at any stage."""

@@ -70,6 +70,7 @@ def skewed(traces: Traces, seed: int) -> dict[str, list[Record]]:
     }
 
 
+@pytest.mark.long
 @given(MODELS, SEEDS, st.integers(5, 80))
 @settings(COMMON, max_examples=15)
 def test_behaviours_conform(model: sym.SystemModel, seed: int, steps: int) -> None:
@@ -107,6 +108,7 @@ def mutated(traces: Traces, draw: random.Random) -> dict[str, list[Record]] | No
     return changed
 
 
+@pytest.mark.long
 @given(MODELS, SEEDS, st.integers(5, 40))
 @settings(COMMON, max_examples=12)
 def test_mutated_traces_against_all_orders(model: sym.SystemModel, seed: int, steps: int) -> None:
@@ -143,6 +145,7 @@ class TestTheEngine:
         assert verdict.steps > 300
         assert verdict.silent > 10
 
+    @pytest.mark.long
     @given(st.one_of(chatty_systems(), calling_systems(circles=True)), SEEDS)
     @settings(COMMON, max_examples=20)
     def test_small_queues_and_calls(self, model: sym.SystemModel, seed: int) -> None:

@@ -60,6 +60,7 @@ OPTIONS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("options", OPTIONS)
 def test_runs_conform(options: dict[str, Any]) -> None:
     for seed in range(3):
@@ -140,6 +141,7 @@ TAMPERED = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tamper", TAMPERED)
 def test_a_run_that_was_tampered_with_does_not_conform(tamper: Callable[[Records], None]) -> None:
     model, run = next(

@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -84,6 +85,7 @@ def may_be_told_late(model: sym.SystemModel, found: Sequence[Deviation]) -> bool
     )
 
 
+@pytest.mark.long
 @given(MODELS, SEEDS)
 @settings(COMMON, max_examples=15)
 def test_runs_conform(model: sym.SystemModel, seed: int) -> None:
@@ -113,6 +115,7 @@ def test_losses_of_histories_that_several_publishers_fill() -> None:
     assert len(unknown) < losses / 4
 
 
+@pytest.mark.long
 def test_losses_of_messages_without_ids() -> None:
     """A message of an installed interface does not say which one it is: orders are drawn until one fits."""
     losses = 0
@@ -172,6 +175,7 @@ def is_about_losses(found: Deviation, traces: Traces) -> bool:
     )
 
 
+@pytest.mark.long
 @given(MODELS, SEEDS)
 @settings(COMMON, max_examples=9)
 def test_mutated_traces_against_all_orders(model: sym.SystemModel, seed: int) -> None:

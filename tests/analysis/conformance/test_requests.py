@@ -82,6 +82,7 @@ def ovens(draw: st.DrawFn) -> sym.SystemModel:
     return model
 
 
+@pytest.mark.long
 @given(ovens(), st.integers(0, 2**20))
 @COMMON
 def test_runs_conform(model: sym.SystemModel, seed: int) -> None:
@@ -208,6 +209,7 @@ MUTATIONS: dict[str, Change] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MUTATIONS)
 def test_changed_traces_are_refused(name: str) -> None:
     model = oven(2, 5, outstanding=2, timeout=0.01, tells=True)

@@ -115,6 +115,7 @@ def test_calls_are_never_refused(model: sym.SystemModel, seed: int, steps: int) 
     assert monitor.finish().violations == []
 
 
+@pytest.mark.long
 @given(
     st.one_of(small_system_models(clients=2), chatty_systems(), calling_systems()), SEEDS, st.integers(5, 80)
 )
@@ -130,6 +131,7 @@ def test_behaviours_are_never_refused(model: sym.SystemModel, seed: int, steps: 
         check_sequence(model, verdict)
 
 
+@pytest.mark.long
 @given(busy_services(), SEEDS, st.integers(5, 30))
 @settings(COMMON, max_examples=12)
 def test_mutated_traces_against_all_orders(model: sym.SystemModel, seed: int, steps: int) -> None:
@@ -282,6 +284,7 @@ class TestCalls:
             "the messages have no ids, and in another order it may be allowed"
         )
 
+    @pytest.mark.long
     def test_many_runs_of_three_clients(self) -> None:
         model = charging(3, instances=2)
         for seed in range(40):

@@ -66,6 +66,7 @@ def test_what_can_be_covered_is_what_the_plain_ones_say(net: CompiledNet, data: 
     agrees(without_inhibitors(net), data.draw(st.tuples(*[st.integers(0, 5) for _ in net.places])))
 
 
+@pytest.mark.long
 def test_seeded_nets_of_all_kinds_agree() -> None:
     counts: dict[tuple[bool, bool | None], int] = {}
     for seed in range(300):
@@ -113,6 +114,7 @@ def shared_lock(users: int) -> CompiledNet:
     return CompiledNet.build(places, rows)
 
 
+@pytest.mark.long
 def test_it_decides_where_the_tree_is_too_large() -> None:
     net = shared_lock(13)
     never = len(net.transitions) - 1
@@ -140,6 +142,7 @@ def test_what_it_is_told_limits_it() -> None:
     assert Backward(net).covering(target, Budget()) == (None, False)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("budget", [Budget(seconds=0.0).begun(), Budget(states=3), Budget(memory_bytes=1)])
 def test_a_budget_that_is_spent_leaves_it_open(budget: Budget) -> None:
     net = far()

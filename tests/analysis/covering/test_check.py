@@ -17,6 +17,7 @@ from tests.analysis.strategies import nets
 from tests.support.unbounded_systems import timer_and_logger, unbounded_systems
 
 
+@pytest.mark.long
 @settings(max_examples=6, deadline=None)
 @given(unbounded_systems())
 def test_nothing_stays_unknown_that_plain_searches_find(model: sym.SystemModel) -> None:

@@ -46,12 +46,14 @@ def agrees(net: CompiledNet, found: Firings, most: int = MOST) -> None:
         assert not found.has_no_deadlock
 
 
+@pytest.mark.long
 @settings(max_examples=15, deadline=None)
 @given(nets())
 def test_all_stages_agree_with_the_plain_ones(net: CompiledNet) -> None:
     agrees(net, firings(net, Budget(seconds=20)))
 
 
+@pytest.mark.long
 @settings(max_examples=15, deadline=None)
 @given(nets())
 def test_the_stages_behind_the_first_agree_too(net: CompiledNet) -> None:
@@ -91,6 +93,7 @@ def test_what_the_state_equation_excludes_never_fires(net: CompiledNet) -> None:
     assert not any(equation.excluding(initial, dict(net.pre.row(t))) for t in seen.enabled)
 
 
+@pytest.mark.long
 @settings(max_examples=12, deadline=None)
 @given(nets())
 def test_distances_are_lower_bounds(net: CompiledNet) -> None:
@@ -107,6 +110,7 @@ def test_distances_are_lower_bounds(net: CompiledNet) -> None:
             )
 
 
+@pytest.mark.long
 @settings(max_examples=2, deadline=None)
 @given(unbounded_systems())
 def test_models_with_timers(model: sym.SystemModel) -> None:

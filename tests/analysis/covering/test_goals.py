@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -48,6 +49,7 @@ def test_goals_are_met_where_plain_search_meets_them(data: st.DataObject) -> Non
         assert goal.holds(net, replay(net, found.trace)[-1])
 
 
+@pytest.mark.long
 def test_questions_about_a_counter_stop_at_what_they_compare_it_with() -> None:
     subject = base_subject(timer_and_logger(counter=True))
     budget = Budget(memory_bytes=1 << 29)

@@ -155,6 +155,7 @@ def test_dead_transitions_on_generated_nets(net: CompiledNet) -> None:
         assert explore(net, Budget(MEMORY), workers=1).enabled.tolist() == expected
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "net",
     [
@@ -187,6 +188,7 @@ def test_case_study(signals: str) -> None:
             assert counts(reference_case_study(objects, signals), workers).markings == expected  # type: ignore[arg-type]
 
 
+@pytest.mark.long
 def test_large_state_spaces() -> None:
     space = explore(classic.kanban(5))
     assert (space.markings, space.arcs) == (2_546_432, 24_460_016)
@@ -213,6 +215,7 @@ def test_wide_markings() -> None:
     assert counts(net, order="depth-first") == reference_search(net)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("order", ["breadth-first", "depth-first"])
 def test_places_outgrow_their_cells(order: Order) -> None:
     """No invariant bounds b, but an inhibitor arc does, far above the first size of a cell."""

@@ -53,6 +53,7 @@ def with_signals(rng: random.Random, net: CompiledNet) -> CompiledNet:
     return CompiledNet.build(places, [*kept, *movers])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_verdicts_are_those_of_the_whole_net(seed: int) -> None:
     rng = random.Random(seed)

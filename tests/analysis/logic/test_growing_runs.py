@@ -35,6 +35,7 @@ NUMBERS = st.integers(0, 5)
 LIMITS = Budget(memory_bytes=1 << 28, seconds=60)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("formula", "fair", "status"),
     [
@@ -70,6 +71,7 @@ def test_a_counter_is_no_reason_to_give_up() -> None:
     assert answer.status == "violated"
 
 
+@pytest.mark.long
 def test_what_is_not_decided_says_what_grows() -> None:
     # Whether some run keeps both equal: a question that no loop answers.
     net = CompiledNet.build(
@@ -114,6 +116,7 @@ def test_answers_agree_with_the_product(net: CompiledNet, formula: str, fair: bo
         assert not holds_on_lasso(tree, first, again, atoms.is_true)
 
 
+@pytest.mark.long
 @settings(max_examples=3, deadline=None)
 @given(unbounded_systems())
 def test_what_a_lasso_of_a_plain_search_refutes_is_refuted(model: sym.SystemModel) -> None:
@@ -138,6 +141,7 @@ def test_atoms_stay_what_they_are_once_a_run_is_settled(
     assert row == [[atoms.is_true(atom, step) for atom in atoms.conditions] for step in once_more]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("formula", "status"),
     [

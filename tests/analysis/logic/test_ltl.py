@@ -24,6 +24,7 @@ SWITCH = CompiledNet.build(
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_verdicts_equal_the_reference(seed: int) -> None:
     # A violated verdict has been replayed and evaluated by definition before it is returned.

@@ -35,6 +35,7 @@ def both(formula: str) -> list[str]:
     return [*ctl, verify_ltl(RING, formula).status]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [60, 61, 62, 63, 64, 65, COUNT])
 def test_as_many_atoms_as_are_asked(count: int) -> None:
     some = " | ".join(f"p{i} >= 1" for i in range(count))
@@ -45,6 +46,7 @@ def test_as_many_atoms_as_are_asked(count: int) -> None:
     assert both(f"F ({some} & {never})") == ["holds"] * 3
 
 
+@pytest.mark.long
 def test_as_many_eventualities_as_are_asked() -> None:
     """One acceptance mark each, in several words."""
     every = " & ".join(f"G F p{i} >= 1" for i in range(70))
@@ -59,6 +61,7 @@ def test_as_many_steps_as_are_asked() -> None:
     assert verify_ltl(RING, f"G ({fired.replace('fired(t99)', 'false')})").status == "violated"
 
 
+@pytest.mark.long
 def test_a_marking_of_many_conditions_is_found() -> None:
     """More conjunctions than are searched for one by one, of more atoms than a word has bits."""
     pairs = " & ".join(f"(p{i} >= 1 | q{i} == 0)" for i in range(COUNT))
@@ -85,6 +88,7 @@ def test_what_is_taken_together() -> None:
     assert combined(parse(f"F !({many})")).operands == (Combination(parse(f"!({many})")),)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_taking_together_keeps_the_meaning(seed: int) -> None:
     """A combination's value by the definition is that of its formula."""

@@ -27,6 +27,7 @@ from tests.analysis.logic.generated import atoms_of, random_ctl, random_net
 SMALL = Budget(memory_bytes=1 << 24)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_verdicts_equal_those_of_the_explicit_engine(seed: int) -> None:
     rng = random.Random(seed)
@@ -48,6 +49,7 @@ def test_verdicts_equal_those_of_the_explicit_engine(seed: int) -> None:
     assert min(counts.values()) >= 5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_runs_that_last_are_those_of_the_stored_graph(seed: int) -> None:
     rng = random.Random(seed)

@@ -41,6 +41,7 @@ def _short_words(atoms: list[Atom], stem: int, loop: int) -> list[tuple[list[Let
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_rewriting_keeps_the_meaning(seed: int) -> None:
     rng = random.Random(seed)
@@ -57,6 +58,7 @@ def test_rewriting_keeps_the_meaning(seed: int) -> None:
                 assert holds_on_lasso(other, stem, loop, _is_true), (small, other)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_automata_accept_what_satisfies_the_formula(seed: int) -> None:
     rng = random.Random(seed)
@@ -203,6 +205,7 @@ def _intersection_is_empty(left: Automaton, right: Automaton) -> bool:
     return True
 
 
+@pytest.mark.long
 @needs("spin")
 @pytest.mark.parametrize("seed", range(4))
 def test_automata_agree_with_spin(seed: int) -> None:

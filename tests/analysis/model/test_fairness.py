@@ -82,6 +82,7 @@ def test_a_transition_of_that_name_comes_first() -> None:
     assert fair_transitions(subject_of(net), ["all"]) == ("all",)
 
 
+@pytest.mark.long
 def test_strong_fairness_to_all_shows_what_weak_fairness_does_not() -> None:
     sorting = case_study(signals="none")
     names = fair_transitions(sorting, ["all"])

@@ -89,6 +89,7 @@ print(lowest_bit(np.uint64(8)))
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("where", ["nowhere", "here"])
 def test_they_run_wherever_they_are_kept(tmp_path: Path, where: str) -> None:
     command = [sys.executable, "-c", PROGRAM, where]
@@ -143,6 +144,7 @@ def doubled(number):
 """
 
 
+@pytest.mark.long
 def test_two_processes_that_compile_one_kernel_do_not_mix_up_their_files(tmp_path: Path) -> None:
     (tmp_path / "doubling.py").write_text(DOUBLING)
     environment = {

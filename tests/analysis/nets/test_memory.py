@@ -148,6 +148,7 @@ print(json.dumps([space.reason, space.markings, before, peak_memory()]))
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("order", "workers", "budget"),
     [("breadth-first", 1, 24 * MIB), ("breadth-first", 2, 100 * MIB), ("depth-first", 1, 24 * MIB)],

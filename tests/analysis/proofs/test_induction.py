@@ -29,6 +29,7 @@ def conditions_of(rng: random.Random, net: CompiledNet) -> Formula:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_answers_are_those_of_a_plain_search(seed: int) -> None:
     rng = random.Random(seed)

@@ -43,6 +43,7 @@ def goal(rng: random.Random, net: CompiledNet) -> Formula:
     return rng.choice([Exists(Finally(condition)), ForAll(Globally(Not(condition)))])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("few", [2, 20_000])
 @pytest.mark.parametrize("seed", range(3))
 def test_answers_are_those_of_one_engine(monkeypatch: pytest.MonkeyPatch, seed: int, few: int) -> None:
@@ -118,6 +119,7 @@ def test_far_goals_are_found_by_walks_along_solutions_of_the_state_equation() ->
     assert answer.value == 400
 
 
+@pytest.mark.long
 def test_an_unbounded_net_is_answered_where_a_part_tells() -> None:
     net = CompiledNet.build({"a": 1, "b": 0}, [("t", {"a": 1}, {"a": 1, "b": 1})])
     asked = [

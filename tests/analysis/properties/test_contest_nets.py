@@ -43,6 +43,7 @@ def chosen_nets() -> list[str]:
     return Random(SEED).sample(small, round(SHARE * len(expected)))
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not FOLDER.exists(), reason="the contest's nets are not part of the project")
 def test_a_tenth_of_the_nets(tmp_path: Path) -> None:
     expected = json.loads((FOLDER / "expected.json").read_text())

@@ -65,6 +65,7 @@ def is_right(net: CompiledNet) -> bool | None:
     return True
 
 
+@pytest.mark.long
 def test_nets_of_circles() -> None:
     come_back, seen = 0, 0
     for seed in range(300):

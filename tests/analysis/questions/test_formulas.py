@@ -42,6 +42,7 @@ def condition_of(rng: random.Random, net: CompiledNet) -> Formula:
     return rng.choice([one, Not(one), And((one, Not(other))), Or((And((one, third)), other))])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_linear_time_under_fairness(near: int, seed: int) -> None:
     rng = random.Random(seed)

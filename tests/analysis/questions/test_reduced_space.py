@@ -60,6 +60,7 @@ def test_figures_of_a_reduced_net_are_those_of_the_net(net: CompiledNet, engine:
     agrees(net, engine)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("signals", SIGNALS)
 @settings(max_examples=12, deadline=None)
 @given(model=MODELS)

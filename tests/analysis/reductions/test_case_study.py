@@ -19,6 +19,7 @@ def _count(net: CompiledNet) -> int:
     return counts.markings
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("overflow", ["weighted", "inhibitor"])
 @pytest.mark.parametrize("item", Property)
 def test_fully_enabled_and_none_count_the_same(item: Property, overflow: OverflowVariant) -> None:
@@ -52,6 +53,7 @@ def test_signals_that_depend_on_the_net_stay() -> None:
     assert _count(reduction.net) * reduction.count_factor == MARKINGS[OBJECTS]["input"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("variant", ["none", "fully", "input"])
 @pytest.mark.parametrize("item", Property)
 def test_witnesses_replay_on_the_unreduced_net(variant: SignalVariant, item: Property) -> None:

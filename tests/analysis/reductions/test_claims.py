@@ -28,6 +28,7 @@ def questions(draw: st.DrawFn) -> tuple[CompiledNet, list[str], list[str]]:
     return net, places, transitions
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.name)
 @settings(max_examples=40, deadline=None)
 @given(question=questions(), preserve=st.sampled_from(ASKED))
@@ -38,6 +39,7 @@ def test_a_rule_alone_keeps_its_word(
     check(reduce(net, preserve, observed_places=places, observed_transitions=transitions, rules=[rule]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("preserve", ASKED, ids=lambda items: "+".join(sorted(items)) or "nothing")
 @settings(max_examples=40, deadline=None)
 @given(question=questions())
@@ -51,6 +53,7 @@ def test_all_rules_together_keep_their_word(
     check(reduction)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.name)
 def test_the_generated_nets_give_every_rule_work(rule: Rule) -> None:
     applied = sum(bool(reduce(random_net(seed), (), rules=[rule]).steps) for seed in range(300))

@@ -64,6 +64,7 @@ def keeps_its_word(model: sym.SystemModel, found: Capacity) -> None:
         )
 
 
+@pytest.mark.long
 @settings(max_examples=4, deadline=None)
 @given(unbounded_systems())
 def test_each_queue_has_an_answer_of_its_own(model: sym.SystemModel) -> None:
@@ -71,6 +72,7 @@ def test_each_queue_has_an_answer_of_its_own(model: sym.SystemModel) -> None:
         keeps_its_word(model, found)
 
 
+@pytest.mark.long
 @settings(max_examples=2, deadline=None)
 @given(unbounded_systems())
 def test_trying_the_tree_and_loops_say_the_same(model: sym.SystemModel) -> None:
@@ -116,6 +118,7 @@ def test_the_largest_beside_is_what_plain_search_sees(net: CompiledNet) -> None:
                 assert most == shown
 
 
+@pytest.mark.long
 @settings(max_examples=25, deadline=None)
 @given(nets())
 def test_loops_repeat(net: CompiledNet) -> None:

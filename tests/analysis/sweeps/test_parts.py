@@ -107,6 +107,7 @@ def test_every_question_of_a_check_is_put_to_somebody() -> None:
     assert sorted(names) == sorted(type(question).__name__ for question in QUESTIONS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("kind", "what", "status"),
     [
@@ -258,6 +259,7 @@ def clusters_busy(cluster: LocalCluster) -> list[bool]:
         return list(client.run(lambda: bool(clusters._processes()._busy)).values())
 
 
+@pytest.mark.long
 @needs_cluster
 def test_the_commands_answer_as_without_workers(cluster: LocalCluster, run: Run, tmp_path: Path) -> None:
     model, address = tmp_path / "talker.sym.xmi", cluster.scheduler_address

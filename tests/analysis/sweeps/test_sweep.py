@@ -47,6 +47,7 @@ def cycle() -> pn.Net:
     return net
 
 
+@pytest.mark.long
 def test_the_table_of_the_case_study_comes_out(local: Outcome) -> None:
     states = {
         tuple(row[f"{color}Objects.tokens"] for color in ("Red", "Blue", "Green")): row["states"]
@@ -57,6 +58,7 @@ def test_the_table_of_the_case_study_comes_out(local: Outcome) -> None:
     assert (local.resumed, local.unknown) == (0, 0)
 
 
+@pytest.mark.long
 def test_every_point_is_told_and_the_file_holds_the_rows(tmp_path: Path) -> None:
     output = tmp_path / "sweep.csv"
     told: list[Progress] = []
@@ -68,6 +70,7 @@ def test_every_point_is_told_and_the_file_holds_the_rows(tmp_path: Path) -> None
     assert [path.name for path in tmp_path.iterdir()] == ["sweep.csv"]
 
 
+@pytest.mark.long
 def test_a_row_says_what_a_state_space_of_its_own_says(tmp_path: Path) -> None:
     model = build()
     grid = Grid((Axis.parse("GreenObjects.tokens=0"),), ("io-enabled",), ("inhibitor",), (False, True))
@@ -100,6 +103,7 @@ class StopError(Exception):
     """Ends a sweep on its way."""
 
 
+@pytest.mark.long
 def test_an_interrupted_sweep_goes_on_where_it_was(tmp_path: Path) -> None:
     output = tmp_path / "sweep.csv"
 
@@ -141,6 +145,7 @@ def after_a_point_is_noted(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(Journal, "add", lambda *arguments: interrupted(add(*arguments)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("moment", "kept"),
     [
@@ -169,6 +174,7 @@ def test_an_interrupt_tells_what_the_next_run_finds(
     assert counts(outcome) == counts(sweep(cycle(), TOKENS, tmp_path / "again.csv", workers=1))
 
 
+@pytest.mark.long
 def test_an_interrupt_of_the_first_point_that_is_noted_loses_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -197,6 +203,7 @@ def test_a_sweep_of_another_model_does_not_take_the_points(tmp_path: Path) -> No
     assert journal_path(output).exists()
 
 
+@pytest.mark.long
 def test_points_without_an_answer_are_rows_with_the_reason(tmp_path: Path) -> None:
     # The first point of all compiles the engines, which takes longer than the limit allows.
     sweep(build(), Grid((Axis.parse("RedObjects.tokens=0"),)), tmp_path / "warm.csv", workers=1)
@@ -215,6 +222,7 @@ def test_an_output_that_cannot_be_written_is_refused_before_the_work(tmp_path: P
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 @needs_cluster
 def test_a_cluster_that_loses_a_worker_counts_the_same(local: Outcome, tmp_path: Path) -> None:
     from distributed import LocalCluster

@@ -76,6 +76,7 @@ def pid_of(process: PointProcess) -> int:
     return process._process.pid
 
 
+@pytest.mark.long
 def test_each_point_has_a_process_of_its_own(process: PointProcess) -> None:
     here = count(small())
     process.start(small())
@@ -103,6 +104,7 @@ def test_a_killed_point_is_noticed_and_the_process_goes_on(process: PointProcess
     assert pid_of(process) == server
 
 
+@pytest.mark.long
 def test_a_point_that_takes_too_long_ends_with_its_process(process: PointProcess) -> None:
     process.start(large())
     server = pid_of(process)
@@ -153,6 +155,7 @@ def test_a_point_is_tried_again_but_not_for_ever(deaths: int, monkeypatch: pytes
         assert figures == Figures(error=f"its process died {ATTEMPTS} times: it was killed by SIGKILL")
 
 
+@pytest.mark.long
 def test_a_slow_point_holds_nobody_up_and_nothing_is_left_behind() -> None:
     before = set(children(os.getpid()))
     jobs = [job(60, timeout=1.0), small()]
@@ -162,6 +165,7 @@ def test_a_slow_point_holds_nobody_up_and_nothing_is_left_behind() -> None:
     wait_for(lambda: set(children(os.getpid())) <= before)
 
 
+@pytest.mark.long
 def test_a_sweep_that_is_given_up_ends_its_processes() -> None:
     before = set(children(os.getpid()))
     figures = local_figures([small(), large(), large()], 2)

@@ -30,6 +30,7 @@ print(json.dumps([space.complete, space.reason, after - before]))
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("memory", "objects", "complete"), [(1 << 20, 6, False), (16 << 20, 3, True)])
 def test_peak_memory(memory: int, objects: int, complete: bool) -> None:
     command = [sys.executable, "-c", SCRIPT, str(memory), str(objects)]

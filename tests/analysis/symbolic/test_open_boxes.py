@@ -63,6 +63,7 @@ def test_no_box_and_a_box_that_holds_everything() -> None:
     assert space.sets.without_boxes(0, [{}]) == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("is_tidy", [False, True])
 def test_it_goes_on_after_garbage_collection_or_says_that_memory_ran_out(is_tidy: bool) -> None:
     net = classic.philosophers(8)

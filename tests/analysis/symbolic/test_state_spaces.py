@@ -86,6 +86,7 @@ def test_published_counts_explicitly() -> None:
     assert (space.markings, space.arcs) == (2_546_432, 24_460_016)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("signals", SIGNAL_VARIANTS)
 @pytest.mark.parametrize("overflow", ["inhibitor", "weighted"])
 @pytest.mark.parametrize("objects", MARKINGS)

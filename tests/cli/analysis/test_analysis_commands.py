@@ -151,6 +151,7 @@ class TestMemory:
     def test_what_is_no_amount_is_refused(self, run: Run, model: Path, value: str, says: str) -> None:
         assert is_one_line_of_wrong_use(run("statespace", model, f"--memory={value}"), says)
 
+    @pytest.mark.long
     @pytest.mark.parametrize("value", ["1G", "1GiB", "0.5g", "700MB", "1073741824"])
     @uses("ends")
     def test_amounts_are_read(self, net: Path, value: str) -> None:

@@ -61,6 +61,7 @@ def test_what_the_rules_would_make_is_counted_first(run: Run, system: Path, comm
     assert is_one_line_of_wrong_use(result, "with S4, the rules make more than 200000 elements")
 
 
+@pytest.mark.long
 def test_flattening_stays_within_the_memory(system: Path) -> None:
     many = ("--set", f"ask.instances={NUMBER}", "--limit", f"instances={NUMBER}")
     ended = run_apart("statespace", system, *many, "--limit", "elements=999999999999", "--memory", "321M")
@@ -69,6 +70,7 @@ def test_flattening_stays_within_the_memory(system: Path) -> None:
     assert ended.peak_bytes < 321 * MIB + MARGIN
 
 
+@pytest.mark.long
 @uses("cycle")
 @pytest.mark.parametrize("engine", ["symbolic", "auto"])
 def test_places_with_many_tokens_stay_within_the_memory(net: Path, engine: str) -> None:
@@ -120,6 +122,7 @@ def test_a_limit_of_the_address_space_is_respected(net: Path, engine: str) -> No
 
 
 # Where the growth of the table falls differs from machine to machine: one of several limits is too little.
+@pytest.mark.long
 @pytest.mark.parametrize("most", [560, 640, 700])
 @uses("large")
 def test_a_limit_below_the_memory_allowed_ends_a_search(net: Path, most: int) -> None:

@@ -63,6 +63,7 @@ def test_find_verify_and_reduce(run: Run, own: Path, tmp_path: Path) -> None:
     assert run("statespace", reduced).exit_code == 0
 
 
+@pytest.mark.long
 def test_sweep(run: Run, own: Path, tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     vary = ("--vary", "talk.publisher.Said.limit,talk.subscriber.Heard.limit=1,2")
@@ -128,6 +129,7 @@ def test_generate_says_where_ros_2_differs_from_the_rules(run: Run, own: Path, t
     assert (result.exit_code, OTHER in result.stderr) == (0, False)
 
 
+@pytest.mark.long
 def test_a_run_is_replayed_by_the_rules_that_it_obeys(run: Run, own: Path, tmp_path: Path) -> None:
     for middleware in ("ros1", "ros2"):
         trace = tmp_path / middleware

@@ -44,6 +44,7 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.long
 def test_a_table_of_a_system_model(run: Run, model: Path, tmp_path: Path) -> None:
     output = tmp_path / "out.csv"
     result = run(
@@ -80,6 +81,7 @@ def test_a_table_of_a_system_model(run: Run, model: Path, tmp_path: Path) -> Non
     assert all(row["complete"] == "true" and int(row["peak_memory_bytes"]) > 0 for row in table)
 
 
+@pytest.mark.long
 def test_json_and_a_plain_net(run: Run, cycle: Path, tmp_path: Path) -> None:
     output = tmp_path / "out.parquet"
     result = run(
@@ -95,6 +97,7 @@ def test_json_and_a_plain_net(run: Run, cycle: Path, tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.long
 def test_figures_overwrite_no_table_of_somebody_else(run: Run, cycle: Path, tmp_path: Path) -> None:
     table, figures = tmp_path / "out.csv", tmp_path / "out.svg"
     table.write_text("precious\n")
@@ -148,6 +151,7 @@ def test_variants_of_a_plain_net_are_wrong_use(run: Run, cycle: Path, tmp_path: 
     assert "this is a plain net" in result.stderr
 
 
+@pytest.mark.long
 def test_an_interrupt_before_the_bar_moves_says_what_is_kept(
     run: Run, cycle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -179,6 +183,7 @@ LISTENING = (
 )
 
 
+@pytest.mark.long
 def test_interrupted_then_killed_then_finished(run: Run, tmp_path: Path) -> None:
     model, output = tmp_path / "sorting.sym.xmi", tmp_path / "out.csv"
     save(build(), model)
@@ -269,6 +274,7 @@ def build(lamps: int = 2):
 """
 
 
+@pytest.mark.long
 def test_a_parameter_of_a_program_is_varied_like_a_feature(run: Run, tmp_path: Path) -> None:
     program, table = tmp_path / "lamps.py", tmp_path / "lamps.csv"
     program.write_text(PROGRAM, encoding="utf-8")

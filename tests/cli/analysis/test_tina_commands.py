@@ -35,6 +35,7 @@ def on_the_path(programs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class TestFind:
+    @pytest.mark.long
     @uses("ends")
     def test_a_way_to_a_marking(self, run: Run, net: Path, tmp_path: Path) -> None:
         result = run("find", net, "--marking", "b >= 2 & a >= 1", *TINA)
@@ -48,6 +49,7 @@ class TestFind:
         assert isinstance(header, Header)
         assert (header.verdict, [step.transition for step in steps]) == ("reachable", ["t"] * 3)  # type: ignore[attr-defined]
 
+    @pytest.mark.long
     @uses("ends")
     def test_a_transition(self, run: Run, net: Path) -> None:
         assert lines(run("find", net, "--enabled", "t", *TINA))[1:] == ["    1  t"]
@@ -62,6 +64,7 @@ class TestFind:
         assert report["witness"]["steps"][-1]["transition"].endswith("Listen")
         assert any("signal Button becomes true" in step["text"] for step in report["witness"]["steps"])
 
+    @pytest.mark.long
     @pytest.mark.parametrize(
         ("fault", "goal", "says"),
         [
@@ -120,6 +123,7 @@ class TestFind:
 
 
 class TestVerify:
+    @pytest.mark.long
     @uses("cycle")
     def test_a_formula_that_holds(self, run: Run, net: Path) -> None:
         result = run("verify", net, "--ltl", "G (idle + busy = 1)", *TINA)
@@ -127,6 +131,7 @@ class TestVerify:
         assert result.stdout.startswith("holds: G (idle + busy = 1); 2 states, ")
         assert run("verify", net, "--ltl", "G F fired(stop)", "--fair", "start", *TINA).exit_code == 0
 
+    @pytest.mark.long
     @uses("cycle")
     def test_a_run_for_ever(self, run: Run, net: Path, tmp_path: Path) -> None:
         output = tmp_path / "trace.jsonl"
@@ -158,6 +163,7 @@ class TestVerify:
         assert result.stdout.startswith("violated: G b <= 1 (selt shows no run); 4 states, ")
         assert result.stderr == f"{output} is not written: there is no run to show\n"
 
+    @pytest.mark.long
     @pytest.mark.parametrize(
         ("fault", "says"),
         [

@@ -47,6 +47,7 @@ BLOCKERS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("blocker", "way", "number"),
     [(blocker, "--local", signal.SIGTERM) for blocker in BLOCKERS]

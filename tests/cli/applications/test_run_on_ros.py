@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from dineros.metamodel.files import save
 from tests.support.on_ros import on_ros
 from tests.support.talker import talker
@@ -33,6 +35,7 @@ def run(folder: Path, handlers: str, options: list[str]) -> subprocess.Completed
         )
 
 
+@pytest.mark.long
 def test_a_model_runs_as_one_process_per_node(tmp_path: Path) -> None:
     options = ["--until", "Noted >= 3", "--trace", "traces", "--monitor"]
     options += ["--stale-after", "Button=0.1:true", "--middleware", "ros2"]  # nobody else presses it
@@ -62,6 +65,7 @@ Path("heard.json").write_text(heard[0].data)
 """
 
 
+@pytest.mark.long
 def test_a_node_that_cannot_start_is_told_of_and_announced(tmp_path: Path) -> None:
     """Three tries, its error in each line, the restarts counted; on ROS its state says that it is down."""
     (tmp_path / "listener.py").write_text(LISTENER, encoding="utf-8")

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from dineros.metamodel.files import save
 from dineros.metamodel.records import Request, Response, read_trace, traces_of_runs
 from tests.support.bakery import bakery
@@ -35,6 +37,7 @@ def configure(net):
 """
 
 
+@pytest.mark.long
 def test_answers_come_back_to_the_instance_that_asked(tmp_path: Path) -> None:
     save(bakery(), tmp_path / "bakery.sym.xmi")
     (tmp_path / "handlers.py").write_text(HANDLERS, encoding="utf-8")

@@ -81,6 +81,7 @@ def test_a_check_that_is_stuck_says_what_it_knows(model: Path) -> None:
     assert "proved: every clause can be true\n" in errors
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("format", ["json", "sarif", "junit"])
 def test_machines_read_it_too(model: Path, format: str) -> None:
     status, output, errors = ended(start("check", model, "--timeout", "50", "--format", format))
@@ -90,6 +91,7 @@ def test_machines_read_it_too(model: Path, format: str) -> None:
         assert json.loads(output)["proved"] == ["every clause can be true"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arguments", "where", "says"),
     [
@@ -147,6 +149,7 @@ def test_without_anything_to_say_it_is_one_line(net: Path) -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupted_it_gives_the_same_report(model: Path, number: signal.Signals) -> None:
     process = start("check", model, said="stuck now")
@@ -195,6 +198,7 @@ def test_called_from_python_an_interrupt_gives_the_report(
     assert result.stdout.startswith("unknown: everything else: interrupted after ")
 
 
+@pytest.mark.long
 def test_random_budgets_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DINEROS_QUIET_COMPILATION", "1")
     for ran in random_runs(4, seed=os.getpid(), most_seconds=2.0):

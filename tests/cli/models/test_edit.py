@@ -84,6 +84,7 @@ def test_it_begins_saves_and_ends(file: Path, start: Start) -> None:
     assert getattr(find(load(file), "Words"), "tokens", None) == 7
 
 
+@pytest.mark.long
 def test_what_was_not_saved_is_kept_whatever_ends_it(file: Path, start: Start) -> None:
     before = file.read_bytes()
     process, page = start(str(file))

@@ -136,6 +136,7 @@ def test_explain_and_write_at_once(run: Run, model: Path, tmp_path: Path) -> Non
     assert (tmp_path / "flat.pnm").exists()
 
 
+@pytest.mark.long
 def test_a_users_rules_run_last(run: Run, sorting: Path, tmp_path: Path) -> None:
     out = tmp_path / "guarded.pnm"
     plain = json.loads(run("flatten", sorting, "-o", tmp_path / "plain.pnm", "--json").stdout)

@@ -136,6 +136,7 @@ for role in sys.argv[1:]:
 """
 
 
+@pytest.mark.long
 def test_packages_with_names_of_the_templates_work(workspaces: dict[str, Path]) -> None:
     path = os.pathsep.join(map(str, workspaces.values()))
     folder = workspaces["place"]
@@ -164,6 +165,7 @@ def bound(node: ast.stmt) -> list[str]:
     return []
 
 
+@pytest.mark.long
 def test_packages_with_names_of_the_templates_pass_mypy(workspaces: dict[str, Path], tmp_path: Path) -> None:
     check = tmp_path / "mypy.ini"
     check.write_text(
@@ -202,6 +204,7 @@ def test_a_token_type_works_or_is_refused(stem: str) -> None:
     assert isinstance(names["TypedDict"], type(TypedDict))
 
 
+@pytest.mark.long
 def test_every_name_as_a_token_type_gives_python_or_one_line() -> None:
     for name in sorted({camel_case(name) for name in template_names("waiter/tokens.py")}):
         model = chained_model(name)

@@ -7,6 +7,8 @@ import sys
 from functools import partial
 from pathlib import Path
 
+import pytest
+
 from dineros.generators import Options, generate
 from dineros.generators.application.collecting import application_of
 from dineros.metamodel.records import Publish, Serve, read_trace, traces_of_runs
@@ -27,6 +29,7 @@ def test_clients_and_publishers_on_a_server_page_are_there_per_instance() -> Non
     assert [port.instances for port in oven.ports] == [5]
 
 
+@pytest.mark.long
 def test_generated_tests_follow_traces_through_any_instance(tmp_path: Path) -> None:
     """Instances are numbered anew in a test: it maps those of the trace, with their clients and messages."""
     runs = []

@@ -163,6 +163,7 @@ MALFORMED: list[tuple[Callable[[dict[str, Any]], object], str]] = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("work", "said"), MALFORMED, ids=[said for _, said in MALFORMED])
 def test_malformed_manifests(workspace: Path, work: Callable[[dict[str, Any]], object], said: str) -> None:
     manifest = json.loads((workspace / PLACE).read_text())
@@ -239,6 +240,7 @@ for number, writes in enumerate(range(0, 60, 5)):
 """
 
 
+@pytest.mark.long
 def test_killed_runs_leave_nothing_to_the_next(tmp_path: Path) -> None:
     """They are killed when a file is written and not yet in its place."""
     generate(kitchen(), tmp_path / "whole", OPTIONS)

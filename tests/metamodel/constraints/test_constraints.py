@@ -19,6 +19,7 @@ def test_small_models_are_valid(make: Callable[[], small.Small]) -> None:
     assert validate(make().net) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_breaks_exactly_one_constraint(case: Case) -> None:
     broken = case.make()

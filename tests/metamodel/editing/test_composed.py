@@ -55,6 +55,7 @@ def flat(model: pn.Net) -> tuple[set[tuple[str, int]], set[tuple[str, str, int, 
     return places, joined
 
 
+@pytest.mark.long
 @settings(max_examples=8)
 @given(
     model=st.one_of(st.builds(lambda: load(CASE_STUDY)), small_system_models()),

@@ -43,6 +43,7 @@ def state(net: pn.Net) -> tuple[bytes, list[str]]:
     return xmi_bytes(net), lists
 
 
+@pytest.mark.long
 @settings(max_examples=15)
 @given(model=st.one_of(st.builds(talker), small_system_models()), random=st.randoms(use_true_random=False))
 def test_any_stream_of_commands(model: pn.Net, random: Random) -> None:
@@ -83,6 +84,7 @@ def undo_all(document: Document) -> int:
     return count
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", [".sym.xmi", ".pnml"])
 def test_two_hundred_edits_of_the_case_study(tmp_path: Path, suffix: str) -> None:
     file = tmp_path / f"sorting{suffix}"

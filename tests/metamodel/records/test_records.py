@@ -222,6 +222,7 @@ def test_the_quick_encoder_writes_the_same(tmp_path: Path) -> None:
     assert encode_fields("fire", 4, values) == encode_record(record)
 
 
+@pytest.mark.long
 def test_the_time_for_a_line_does_not_grow_with_its_square() -> None:
     decoder = RecordDecoder("long.jsonl")
     pieces = [b'{"event":"', *[b"x" * 1000] * 20_000, b'"}\n']  # joined one by one: 200 GB

@@ -63,6 +63,7 @@ def shown(verdict: RecordingVerdict, model: sym.SystemModel) -> list[str]:
 MODELS = st.one_of(small_system_models(), history_models(), executor_models(), chatty_systems())
 
 
+@pytest.mark.long
 @settings(max_examples=6, deadline=None, suppress_health_check=list(HealthCheck))
 @given(MODELS, st.integers(0, 999), st.sampled_from([0, 5, 30]), st.booleans(), st.booleans())
 def test_as_a_plain_search_does(
@@ -114,6 +115,7 @@ def talking(reliable: bool, answers: bool) -> sym.SystemModel:
     return sym.SystemModel(id="talking", middleware="ros2", pages=[camera, filter_], channels=channels)
 
 
+@pytest.mark.long
 def test_two_hundred_mutants_are_caught_exactly_where_the_model_does_not_allow_them() -> None:
     models = [talking(True, False), talking(False, False), talking(True, True)]
     counts: Counter[tuple[str, bool]] = Counter()

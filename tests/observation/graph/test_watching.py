@@ -57,6 +57,7 @@ def seen(nodes: int) -> ObservedSystem:
             return system
 
 
+@pytest.mark.long
 def test_twelve_plain_nodes(environment: dict[str, str], tmp_path: Path) -> None:
     """The robot is seen as its programs say; import names the mismatches, and diff finds nothing after."""
     with running(environment):
@@ -89,6 +90,7 @@ def test_twelve_plain_nodes(environment: dict[str, str], tmp_path: Path) -> None
         assert "3 nodes, 3 topics, 1 found" in arm.stdout
 
 
+@pytest.mark.long
 def test_time_state_and_a_node_that_goes(environment: dict[str, str]) -> None:
     program = HOME / "plain.py"
     with (

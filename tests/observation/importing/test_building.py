@@ -90,6 +90,7 @@ def systems(draw: st.DrawFn) -> ObservedSystem:
     return ObservedSystem("nowhere", tuple(sorted(nodes, key=lambda node: node.name)))
 
 
+@pytest.mark.long
 @settings(max_examples=30, deadline=None, phases=[Phase.explicit, Phase.generate])
 @given(systems())
 def test_whatever_was_seen_makes_a_valid_model_that_says_the_same(system: ObservedSystem) -> None:
@@ -101,6 +102,7 @@ def test_whatever_was_seen_makes_a_valid_model_that_says_the_same(system: Observ
     assert len(report.proved) == len(system.nodes)
 
 
+@pytest.mark.long
 @settings(max_examples=30, deadline=None, phases=[Phase.explicit, Phase.generate])
 @given(systems(), st.data())
 def test_what_is_otherwise_is_found(system: ObservedSystem, data: st.DataObject) -> None:

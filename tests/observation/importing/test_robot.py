@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import pytest
+
 from dineros.observation.importing.building import to_model
 from tests.support.foreign import NESTED, given, robot, search
 
 
+@pytest.mark.long
 def test_the_nested_call_waits_for_ever_and_nothing_else_does() -> None:
     found = search(to_model(robot(), given()).model)
     assert [str(each.circle) for each in found.blocked] == [NESTED]
     assert found.is_complete
 
 
+@pytest.mark.long
 def test_it_is_found_where_all_behaviour_is_open() -> None:
     """Callbacks that may call anything wait for ever, too; all others are proved to end."""
     found = search(to_model(robot()).model)
@@ -24,6 +28,7 @@ def test_it_is_found_where_all_behaviour_is_open() -> None:
     assert found.is_complete
 
 
+@pytest.mark.long
 def test_mended_every_callback_ends() -> None:
     found = search(to_model(robot(mended=True), given(mended=True)).model)
     assert (found.blocked, found.is_complete) == ((), True)

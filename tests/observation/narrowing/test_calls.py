@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -128,6 +129,7 @@ def test_who_goes_on_while_a_service_works_is_seen_by_its_one_thread() -> None:
     assert not [each for each in proposals(twins, recording()) if each.topic == "/plan"]
 
 
+@pytest.mark.long
 def test_the_narrowed_model_explains_messages_and_events() -> None:
     made = narrowed(ROBOT, recorded(), recording, found(TWO_THREADS), given=TWO_THREADS)
     assert (made.verdict.status, made.verdict.messages, made.dropped) == ("conforms", len(recording()), ())

@@ -128,6 +128,7 @@ def test_the_narrowed_model_explains_the_recording_and_little_else() -> None:
     assert explain(made.imported.model, recorded(ROBOT), invented).status == "violated"
 
 
+@pytest.mark.long
 def test_what_was_accepted_and_does_not_hold_is_weakened() -> None:
     messages = recording()
     never = Proposal("/driver", "/path", "/speed", "never", 9, 0, 9, 9, 0, 0, 0, 0.8)
@@ -148,6 +149,7 @@ def test_what_people_say_is_kept() -> None:
     assert made.given.nodes["/driver"].callbacks["/path"].does == (Step("publish", "/speed", "*"),)
 
 
+@pytest.mark.long
 @settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_whatever_is_accepted_the_model_explains_the_recording(data: st.DataObject) -> None:

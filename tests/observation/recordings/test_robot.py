@@ -52,6 +52,7 @@ def narrow(messages: Messages, mended: bool) -> Narrowed:
     return narrowed(system, topics, lambda: messages, accepted, given=said, midway=True)
 
 
+@pytest.mark.long
 def test_the_mended_robot_conforms_and_every_callback_ends(tmp_path: Path) -> None:
     """Some seconds of it; `benchmarks/foreign_robot.py` has over 10,000 messages."""
     messages = recorded(tmp_path, TOPICS, "--mended")
@@ -73,6 +74,7 @@ def test_the_mended_robot_conforms_and_every_callback_ends(tmp_path: Path) -> No
     assert (found.blocked, found.is_complete) == ((), True)
 
 
+@pytest.mark.long
 def test_narrowed_by_what_it_says_the_robot_is_found_to_wait_for_ever(tmp_path: Path) -> None:
     messages = recorded(tmp_path, TOPICS - SILENT)
     made = narrow(messages, mended=False)

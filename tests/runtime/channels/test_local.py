@@ -284,6 +284,7 @@ def test_a_run_ends_when_nothing_can_happen_or_time_is_over() -> None:
     assert ticks == [0.5] * 20
 
 
+@pytest.mark.long
 @given(small_system_models(), st.integers(0, 2**32))
 @settings(max_examples=15)
 def test_every_node_of_a_local_run_follows_the_plain_rule(model: sym.SystemModel, seed: int) -> None:

@@ -140,6 +140,7 @@ def test_the_case_study_can_be_rebuilt_at_any_point(tmp_path: Path) -> None:
 
 
 class TestCrash:
+    @pytest.mark.long
     def test_a_journal_cut_at_any_byte_goes_on(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr("dineros.runtime.journal.recorder.os.fsync", lambda _: None)  # slow, many times
         states = play(talker(), tmp_path / "whole", 1, 60)["talker"]

@@ -15,6 +15,8 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
+import pytest
+
 from dineros.analysis.conformance import conform
 from dineros.metamodel import sym
 from dineros.metamodel.elements import node_nets
@@ -94,6 +96,7 @@ def shown(folder: Path) -> int:
     return 0
 
 
+@pytest.mark.long
 def test_fifty_kills(tmp_path: Path) -> None:
     draw = random.Random(20)
     system = model()

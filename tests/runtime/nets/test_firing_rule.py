@@ -173,6 +173,7 @@ def faulty(draw: random.Random) -> Any:
     return handler
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("error")
 @given(MODELS, st.integers(0, 2**32))
 @settings(max_examples=15)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 import tracemalloc
 
+import pytest
+
 from dineros.runtime import Net, Node
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort
@@ -28,6 +30,7 @@ class Echo:
         pass
 
 
+@pytest.mark.long
 def test_memory_is_flat_over_many_firings() -> None:
     controller = next(part for part in split(case_study()) if part.node.id == "controller")
     net = Net(controller, seed=1)

@@ -259,6 +259,7 @@ def assert_conforms(ros: Ros, model: sym.SystemModel) -> None:
     assert verdict.status == "conforms", (verdict.violations, verdict.unknown)
 
 
+@pytest.mark.long
 def test_all_paths_of_goals_of_a_plain_client(ros: Ros) -> None:
     lay_out(ros, errands())
     runner = ros.node("runner", handlers=OBEDIENT)
@@ -314,6 +315,7 @@ def test_all_paths_of_goals_of_a_plain_server(ros: Ros) -> None:
     assert [ends[goal] for goal in canceled] == ["canceled"] * 2
 
 
+@pytest.mark.long
 def test_killed_nodes_lose_and_repeat_no_goal(ros: Ros) -> None:
     """Client and server are killed in turn; each goal ends once, as it was worked on, at both ends."""
     lay_out(ros, errands(goals=12, outstanding=2))
@@ -341,6 +343,7 @@ def test_killed_nodes_lose_and_repeat_no_goal(ros: Ros) -> None:
     assert len(begun) == 12
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("node", "methods"),
     [("boss", ("send_goal", "cancel_goal")), ("runner", ("give_feedback", "finish_goal"))],
@@ -394,6 +397,7 @@ def managed_errands() -> sym.SystemModel:
     return model
 
 
+@pytest.mark.long
 def test_goals_of_managed_nodes(ros: Ros) -> None:
     """They wait for a server that is not there, and go on while it is inactive, or when it comes again."""
     lay_out(ros, managed_errands())

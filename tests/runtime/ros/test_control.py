@@ -79,6 +79,7 @@ def terminate(process: Process) -> int:
     return process.popen.wait(PATIENCE)
 
 
+@pytest.mark.long
 def test_a_blocked_node_says_so_and_ends(ros: Ros) -> None:
     """The state topic has the handler's stack, the log has it once; SIGTERM ends the node in order."""
     handlers = BLOCKED.format(options="", body="time.sleep(3600)")

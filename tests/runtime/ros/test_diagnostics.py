@@ -68,6 +68,7 @@ def fetch(port: int, path: str = "/metrics", host: str = "") -> str:
         return str(answer.read().decode())
 
 
+@pytest.mark.long
 def test_a_node_tells_how_it_fares_and_what_it_is(ros: Ros) -> None:
     port = free_port()
     more = {"metrics_port": port, "diagnostics_period": 0.1, "stale_after.Open": 0.1}

@@ -46,6 +46,7 @@ def test_small_models(model: sym.SystemModel, signals: SignalVariant, overflow: 
     assert are_isomorphic(flattened, reference)
 
 
+@pytest.mark.long
 @given(system_models(), st.sampled_from(SIGNALS), st.sampled_from(OVERFLOW))
 @settings(max_examples=25)
 def test_models_with_everything(
@@ -54,6 +55,7 @@ def test_models_with_everything(
     assert are_isomorphic(*both(model, signals, overflow))
 
 
+@pytest.mark.long
 @given(calling_systems(circles=True), st.sampled_from(SIGNALS), st.sampled_from(OVERFLOW))
 @settings(max_examples=50)
 def test_ports_inside_server_pages(
@@ -81,6 +83,7 @@ def test_equal_numbers_of_markings(
     assert counts[0] == counts[1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("signals", "overflow"),
     [("none", "inhibitor"), ("fully-enabled", "weighted"), ("input-enabled", "weighted")],

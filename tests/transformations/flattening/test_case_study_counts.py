@@ -34,6 +34,7 @@ def net_of(objects: tuple[int, int, int], signals: SignalVariant, overflow: Over
     return flatten(model, signals, overflow).net
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("overflow", ["weighted", "inhibitor"])
 @pytest.mark.parametrize("signals", SIZES)
 def test_places_and_transitions(signals: SignalVariant, overflow: OverflowVariant) -> None:
@@ -42,6 +43,7 @@ def test_places_and_transitions(signals: SignalVariant, overflow: OverflowVarian
     assert (len(places(net)), len(transitions(net))) == SIZES[signals]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("overflow", ["weighted", "inhibitor"])
 @pytest.mark.parametrize(("objects", "signals", "expected"), MARKINGS)
 def test_reachable_markings(

@@ -105,6 +105,7 @@ FAULTS: list[tuple[str, Callable[[pn.Net], None], str, str | None]] = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("fault", "invariant", "element"), [fault[1:] for fault in FAULTS], ids=[f[0] for f in FAULTS]
 )

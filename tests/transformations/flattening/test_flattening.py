@@ -134,6 +134,7 @@ def test_the_certificate_covers_queues_services_and_signals(model: sym.SystemMod
         assert all(any(place in each for each in covered) for place in targets(role))
 
 
+@pytest.mark.long
 @given(
     st.one_of(small_system_models(), calling_systems(circles=True)),
     st.sampled_from(get_args(SignalVariant)),
@@ -156,6 +157,7 @@ def first_firings(graph: ReachabilityGraph) -> Iterator[tuple[Marking, Name, Mar
         return
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("signals", ["none", "input-enabled"])
 def test_both_overflow_variants_of_the_case_study_have_the_same_graph(signals: SignalVariant) -> None:
     model = build()
@@ -166,6 +168,7 @@ def test_both_overflow_variants_of_the_case_study_have_the_same_graph(signals: S
     assert set(graphs[0].firings(5000)) == set(graphs[1].firings(5000))
 
 
+@pytest.mark.long
 @given(small_system_models(satisfiable=True))
 @settings(max_examples=25)
 def test_signals_that_change_freely_double_the_markings(model: sym.SystemModel) -> None:
@@ -185,6 +188,7 @@ def test_signals_that_change_freely_double_the_markings(model: sym.SystemModel) 
     assert free.count(limit=2 ** len(used) * without + 1) == 2 ** len(used) * without
 
 
+@pytest.mark.long
 @given(small_system_models(satisfiable=True))
 @settings(max_examples=15)
 def test_a_signal_that_may_change_less_often_reaches_no_more(model: sym.SystemModel) -> None:
@@ -226,6 +230,7 @@ save(flattened.trace.to_model("model", "net"), Path(sys.argv[2], "trace.xmi"))
 """
 
 
+@pytest.mark.long
 def test_the_same_model_gives_the_same_bytes_in_another_process(tmp_path: Path) -> None:
     written = []
     for seed in ("1", "2"):

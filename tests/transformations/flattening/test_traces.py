@@ -47,6 +47,7 @@ def test_every_element_has_one_link_and_is_found_from_both_sides(
         assert all(link in flattened.trace.made_from(source) for source in link.sources)
 
 
+@pytest.mark.long
 @given(st.one_of(small_system_models(), calling_systems(circles=True)), VARIANTS)
 @settings(max_examples=20)
 def test_what_is_kept_is_linked_to_itself_and_copies_to_their_original(
@@ -183,6 +184,7 @@ def test_an_unknown_element_names_near_matches(sorting: sym.SystemModel) -> None
     assert "'RightCellObjects'" in (caught.value.hint or "")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", [".pnm", ".pnml"])
 def test_saved_and_loaded_again_the_links_lead_into_both_files(tmp_path: Path, suffix: str) -> None:
     source, target = tmp_path / "sorting.sym.xmi", tmp_path / f"net{suffix}"

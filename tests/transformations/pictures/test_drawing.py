@@ -176,6 +176,7 @@ def test_what_no_standard_rule_has_is_drawn() -> None:
     assert ("no", "forbidden PublisherPort with place = source") in lhs_rows(Odd)
 
 
+@pytest.mark.long
 @needs_graphviz
 @pytest.mark.parametrize("rule", [*RULES, Odd], ids=name_of)
 def test_left_is_left_and_nothing_overlaps(rule: type[Rule]) -> None:

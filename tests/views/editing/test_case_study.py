@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import expect
 
 from dineros.metamodel import sym
@@ -18,6 +19,7 @@ from tests.views.editing.driving import Hand
 CASE_STUDY = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
 
 
+@pytest.mark.long
 def test_the_case_study_drawn_from_nothing(tmp_path: Path, edit: Edit, visit: Callable[..., Visit]) -> None:
     file = tmp_path / "sorting.sym.xmi"
     _, handle = edit(file)

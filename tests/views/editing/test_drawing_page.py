@@ -20,6 +20,7 @@ from tests.support.talker import talker
 ROOT = Path(__file__).resolve().parents[3]
 
 
+@pytest.mark.long
 def test_the_page_draws_the_talker_and_the_listener(tmp_path: Path, browser: Browser) -> None:
     pytest.importorskip("mkdocs", reason="the extra [docs] is not installed")
     specification = importlib.util.spec_from_file_location("drawing", ROOT / "docs/hooks/editor_pictures.py")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import expect
 
 from dineros.metamodel.files import save
@@ -44,6 +45,7 @@ def nodes_of(domain: int) -> list[str]:
     return [line for line in found if "dineros" in line]
 
 
+@pytest.mark.long
 def test_a_run_on_ros_is_followed_in_the_page_and_leaves_nothing(
     tmp_path: Path, edit: Edit, visit: NewVisit
 ) -> None:

@@ -110,6 +110,7 @@ def test_a_question_is_typed_with_names_completed(
     assert len(build([tmp_path / "way.jsonl"]).steps) == length
 
 
+@pytest.mark.long
 def test_generating_is_shown_first_and_a_run_is_played(file: Path, edit: Edit, visit: NewVisit) -> None:
     _, handle = edit(file)
     hand = Hand(visit().page, handle.url)
@@ -132,6 +133,7 @@ def test_generating_is_shown_first_and_a_run_is_played(file: Path, edit: Edit, v
     assert page.locator("#game .quiet").first.inner_text().startswith("run of ")
 
 
+@pytest.mark.long
 def test_a_run_is_watched_and_checks_follow_pauses(tmp_path: Path, edit: Edit, visit: NewVisit) -> None:
     model = talker()
     model.pages[0].signals[0].initial = True  # type: ignore[attr-defined]

@@ -47,6 +47,7 @@ def done(tab: Tab, **order: object) -> dict[str, Any]:
     return until(tab, answer["job"], "done", "failed")
 
 
+@pytest.mark.long
 def test_a_check_tells_of_elements_and_its_witness_is_played(file: Path, edit: Edit) -> None:
     _, handle = edit(file)
     with Tab(handle, "taboneone") as tab, Tab(handle, "tabtwotwo") as other:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import expect
 
 from dineros.analysis.conformance import conform
@@ -34,6 +35,7 @@ def configure(net):
 """
 
 
+@pytest.mark.long
 def test_a_signal_is_set_and_nodes_are_paused_killed_and_go_on(tmp_path: Path, visit: NewVisit) -> None:
     model = talker()
     save(model, tmp_path / "greeting.sym.xmi")

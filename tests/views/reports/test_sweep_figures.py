@@ -33,6 +33,7 @@ def texts(rows: list[dict[str, Any]]) -> list[str]:
     return list(picture.xpath("//s:text/text()", namespaces={"s": "http://www.w3.org/2000/svg"}))
 
 
+@pytest.mark.long
 def test_three_panels_one_series_per_variant_with_markers() -> None:
     said = texts(ROWS)
     assert {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from lxml import etree
@@ -19,6 +20,7 @@ VALUES = st.sampled_from(
 )
 
 
+@pytest.mark.long
 @settings(suppress_health_check=list(HealthCheck), deadline=None)
 @given(net=st.one_of(plain_nets(), system_models(with_properties=True), odd_models()), data=st.data())
 def test_damaged_files(net: object, data: st.DataObject, tmp_path: Path) -> None:

@@ -36,6 +36,7 @@ def written_and_read(net: pn.Net, version: Version, folder: Path) -> pn.Net:
     return back
 
 
+@pytest.mark.long
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(
     net=st.one_of(plain_nets(), system_models(with_properties=True), calling_systems(circles=True)),

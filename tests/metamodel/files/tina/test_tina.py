@@ -216,6 +216,7 @@ def test_broken_references_are_reported() -> None:
         net_text(net)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("content", "message"),
     [

@@ -37,6 +37,7 @@ def test_pyecore_reads_what_we_write(folder: Path, model: pn.Net) -> None:
     assert differences(model, theirs) == []
 
 
+@pytest.mark.long
 @given(
     model=models, options=st.sampled_from([{}, {XMIOptions.OPTION_USE_XMI_TYPE: True}]), uuids=st.booleans()
 )

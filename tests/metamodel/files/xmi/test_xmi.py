@@ -29,6 +29,7 @@ def read_text(folder: Path, text: str) -> EObject:
     return read_xmi(path)
 
 
+@pytest.mark.long
 @given(model=st.one_of(plain_nets(), system_models(with_properties=True)))
 def test_reading_what_was_written_gives_an_equal_model_and_the_same_bytes(
     folder: Path, model: pn.Net

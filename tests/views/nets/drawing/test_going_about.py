@@ -103,6 +103,7 @@ def test_a_collapsed_page_stands_for_what_is_chosen_in_it(study: Page) -> None:
     assert marked(study, "marked") == {"executor"}
 
 
+@pytest.mark.long
 def test_the_address_leads_to_what_is_seen(visit: Visits, study: Page, study_page: Path) -> None:
     study.click('[data-id="selector"] .fold')
     drawn(study, 2)

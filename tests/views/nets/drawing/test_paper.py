@@ -41,6 +41,7 @@ def points_of_text(svg: str) -> list[float]:
     return [size * per_unit for size in sizes]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("width", [60, 170])
 def test_what_is_written_has_its_width_and_text_that_can_be_read(tmp_path: Path, width: float) -> None:
     written, _ = save_for_paper(view_of(case_study()), tmp_path / "study.svg", Paper(width))
