@@ -7,7 +7,7 @@ no node.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass
 from typing import TypeVar
 
@@ -16,11 +16,13 @@ from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.ctl.checking import basic, check_ctl, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.parser import parse
-from dineros.analysis.logic.language.syntax import And, Exists, Finally, Fired, Formula, Name
+from dineros.analysis.logic.language.syntax import And, Exists, Finally, Formula, Name
 from dineros.analysis.logic.language.syntax import Enabled as AtomEnabled
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties.normal_form import is_linear, of_linear
+from dineros.analysis.properties.property import Property, PropertyAnswer
+from dineros.analysis.properties.saying import claim, in_branching_time
 from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking, Question
 from dineros.analysis.questions.state_space import LevelOrder, StateSpace
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
@@ -30,6 +32,7 @@ from dineros.analysis.symbolic.saturation import DiagramMemoryError
 V = TypeVar("V")
 
 _GIVEN_UP = (BudgetExceededError, DiagramMemoryError, UnknownBoundError, LevelSizeError, MemoryError)
+ONE_ENGINE = "only one engine decides such formulas"
 SEARCH, DIAGRAMS, OTHER_ORDER = "explicit search", "decision diagrams", "decision diagrams in another order"
 
 
@@ -106,24 +109,66 @@ def confirm_answer(question: Question, answer: Outcome, budget: Budget = UNLIMIT
     """
     formula = _formula(question)
     if formula is None:
-        return Confirmation(None, reason="only one engine decides such formulas")
-    net, names, wanted = question.net, question.names, basic(formula)
-    yes, no = (
+        return Confirmation(None, reason=ONE_ENGINE)
+    words = (
         ("holds", "violated") if isinstance(question, Linear | Branching) else ("reachable", "unreachable")
     )
-    atoms = BoundAtoms(net, formula, names)
+    return _confirm_formula(question.net, question.names, formula, answer.status, words, budget)
 
-    def search(share: Budget) -> str:
-        found = check_ctl(net, formula, names, share, engine="explicit")
-        if found.status == "unknown":
-            raise BudgetExceededError(found.reason)
-        return yes if found.status == "holds" else no
 
-    def of_space(space: SymbolicStateSpace, share: Budget) -> str:
-        sets = SymbolicSets(space, atoms, share)
-        return yes if sets.initially(satisfying(wanted, sets)[wanted]) else no
+def confirm_claims(
+    net: CompiledNet, names: Names, claims: Sequence[Formula], budget: Budget = UNLIMITED
+) -> list[Confirmation]:
+    """Ask explicit search and diagrams whether formulas hold, all at once; one by one where not all do.
 
-    return _confirmed(net, answer.status, search, of_space, None, [], budget)
+    Returns
+    -------
+    list of Confirmation
+        Of each formula.
+    """
+    budget = budget.begun()
+
+    def confirmed(formula: Formula, share: Budget) -> Confirmation:
+        return _confirm_formula(net, names, formula, "right", ("right", "wrong"), share)
+
+    together = confirmed(And(tuple(claims)) if len(claims) > 1 else claims[0], budget)
+    if together.agrees is not False or len(claims) == 1:
+        return [together] * len(claims)
+    count = len(claims)
+    return [confirmed(one, budget.share(1 / (count - number))) for number, one in enumerate(claims)]
+
+
+def confirm_properties(
+    net: CompiledNet,
+    names: Names,
+    properties: Sequence[Property],
+    answers: Mapping[str, PropertyAnswer],
+    budget: Budget = UNLIMITED,
+) -> dict[str, Confirmation]:
+    """Have others decide the answers to properties that rest on all markings.
+
+    Returns
+    -------
+    dict
+        By their ids; answers that rest on something else have none.
+    """
+    said: dict[str, Confirmation] = {}
+    claims: dict[bool, dict[str, Formula]] = {True: {}, False: {}}
+    for one in properties:
+        answer = answers.get(one.id)
+        if answer is None or answer.value is None or not answer.rests_on_markings:
+            continue
+        formula = claim(one, answer.value, net)
+        if formula is None:
+            said[one.id] = Confirmation(None, reason=ONE_ENGINE)
+        else:
+            claims[one.kind == "global"][one.id] = formula
+    for is_global, wanted in claims.items():
+        if wanted:
+            named = NetNames(net) if is_global else names
+            confirmed = confirm_claims(net, named, list(wanted.values()), budget)
+            said |= dict(zip(wanted, confirmed, strict=True))
+    return said
 
 
 def confirm_space(space: SymbolicStateSpace, budget: Budget = UNLIMITED) -> Confirmation:
@@ -174,14 +219,30 @@ def _formula(question: Question) -> Formula | None:
         case Branching(formula=text):
             return parse(text, "ctl")
         case Linear(formula=text, weak=(), strong=()):
-            formula = of_linear(parse(text))
-            parts = formula.operands if isinstance(formula, And) else (formula,)
-            return None if any(is_linear(part) or _has_step(part) for part in parts) else formula
+            return in_branching_time(parse(text))
     return None
 
 
-def _has_step(formula: Formula) -> bool:
-    return any(isinstance(part, Fired) for part in formula.subformulas())
+def _confirm_formula(
+    net: CompiledNet, names: Names, formula: Formula, expected: str, words: tuple[str, str], budget: Budget
+) -> Confirmation:
+    """Have others decide a formula; they say one of two words, as it holds or not."""
+    wanted, atoms = basic(formula), BoundAtoms(net, formula, names)
+
+    def word(holds: bool) -> str:
+        return words[0] if holds else words[1]
+
+    def search(share: Budget) -> str:
+        found = check_ctl(net, formula, names, share, engine="explicit")
+        if found.status == "unknown":
+            raise BudgetExceededError(found.reason)
+        return word(found.status == "holds")
+
+    def of_space(space: SymbolicStateSpace, share: Budget) -> str:
+        sets = SymbolicSets(space, atoms, share)
+        return word(sets.initially(satisfying(wanted, sets)[wanted]))
+
+    return _confirmed(net, expected, search, of_space, None, [], budget)
 
 
 def _confirmed(

@@ -20,6 +20,15 @@ Kind = Literal["ctl", "ltl", "bound", "global"]
 GLOBAL_PROPERTIES = ("ReachabilityDeadlock", "OneSafe", "QuasiLiveness", "Liveness", "StableMarking")
 """Questions that can be asked of any net, by their names in the contest."""
 
+_SHOWN = (
+    "structure",
+    "state equation",
+    "initial marking",
+    "random walk",
+    "directed walk",
+    "explicit, from a random walk",
+)
+
 
 @dataclass(frozen=True)
 class Property:
@@ -75,6 +84,11 @@ class PropertyAnswer:
     reason: str = ""
     evidence: Evidence | None = None
     dead: str = ""
+
+    @property
+    def rests_on_markings(self) -> bool:
+        """Whether no run shows it, and neither structure nor induction proves it."""
+        return self.value is not None and self.evidence is None and self.technique not in _SHOWN
 
 
 class GroupedNames:

@@ -13,16 +13,11 @@ from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.syntax import (
     And,
     Atom,
-    Comparison,
     Constant,
     Deadlock,
-    Enabled,
     Exists,
-    Finally,
     ForAll,
     Formula,
-    Globally,
-    Name,
     Next,
     Not,
     Or,
@@ -33,6 +28,7 @@ from dineros.analysis.logic.language.syntax import (
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.property import Property
 from dineros.analysis.properties.reading import BINARY, MANY, NAMESPACE, QUANTIFIERS, UNARY
+from dineros.analysis.properties.saying import said_of_all
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.atomic import write_atomically
 
@@ -76,37 +72,12 @@ def add_property(root: etree._Element, one: Property, net: CompiledNet, names: N
         bound = etree.SubElement(formula, "place-bound")
         _names(bound, "place", [net.places[p] for name in one.places for p in names.places(name)])
         return
-    says = one.formula or _said_of_all(one.examination, net)
+    says = one.formula or said_of_all(one.examination, net)
     writer = _Writer(net, BoundAtoms(net, says, names if one.formula else NetNames(net)))
     if one.kind == "ltl":
         writer.linear(etree.SubElement(formula, "all-paths"), says)
     else:
         writer.branching(formula, says)
-
-
-def _said_of_all(examination: str, net: CompiledNet) -> Formula:
-    """Return what a question of any net says, as a formula; readers know it by its id."""
-    fired = [Enabled(Name(transition)) for transition in net.transitions]
-    places = [Name(place) for place in net.places]
-    match examination:
-        case "ReachabilityDeadlock":
-            return Exists(Finally(Deadlock()))
-        case "OneSafe":
-            return ForAll(Globally(_joined(And, [Comparison(((1, p),), "<=", 1) for p in places])))
-        case "QuasiLiveness":
-            return _joined(And, [Exists(Finally(each)) for each in fired])
-        case "Liveness":
-            return _joined(And, [ForAll(Globally(Exists(Finally(each)))) for each in fired])
-        case _:  # a stable marking
-            tokens = zip(places, net.initial.tolist(), strict=True)
-            return _joined(Or, [ForAll(Globally(Comparison(((1, p),), "==", held))) for p, held in tokens])
-
-
-def _joined(operator: type[And | Or], parts: list[Formula]) -> Formula:
-    """Return a formula of any number of parts."""
-    if len(parts) > 1:
-        return operator(tuple(parts))
-    return parts[0] if parts else Constant(operator is And)
 
 
 def _names(node: etree._Element, kind: str, names: Sequence[str]) -> None:

@@ -142,3 +142,19 @@ def say_confirmation(confirmation: Confirmation | None, as_json: bool = False) -
         warn(str(confirmation))
     elif not as_json:
         summarise(str(confirmation))
+
+
+def say_confirmations(confirmations: Mapping[str, Confirmation], as_json: bool = False) -> None:
+    """Say who confirmed the answers of a property file; those that are not, by their ids."""
+    said: dict[Confirmation, list[str]] = {}
+    for id, confirmation in confirmations.items():
+        said.setdefault(confirmation, []).append(id)
+    for confirmation, ids in said.items():
+        if confirmation.agrees is False:
+            warn(f"ERROR: {', '.join(ids)}: {confirmation} (please report it, with the model)")
+        elif confirmation.agrees is None:
+            warn(f"{', '.join(ids)}: {confirmation}")
+        elif not as_json:
+            summarise(f"{confirmation}: {counted(len(ids), 'answer')}")
+    if not confirmations:
+        note("nothing to confirm: no answer rests on all markings")

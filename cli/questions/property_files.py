@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,12 +11,13 @@ import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, load_valid, reading_formula
 from dineros.cli.console import say, say_json, summarise, warn
-from dineros.cli.presentation.evidence import refuse_certificates
+from dineros.cli.presentation.evidence import refuse_certificates, say_confirmations
 from dineros.cli.presentation.scheduling import properties_on_workers
 from dineros.cli.searching import search
 from dineros.metamodel.errors import DinerosError, Location
 
 if TYPE_CHECKING:
+    from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.evidence.proving import Asked
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
@@ -29,6 +31,7 @@ def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | Non
     Where a scheduler is named, its workers answer. Certificates go into a folder. Where a file is to be
     written, all that is asked is written there instead.
     """
+    from dineros.analysis.evidence.confirmation import confirm_properties
     from dineros.analysis.evidence.proving import Asked
     from dineros.analysis.properties import answering
     from dineros.analysis.properties.property import PropertyAnswer
@@ -43,6 +46,7 @@ def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | Non
     if written is not None:
         return _write(subject, properties, names, written)
     found: dict[str, PropertyAnswer] = {}
+    confirmations: dict[str, Confirmation] = {}
 
     def tell(answer: PropertyAnswer) -> None:
         found[answer.id] = answer
@@ -59,6 +63,9 @@ def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | Non
                 | {name: getattr(answer, name) for name in ("id", "value", "seconds", "technique", "reason")}
                 for one, answer in zip(properties, answers, strict=True)
             ]
+            if asking.confirm:
+                said = {id: one.to_dict() for id, one in confirmations.items()}
+                rows = [row | {"confirmation": said.get(str(row["id"]))} for row in rows]
             say_json({"model": str(asking.model), "properties": rows})
         else:
             for answer in answers:
@@ -70,7 +77,7 @@ def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | Non
         return UNKNOWN if None in values else HOLDS
 
     run.draft(say_rest)
-    budget = run.budget()
+    budget = run.budget().begun()
     seconds = answering.SECONDS if budget.seconds is None else budget.seconds / max(1, len(properties))
     if asking.scheduler is None:
         answering.answer_properties(subject.net, names, properties, seconds, budget.memory, tell, run.stage)
@@ -79,8 +86,16 @@ def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | Non
         asked = {"signals": asking.signals, "overflow": asking.overflow}
         limits = {"memory": run.limits.memory, "seconds": seconds}
         properties_on_workers(subject, asking.scheduler, {**asked, **limits}, properties, names, tell)
+    if asking.confirm:
+        run.stage("confirming the answers")
+        confirmations = confirm_properties(subject.net, names, properties, found, budget)
+        for id, one in confirmations.items():
+            if one.agrees is False:
+                tell(replace(found[id], value=None, technique="", reason=str(one)))
     with run.answer():
         status = say_rest("time or memory did not suffice")
+        if asking.confirm:
+            say_confirmations(confirmations, asking.as_json)
     if folder is not None:
         run.draft(lambda ending: _not_written(folder, ending, status))
         run.stage("writing certificates")

@@ -91,9 +91,9 @@ def verify(
     if written is not None and not properties and ltl is None and ctl is None:
         return write_stored(asking.model, asking.settings, asking.overflow, written)
     if properties:
-        others = (ltl, ctl, weak, strong, asking.output, asking.confirm or None)
+        others = (ltl, ctl, weak, strong, asking.output)
         if asking.engine == "tina" or any(other not in (None, ()) for other in others):
-            alone = "--ltl, --ctl, --fair, --engine tina, --confirm and -o"
+            alone = "--ltl, --ctl, --fair, --engine tina and -o"
             raise click.UsageError(f"--properties goes with none of {alone}")
         return answer_properties(asking, properties, written)
     asking.refuse_tina_on_workers()

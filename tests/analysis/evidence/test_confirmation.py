@@ -14,11 +14,15 @@ from dineros.analysis.evidence.confirmation import (
     Confirmation,
     confirm_answer,
     confirm_counts,
+    confirm_properties,
     confirm_space,
     rests_on_markings,
 )
 from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.answering import answer_properties
+from dineros.analysis.properties.property import Property, PropertyAnswer
 from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking
 from dineros.analysis.questions.state_space import state_space
 from dineros.analysis.symbolic.engine import symbolic_state_space
@@ -115,6 +119,47 @@ def test_broken_counts_disagree() -> None:
 def test_a_broken_search_disagrees(monkeypatch: pytest.MonkeyPatch) -> None:
     break_search(monkeypatch)
     assert_disagreement(confirm_counts(NET, state_space(NET, "symbolic")), ["explicit search"])
+
+
+def properties() -> list[Property]:
+    fired = min(NET.transitions)
+    return [
+        Property("eats", "ctl", parse(f"EF enabled({fired}) & !(AG EF enabled({fired}))", "ctl")),
+        Property("stuck", "ltl", parse("G !deadlock")),
+        Property("settles", "ltl", parse(f"F G !enabled({fired})")),
+        Property("held", "bound", places=tuple(NET.places[:3])),
+        Property("Liveness", "global", examination="Liveness"),
+        Property("OneSafe", "global", examination="OneSafe"),
+    ]
+
+
+def of_markings(said: dict[str, bool | int], technique: str = "symbolic") -> dict[str, PropertyAnswer]:
+    return {id: PropertyAnswer(id, value, 0.0, technique) for id, value in said.items()}
+
+
+def test_properties_are_confirmed_together_and_a_wrong_answer_is_found_out() -> None:
+    answers = {one.id: one for one in answer_properties(NET, NetNames(NET), properties())}
+    right = {id: answer.value for id, answer in answers.items() if answer.value is not None}
+    assert len(right) == 6
+    said = confirm_properties(NET, NetNames(NET), properties(), of_markings(right))
+    assert {id for id, one in said.items() if one.agrees} == right.keys() - {"settles"}
+    assert said["settles"].reason == "only one engine decides such formulas"
+    for id in right.keys() - {"settles"}:
+        wrong = right | {id: right[id] + 1 if id == "held" else not right[id]}
+        said = confirm_properties(NET, NetNames(NET), properties(), of_markings(wrong))
+        assert [name for name, one in said.items() if one.agrees is False] == [id]
+
+
+def test_of_properties_what_runs_or_structure_show_is_not_asked_again() -> None:
+    answers = of_markings({"stuck": False}, "random walk") | of_markings({"OneSafe": True}, "structure")
+    assert confirm_properties(NET, NetNames(NET), properties(), answers) == {}
+
+
+@pytest.mark.usefixtures("broken_diagrams")
+def test_broken_diagrams_disagree_on_properties() -> None:
+    one = Property("last", "ctl", parse(f"EF enabled({max(NET.transitions)})", "ctl"))
+    said = confirm_properties(NET, NetNames(NET), [one], of_markings({"last": False}))
+    assert_disagreement(said["last"], ["explicit search", "decision diagrams"])
 
 
 def assert_disagreement(said: Confirmation, by: list[str]) -> None:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.evidence import confirmation
 from tests.cli.conftest import Run
 from tests.support.commands import is_one_line_of_wrong_use, lines, uses
 
@@ -61,6 +63,29 @@ def test_questions_are_written_and_read_back(run: Run, net: Path, questions: Pat
     assert run("verify", net, "--properties", again, "--timeout", "1").exit_code == 1
     assert run("verify", net, "--ltl", "F deadlock", "--write-properties", again).exit_code == 0
     assert lines(run("verify", net, "--properties", again))[0].startswith("holds: ends-LTL-00; ")
+
+
+@uses("ends")
+def test_what_rests_on_all_markings_is_confirmed(run: Run, net: Path, questions: Path) -> None:
+    asked = ["--properties", questions, "--properties", "ReachabilityDeadlock", "--confirm", "--json"]
+    rows = json.loads(run("verify", net, *asked).stdout)["properties"]
+    shown = ("structure", "state equation", "initial marking", "random walk")
+    for row in rows:
+        assert (row["confirmation"] is None) == (row["technique"] in shown)
+        assert row["confirmation"] is None or row["confirmation"]["agrees"]
+
+
+@uses("ends")
+def test_engines_that_disagree_leave_a_property_unknown(
+    run: Run, net: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run("verify", net, "--ctl", "AG EF deadlock", "--write-properties", tmp_path / "q.xml")
+    asked = ("verify", net, "--properties", tmp_path / "q.xml", "--confirm")
+    assert run(*asked).exit_code == 0
+    monkeypatch.setattr(confirmation, "check_ctl", lambda *_, **__: Outcome("violated"))
+    result = run(*asked)
+    assert (result.exit_code, result.stderr.count("please report it")) == (3, 1)
+    assert lines(result)[-1].startswith("unknown: ends-CTL-00; engines disagree: ")
 
 
 @uses("ends")
