@@ -13,13 +13,14 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from hashlib import blake2b
 from pathlib import Path
 
 import numpy as np
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.kernel_cache import kept_in
+from dineros.analysis.nets.kernel_cache import ROOM, kept_in
 from dineros.metamodel.errors import DinerosError
 
 MEMORY = 1 << 26
@@ -60,7 +61,9 @@ def _mark() -> Path | None:
     from numba import __version__
 
     folder = kept_in()
-    name = f"warm-{sys.implementation.cache_tag}-{__version__}-{get_host_cpu_name()}"
+    # Kernels are kept by the path of their module, too: a copy of a package has none of its own yet.
+    place = blake2b(str(ROOM).encode(), digest_size=4).hexdigest()
+    name = f"warm-{sys.implementation.cache_tag}-{__version__}-{get_host_cpu_name()}-{place}"
     return None if folder is None else folder / name
 
 

@@ -86,6 +86,7 @@ def test_every_kernel_that_python_calls_is_compiled(compiled: dict[str, int]) ->
     assert [name for name in sorted(called) if compiled[name] == 0] == []
 
 
+@pytest.mark.long
 def test_each_is_compiled_once_but_for_the_width_of_markings(compiled: dict[str, int]) -> None:
     widths = LARGEST_SPECIAL_WIDTH + 1
     several = {name.rpartition(".kernels.")[2]: count for name, count in compiled.items() if count > 1}

@@ -34,6 +34,7 @@ def test_nothing_is_lost_when_it_is_stopped_and_killed(
     assert sum(line.get("publish", 0) for line in lines) >= messages
 
 
+@pytest.mark.long
 def test_the_flooded_case_study_stays_flat(tmp_path: Path) -> None:
     with on_ros() as domain:
         samples = list(flood.flood(4.0, 400.0, 0.5, tmp_path, domain))
@@ -42,6 +43,7 @@ def test_the_flooded_case_study_stays_flat(tmp_path: Path) -> None:
     assert Counter(sample.descriptors for sample in samples[1:]).most_common(1)[0][1] > len(samples) // 2
 
 
+@pytest.mark.long
 def test_the_periodic_publisher_stays_flat(tmp_path: Path) -> None:
     with on_ros() as domain:
         samples = list(periodic.run(6.0, 0.5, 0.02, 0.05, tmp_path, domain, journal=True))

@@ -74,6 +74,7 @@ def test_what_stands_beside_a_file_takes_no_module_s_place(
     subprocess.run([sys.executable, "-P", "-c", program, str(tmp_path / name)], check=True)
 
 
+@pytest.mark.long
 def test_a_sweep_runs_no_code_of_the_current_folder(model: Path, tmp_path: Path) -> None:
     (tmp_path / "resource.py").write_text(f"open({str(tmp_path / 'MARK')!r}, 'w')\n")
     command = [sys.executable, "-P", "-m", "dineros.cli.main", "sweep", model.name]

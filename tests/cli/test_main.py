@@ -112,6 +112,7 @@ ENDLESS = {"edit", "top"}
 """Commands that end when the user says so; `models/test_edit.py` and `test_overview.py` do."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "example",
     [

@@ -83,6 +83,7 @@ def test_all_that_matters_is_proved() -> None:
     assert "every goal that was sent can be over" in report.proved
 
 
+@pytest.mark.long
 def test_in_the_earlier_version_a_canceled_goal_may_never_end() -> None:
     result = command("verify", EARLIER, "GoalsEnd")
     assert result.exit_code == 1

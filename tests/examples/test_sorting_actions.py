@@ -55,6 +55,7 @@ def test_the_files_are_what_the_script_builds(version: Version, tmp_path: Path) 
     assert (tmp_path / "built.sym.xmi").read_bytes() == (HOME / f"{version}.sym.xmi").read_bytes()
 
 
+@pytest.mark.long
 def test_the_handlers_fit_the_workspace_and_pass_mypy(cell_workspace: Path) -> None:
     assert check(system_model(MODEL), cell_workspace, Options(source=MODEL.name)).changes == ()
     packages = [f"src/cell_{node}/cell_{node}" for node in HANDLED]

@@ -300,6 +300,7 @@ SOURCES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("source", SOURCES, ids=range(len(SOURCES)))
 def test_names_of_files_and_settings_are_text(source: str) -> None:
     settings = (f"{source}=---", "x.y=---")

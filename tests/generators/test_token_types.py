@@ -47,6 +47,7 @@ def test_messages_are_generated_for_own_types_only(workspace: Path) -> None:
     )
 
 
+@pytest.mark.long
 def test_handlers_are_typed_by_their_places(workspace: Path) -> None:
     """The handlers above pass strict mypy and ruff, and wrong ones are refused by the types of each side."""
     for package in ("shop_planner", "shop_driver"):

@@ -28,6 +28,7 @@ FIGURES = {
 }
 
 
+@pytest.mark.long
 @given(action_models())
 @settings(max_examples=6, deadline=None)
 def test_generated_models(model: sym.SystemModel) -> None:
@@ -38,6 +39,7 @@ def test_generated_models(model: sym.SystemModel) -> None:
         assert found.difference == ""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("overflow", ["weighted", "inhibitor"])
 @pytest.mark.parametrize("name", FIGURES)
 def test_figures(name: str, overflow: OverflowVariant) -> None:
@@ -98,6 +100,7 @@ def unnoticed(model: sym.SystemModel, word: str = "") -> set[tuple[str, str]]:
     return same
 
 
+@pytest.mark.long
 def test_every_arc_counts() -> None:
     """But where one client with one goal at a time leaves no other way."""
     client = "Delivery.client.office0"

@@ -27,6 +27,7 @@ AWAITING = [(Case(awaits=True), (12, 15, 1)), (Case(awaits=True, client="own"), 
 """In one exclusive group an answer that is awaited does not come; else one thread is enough for it."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("overflow", get_args(OverflowVariant))
 @pytest.mark.parametrize(("case", "figures"), [*FIGURES, *AWAITING])
 def test_the_figures(case: Case, figures: tuple[int, int, int], overflow: OverflowVariant) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -16,6 +17,7 @@ from tests.support.equality import differences
 from tests.support.executor_models import executor_models
 
 
+@pytest.mark.long
 @given(executor_models(), st.sampled_from(["0.1", "0.2"]))
 @settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
 def test_nothing_is_lost_in_files(tmp_path: Path, model: sym.SystemModel, version: Version) -> None:

@@ -46,6 +46,7 @@ def test_generated_models_are_valid(model: sym.SystemModel) -> None:
     assert [found for found in validate(model) if found.severity == "error"] == []
 
 
+@pytest.mark.long
 @given(
     lifecycle_models(), st.sampled_from(get_args(SignalVariant)), st.sampled_from(get_args(OverflowVariant))
 )

@@ -240,6 +240,7 @@ def test_every_id_of_every_model_can_be_addressed(data: st.DataObject, net: pn.N
     assert {other.id: other.name for other in elements.elements(net)} == {**before, element.id: name}
 
 
+@pytest.mark.long
 @given(plain_nets(), st.text(), st.text())
 def test_any_text_is_applied_or_refused(net: pn.Net, path: str, value: str) -> None:
     place = elements.places(net)[0]

@@ -80,6 +80,7 @@ def test_it_holds_its_rooms_and_nothing_of_the_others(wheel: Path) -> None:
         assert {f"dineros/{each.relative_to(ROOT).as_posix()}" for each in files} <= inside
 
 
+@pytest.mark.long
 def test_it_needs_little_and_runs_where_there_are_wheels(wheel: Path) -> None:
     """On ARM, all of it is there: ROS 2 itself comes from elsewhere, and the rest has wheels."""
     arm = {"platform_machine": "aarch64", "sys_platform": "linux", "extra": "ros"}
@@ -90,6 +91,7 @@ def test_it_needs_little_and_runs_where_there_are_wheels(wheel: Path) -> None:
     assert needed(wheel, "ros").isdisjoint({*HEAVY, *MODELLERS, "mini-racer"})
 
 
+@pytest.mark.long
 def test_a_node_runs_with_it_alone(wheel: Path, tmp_path: Path) -> None:
     """Only the files of what it needs are on Python's path, as in an environment made for it."""
     require_tools()

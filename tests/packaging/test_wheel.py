@@ -60,6 +60,7 @@ def test_room_is_typed(room: str) -> None:
     assert (ROOT / room / "py.typed").exists(), "type checkers of users would not read its hints"
 
 
+@pytest.mark.long
 def test_wheel_alone_can_be_imported(wheel: Path, tmp_path: Path) -> None:
     ZipFile(wheel).extractall(tmp_path / "site")
     names = ", ".join(ROOMS)

@@ -140,6 +140,7 @@ def check_safety(records: list[dict[str, Any]]) -> None:
         marking.update(record.get("change", {}))
 
 
+@pytest.mark.long
 def test_on_threads_in_real_time() -> None:
     application = LocalApplication(parts(), seed=1, simulated_time=False)
     Cell(application, visits=True)

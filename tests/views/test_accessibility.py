@@ -93,6 +93,7 @@ def test_pages_of_traces(one: Visit, tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.long
 def test_the_live_page(serve: Serve, one: Visit, tmp_path: Path) -> None:
     page = one.page
     (tmp_path / "run").mkdir()

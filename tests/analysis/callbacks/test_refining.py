@@ -48,6 +48,7 @@ def test_programs(name: str) -> None:
         assert found == expected, callback.waiter.text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", [case for case, _ in FIGURES], ids=str)
 def test_cases(case: Case) -> None:
     subject = base_subject(case_model(case))

@@ -53,6 +53,7 @@ def circles(model: sym.SystemModel) -> list[Circle | None]:
     return [one.circle for one in each]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_programs_block_or_lose_where_check_says(name: str) -> None:
     """What real rclpy does with each program, `tests/runtime/ros/test_callbacks.py` sees."""
@@ -64,6 +65,7 @@ def test_programs_block_or_lose_where_check_says(name: str) -> None:
     assert {*BLOCK, *RUN, LOSES, KEEPS} == set(PROGRAMS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", [case for case, _ in FIGURES], ids=str)
 def test_an_independent_reading_blocks_alike(case: Case) -> None:
     """In the graph of the interpreter, a callback waits for ever where no way leads to its end."""

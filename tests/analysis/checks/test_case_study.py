@@ -60,6 +60,7 @@ def test_the_table(objects: tuple[int, int, int], signals: SignalVariant) -> Non
         assert explore(net, MEMORY).markings == expected
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("signals", VARIANTS)
 def test_inhibitor_arcs_count_the_same(signals: SignalVariant) -> None:
     net = subject_of(case_study(objects=(1, 1, 0)), signals, "inhibitor").net
@@ -128,6 +129,7 @@ def test_three_colours_on_one_topic_overflow_at_the_subscriber() -> None:
     assert not any("SortRed" in element for finding in found for element in finding.elements)
 
 
+@pytest.mark.long
 def test_the_state_space_leads_to_what_no_search_comes_near(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("dineros.analysis.checks.ways.NEAR", 1 << 12)
     model = build()
@@ -166,6 +168,7 @@ def test_an_unsatisfiable_clause() -> None:
 # Scenario 3: Danger and not Danger.
 
 
+@pytest.mark.long
 def test_danger_and_not_danger() -> None:
     model = case_study("TStop.clause=Danger & !Danger", objects=(1, 0, 0))
     assert "TStop" in rules(check(model, MEMORY))["dead-transition"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 
 from case_study.build import build
@@ -22,6 +23,7 @@ def groups_of(net: CompiledNet) -> list[DeadlockGroup]:
     return deadlock_groups(Subject(pn.Net(id="net"), net), symbolic_state_space(net))
 
 
+@pytest.mark.long
 @given(nets())
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_groups_share_out_all_dead_markings(net: CompiledNet) -> None:

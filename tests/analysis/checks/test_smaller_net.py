@@ -94,6 +94,7 @@ def test_queues_that_never_overflow() -> None:
     assert len([text for text in proved if text.endswith("never overflows")]) >= 3
 
 
+@pytest.mark.long
 def test_nets_of_circles() -> None:
     answered = [agrees(to_model(turning_net(seed), "turning")) for seed in range(80)]
     assert answered.count(True) >= 15 and answered.count(False) >= 15

@@ -143,6 +143,7 @@ def test_parts_without_a_checkpoint_are_refused(tmp_path: Path) -> None:
         conform(talker(), {node: partial(iter, trace) for node, trace in traces.items()})
 
 
+@pytest.mark.long
 def test_what_the_dispatcher_loses_is_missed_by_every_subscriber_of_the_node(tmp_path: Path) -> None:
     """One drop of the node explains one missing message at each of its places."""
     pool, say, said = sym.Place(id="Pool", tokens=4), sym.Transition(id="Say"), sym.Place(id="Said")

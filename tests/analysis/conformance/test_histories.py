@@ -99,6 +99,7 @@ def test_runs_conform(model: sym.SystemModel, seed: int) -> None:
     assert (live.violations, may_be_told_late(model, live.unknown)) == ([], True)
 
 
+@pytest.mark.long
 def test_losses_of_histories_that_several_publishers_fill() -> None:
     """They are told after what came later was taken: `conform` knows better, the monitor does not always."""
     unknown, losses = [], 0

@@ -117,6 +117,7 @@ def test_what_happens_in_a_run() -> None:
     assert min(seen[what] for what in ("requests", "inUse", "responses", "late", "instead", "lost")) > 0
 
 
+@pytest.mark.long
 @given(ovens(), st.integers(0, 2**20))
 @COMMON
 def test_traces_that_begin_within_the_run(model: sym.SystemModel, seed: int) -> None:

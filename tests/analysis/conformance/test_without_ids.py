@@ -97,6 +97,7 @@ def check_sequence(model: sym.SystemModel, verdict: Verdict) -> None:
     replay(subject.net, [subject.transition_index[name] for name in verdict.sequence])
 
 
+@pytest.mark.long
 @given(busy_services(), SEEDS, st.integers(5, 150))
 @settings(COMMON, max_examples=15)
 def test_calls_are_never_refused(model: sym.SystemModel, seed: int, steps: int) -> None:

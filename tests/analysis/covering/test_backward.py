@@ -60,6 +60,7 @@ def agrees(net: CompiledNet, target: tuple[int, ...]) -> bool | None:
     return verdict
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(nets(), st.data())
 def test_what_can_be_covered_is_what_the_plain_ones_say(net: CompiledNet, data: st.DataObject) -> None:
@@ -81,6 +82,7 @@ def test_seeded_nets_of_all_kinds_agree() -> None:
     )
 
 
+@pytest.mark.long
 @settings(max_examples=80, deadline=None)
 @given(nets())
 def test_with_inhibitor_arcs_nothing_wrong_is_said(net: CompiledNet) -> None:

@@ -60,6 +60,7 @@ def test_one_place_that_grows_needs_a_capacity() -> None:
     assert (remedy.weights, remedy.waiting, remedy.acknowledging) == ({1: 1}, (0,), (1,))
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(nets())
 def test_a_remedy_makes_the_net_bounded(net: CompiledNet) -> None:
@@ -75,6 +76,7 @@ def test_a_remedy_makes_the_net_bounded(net: CompiledNet) -> None:
     assert growth_of(mended, Budget(seconds=5)) is None
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(nets())
 def test_growth_is_found_where_it_is(net: CompiledNet) -> None:

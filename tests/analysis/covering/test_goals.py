@@ -34,6 +34,7 @@ def goals(draw: st.DrawFn, net: CompiledNet) -> Goal:
     return Goal(conjunctions=tuple(draw(st.lists(conjunction, min_size=1, max_size=2))))
 
 
+@pytest.mark.long
 @settings(max_examples=50, deadline=None)
 @given(st.data())
 def test_goals_are_met_where_plain_search_meets_them(data: st.DataObject) -> None:

@@ -286,6 +286,7 @@ def test_stubborn_sets_are_small_where_nothing_conflicts() -> None:
     )
 
 
+@pytest.mark.long
 def test_goals_of_many_shapes_at_once() -> None:
     net = reference_case_study((1, 0, 0), "none")
     wanted = [Goal((t,)) for t in range(len(net.transitions))]

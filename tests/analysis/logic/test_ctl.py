@@ -77,6 +77,7 @@ def naive(formula: Formula, graph: Graph, atoms: BoundAtoms) -> set[Marking]:
     return current
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_verdicts_equal_the_reference(seed: int) -> None:
     rng = random.Random(seed)

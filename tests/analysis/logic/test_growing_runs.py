@@ -99,6 +99,7 @@ FORMULAS = [
 ]
 
 
+@pytest.mark.long
 @settings(max_examples=15, deadline=None)
 @given(nets(), st.sampled_from(FORMULAS), st.booleans())
 def test_answers_agree_with_the_product(net: CompiledNet, formula: str, fair: bool) -> None:
@@ -164,6 +165,7 @@ def test_ctl_of_work_that_comes_for_ever(formula: str, status: str) -> None:
         settled(WORK, BoundAtoms(WORK, parse(formula, "ctl"), NetNames(WORK)), answer.stem, answer.loop)
 
 
+@pytest.mark.long
 def test_ctl_of_a_net_where_only_a_counter_grows() -> None:
     net = CompiledNet.build(
         {"on": 1, "off": 0, "count": 0},

@@ -117,6 +117,7 @@ def sorting(objects: int) -> list[str]:
     return [f"{color}Objects.tokens={objects}" for color in ("Red", "Blue", "Green")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("objects", "signals"), [(2, "none"), (1, "input-enabled"), (1, "fully-enabled")])
 def test_every_state_can_still_finish_all_objects(objects: int, signals: SignalVariant) -> None:
     model = build()
@@ -130,6 +131,7 @@ def test_every_state_can_still_finish_all_objects(objects: int, signals: SignalV
         assert verdict.status == status
 
 
+@pytest.mark.long
 def test_runs_of_the_case_study_are_as_short_as_explicit_ones() -> None:
     subject = subject_of(build(), "none")
     for formula, stem in (("EF (Shown >= 1)", 50), ("AG (PickReqL >= 1 -> AF PickResL >= 1)", 40)):

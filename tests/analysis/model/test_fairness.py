@@ -109,6 +109,7 @@ def neglected(subject: Subject, stem: tuple[int, ...], loop: tuple[int, ...]) ->
     return always, sometimes - always
 
 
+@pytest.mark.long
 def test_unfairness_is_that_of_the_definition() -> None:
     sorting = case_study(signals="none")
     choose = random.Random(7)

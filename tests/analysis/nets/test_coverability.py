@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
+import pytest
 from hypothesis import given, settings
 
 from dineros.analysis.nets.compiled import CompiledNet, Transition
@@ -27,6 +28,7 @@ def _without_inhibitors(net: CompiledNet) -> CompiledNet:
     )
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(nets())
 def test_the_minimal_coverability_set_is_that_of_the_plain_tree(net: CompiledNet) -> None:
@@ -38,6 +40,7 @@ def test_the_minimal_coverability_set_is_that_of_the_plain_tree(net: CompiledNet
         assert answer.is_bounded == (not any(inf in marking for marking in expected))
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(nets())
 def test_bounds_and_verdict_agree_with_plain_search(net: CompiledNet) -> None:

@@ -23,6 +23,7 @@ def on_cycles(net: CompiledNet) -> set[int]:
     return {t for source, target, t in graph.edges(keys=True) if part[source] == part[target]}
 
 
+@pytest.mark.long
 @given(nets())
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_whatever_is_on_a_cycle_is_repeatable(net: CompiledNet) -> None:

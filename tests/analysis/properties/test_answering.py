@@ -78,6 +78,7 @@ def test_answers_are_those_of_one_engine(monkeypatch: pytest.MonkeyPatch, seed: 
     assert techniques[""] <= 3, "nets this small leave nothing open"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("few", [2, 20_000])
 def test_bounds_and_global_questions(monkeypatch: pytest.MonkeyPatch, few: int) -> None:
     monkeypatch.setattr(answering, "FEW_STATES", few)

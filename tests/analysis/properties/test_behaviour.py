@@ -28,6 +28,7 @@ def reference(net: CompiledNet) -> Behaviour:
     return Behaviour(len(ends[0]) == len(graph), home, not_live)
 
 
+@pytest.mark.long
 @given(nets())
 @settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_nets(net: CompiledNet) -> None:

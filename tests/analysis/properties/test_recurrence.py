@@ -79,6 +79,7 @@ def test_nets_of_circles() -> None:
     assert seen >= 0.8 * come_back
 
 
+@pytest.mark.long
 @given(st.one_of(nets(), generated_nets.nets()))
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_nets(net: CompiledNet) -> None:

@@ -70,6 +70,7 @@ def test_linear_time_under_fairness(near: int, seed: int) -> None:
     assert near > 1 or len({by for _, by in seen}) >= 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_branching_time(near: int, seed: int) -> None:
     rng = random.Random(seed)
@@ -94,6 +95,7 @@ def test_branching_time(near: int, seed: int) -> None:
     assert min(seen["holds"], seen["violated"]) > 5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_goals(near: int, seed: int) -> None:
     rng = random.Random(seed)
@@ -115,6 +117,7 @@ def test_goals(near: int, seed: int) -> None:
     assert by["state equation"] or near > 1
 
 
+@pytest.mark.long
 def test_an_invariant_costs_the_same_in_all_logics() -> None:
     net = classic.philosophers(60)
     names = NetNames(net)

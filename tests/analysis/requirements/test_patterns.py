@@ -167,6 +167,7 @@ def test_what_is_no_pattern(text: str, message: str, column: int) -> None:
     assert caught.value.column == column
 
 
+@pytest.mark.long
 @given(st.text(max_size=60), st.sampled_from([*PATTERNS, *TIMES, *SCOPES]))
 def test_no_text_ends_in_another_error(text: str, words: str) -> None:
     for whole in (text, words + text, text + words):

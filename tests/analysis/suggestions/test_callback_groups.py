@@ -65,6 +65,7 @@ def test_each_program_that_blocks_is_mended(name: str, tmp_path: Path) -> None:
     assert not some_waits_for_ever(changed(model, settings(found)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "case",
     [Case(client="own", threads=2, answers=True), Case(kind="reentrant", threads=1), Case(awaits=True)],

@@ -43,6 +43,7 @@ def test_other_limits_give_points_without_an_answer_another_chance(path: Path) -
         assert set(read.finished) == {POINTS[0].key, POINTS[2].key}
 
 
+@pytest.mark.long
 def test_a_torn_last_line_is_dropped_wherever_it_was_torn(path: Path) -> None:
     content = path.read_bytes()
     kept = content[: content.rstrip(b"\n").rfind(b"\n") + 1]

@@ -202,6 +202,7 @@ def test_parts_that_nobody_waits_for_end() -> None:
     processes.reap()
 
 
+@pytest.mark.long
 @needs_cluster
 def test_a_worker_that_is_killed_costs_its_part_only(
     cluster: LocalCluster, monkeypatch: pytest.MonkeyPatch

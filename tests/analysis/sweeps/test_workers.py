@@ -91,6 +91,7 @@ def test_each_point_has_a_process_of_its_own(process: PointProcess) -> None:
         assert 20 << 20 < there.peak_memory_bytes < 1 << 30
 
 
+@pytest.mark.long
 def test_a_killed_point_is_noticed_and_the_process_goes_on(process: PointProcess) -> None:
     process.start(large())
     server = pid_of(process)

@@ -42,6 +42,7 @@ def boxes_of(draw: st.DrawFn, space: SymbolicStateSpace) -> Boxes:
     return boxes
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", range(len(NETS)))
 def test_all_at_once_leaves_what_one_by_one_leaves(number: int) -> None:
     space = symbolic_state_space(NETS[number])

@@ -52,6 +52,7 @@ def test_engines_agree_with_reference_on_generated_nets(net: CompiledNet) -> Non
     assert symbolic_counts(net) == expected
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "net",
     [

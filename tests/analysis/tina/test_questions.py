@@ -43,6 +43,7 @@ QUICK = settings(
 
 @pytest.mark.usefixtures("in_process")
 class TestReachability:
+    @pytest.mark.long
     @QUICK
     @given(
         nets(),
@@ -78,6 +79,7 @@ class TestReachability:
 
 @pytest.mark.usefixtures("in_process")
 class TestTemporal:
+    @pytest.mark.long
     @QUICK
     @given(nets(), st.randoms(use_true_random=False))
     def test_answers_are_those_of_our_engine(self, net: CompiledNet, rng: random.Random) -> None:

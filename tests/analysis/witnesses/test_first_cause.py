@@ -127,6 +127,7 @@ def test_a_marking_that_was_looked_for_is_still_reached(
     assert cause.first == min(sinces, default=0)
 
 
+@pytest.mark.long
 @MANY
 @given(runs())
 def test_a_deadlock_stays_one(run: tuple[CompiledNet, list[int]]) -> None:

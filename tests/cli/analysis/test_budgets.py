@@ -114,6 +114,7 @@ def test_less_than_the_program_needs_is_refused_with_that_figure(
     assert is_one_line_of_wrong_use(result, "the program itself needs 320 MiB: give 321M or more")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["symbolic", "explicit"])
 @uses("ends")
 def test_a_limit_of_the_address_space_is_respected(net: Path, engine: str) -> None:

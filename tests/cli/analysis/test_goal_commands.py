@@ -91,6 +91,7 @@ class TestFind:
         assert result.stdout.startswith("unreachable: ")
         assert "answered by: state equation; 1 weighting" in result.stderr
 
+    @pytest.mark.long
     @uses("grows")
     def test_what_stays_unknown_in_an_unbounded_net(self, net: Path) -> None:
         result = run_apart("find", net, "--marking", "2*b - 2*a == 1", "--memory", "322M")
@@ -255,6 +256,7 @@ class TestVerify:
         assert run("verify", model, "--ltl", "F G !enabled(Say)", *fair).exit_code == 0
         assert run("verify", model, "--ltl", "G !signal(Button)").exit_code == 1
 
+    @pytest.mark.long
     def test_scenario_4_of_the_paper(self, run: Run) -> None:
         none = ["--signals", "none"]
         assert run("verify", SORTING, *none, "--ctl", "AG EF (Shown >= 3)").exit_code == 0

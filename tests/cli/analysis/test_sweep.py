@@ -228,6 +228,7 @@ def test_interrupted_then_killed_then_finished(run: Run, tmp_path: Path) -> None
     assert not journal.exists()
 
 
+@pytest.mark.long
 def test_memory_that_runs_out_is_said(cycle: Path, tmp_path: Path) -> None:
     output = tmp_path / "out.csv"
     many = ("--vary", "p.tokens=50000000", "--engine", "explicit")

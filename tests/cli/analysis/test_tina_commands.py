@@ -56,6 +56,7 @@ class TestFind:
         result = run("find", net, "--enabled", "u", *TINA)
         assert (result.exit_code, result.stdout) == (1, "unreachable: enabled(u)\n")
 
+    @pytest.mark.long
     def test_names_are_those_of_the_system_model(self, run: Run, model: Path) -> None:
         result = run("find", model, "--enabled", "Listen", *TINA, "--json")
         assert result.exit_code == 0
@@ -146,6 +147,7 @@ class TestVerify:
         assert header.loop is not None
         assert {step.transition for step in steps if step.sequence >= header.loop} == {"wait"}  # type: ignore[attr-defined]
 
+    @pytest.mark.long
     @uses("ends")
     def test_a_run_that_ends_stays_there(self, run: Run, net: Path) -> None:
         result = run("verify", net, "--ltl", "G F fired(t)", *TINA)

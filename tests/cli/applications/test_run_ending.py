@@ -74,6 +74,7 @@ def test_a_run_ends_although_a_handler_does_not(
     assert run("conform", model, traces).exit_code == 0
 
 
+@pytest.mark.long
 def test_a_handler_that_swallows_what_ends_it_is_ended_by_force(
     run: Run, model: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

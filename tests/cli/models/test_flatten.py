@@ -82,6 +82,7 @@ def test_the_pnm_tells_its_variants(run: Run, model: Path, tmp_path: Path) -> No
     }
 
 
+@pytest.mark.long
 def test_again_gives_the_same_bytes(run: Run, sorting: Path, tmp_path: Path) -> None:
     out, beside = tmp_path / "flat.pnm", tmp_path / "flat.trace.xmi"
     assert run("flatten", sorting, "-o", out).exit_code == 0
@@ -90,6 +91,7 @@ def test_again_gives_the_same_bytes(run: Run, sorting: Path, tmp_path: Path) -> 
     assert (out.read_bytes(), beside.read_bytes()) == before
 
 
+@pytest.mark.long
 def test_settings_change_the_net_and_the_trace_stays_readable(
     run: Run, sorting: Path, tmp_path: Path
 ) -> None:
@@ -102,6 +104,7 @@ def test_settings_change_the_net_and_the_trace_stays_readable(
     assert [getattr(cause, "id", None) for cause in disjunction.sources] == ["TSense"]
 
 
+@pytest.mark.long
 def test_explain_speaks_of_both_directions(run: Run, sorting: Path) -> None:
     made = run("flatten", sorting, "--explain", "Pick[2].PickRun")
     assert (made.exit_code, made.stdout) == (

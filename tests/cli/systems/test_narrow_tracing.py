@@ -100,6 +100,7 @@ def test_a_trace_stands_above_the_times_of_a_recording(seen: Path, bag: Path, tr
     assert "/odom sometimes" not in both.stdout
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("with_bag", [True, False])
 def test_the_narrowed_model(with_bag: bool, seen: Path, bag: Path, trace: Path, run: Run) -> None:
     output = seen.with_name("narrowed.sym.xmi")

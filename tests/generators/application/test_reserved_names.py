@@ -146,6 +146,7 @@ def test_packages_with_names_of_the_templates_work(workspaces: dict[str, Path]) 
     assert [handlers for _, handlers in counts] == [many, many, "1", "1"]
 
 
+@pytest.mark.long
 def test_no_module_binds_a_name_twice(workspaces: dict[str, Path]) -> None:
     for package in workspaces.values():
         for module in ("base", "firings", "handlers", "tokens"):

@@ -71,6 +71,7 @@ def test_they_reach_the_package_and_stay(cook: Path, tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "said"),
     [

@@ -51,6 +51,7 @@ def refused(workspace: Path, said: str) -> None:
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "path",
     [
@@ -83,6 +84,7 @@ def test_templates_of_the_manifest_are_not_rendered(workspace: Path) -> None:
     refused(workspace, "was generated with the templates of 'tpl', which must be named again")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", ["src", "src/waiter", "src/waiter/waiter", HANDLERS, "src/waiter/setup.py"])
 def test_links_are_refused(workspace: Path, place: str) -> None:
     path = workspace / place

@@ -346,6 +346,7 @@ def test_handlers_that_are_no_python_stop_everything(workspace: Path) -> None:
     assert contents(workspace) == before
 
 
+@pytest.mark.long
 def test_a_crash_at_any_file_is_mended_by_the_next_run(
     workspace: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -74,6 +74,7 @@ def test_takes_forms_up_to_the_limit() -> None:
     assert len(to_cnf(parse(" | ".join(pairs)))) == MAX_DISJUNCTIONS
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "text",
     [

@@ -53,6 +53,7 @@ def test_the_guide_lists_all_constraints() -> None:
     assert f"\n\n{limits_table()}\n" in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 @given(system_models(with_properties=True))
 def test_valid_system_models_have_no_errors(model: sym.SystemModel) -> None:
     assert [violation for violation in validate(model) if violation.severity == "error"] == []

@@ -1,5 +1,6 @@
 """No model, however broken, makes a constraint fail instead of reporting."""
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,6 +12,7 @@ from tests.support.vandalism import vandalise
 MAKERS = [plain, system, runtime, flat]
 
 
+@pytest.mark.long
 @settings(max_examples=100)
 @given(st.data())
 def test_reports_instead_of_failing(data: st.DataObject) -> None:

@@ -71,6 +71,7 @@ LARGE: dict[str, Callable[[], str]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", LARGE)
 def test_a_huge_or_deep_file_is_refused_within_seconds_of_the_processor(tmp_path: Path, name: str) -> None:
     path = tmp_path / name

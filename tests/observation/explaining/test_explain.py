@@ -211,6 +211,7 @@ def greeting() -> sym.SystemModel:
     return sym.SystemModel(id="greeting", middleware="ros2", pages=pages, channels=channels)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("late", "other"), [("one", "two"), ("two", "one")])
 @pytest.mark.parametrize("first", ["one", "two"])
 def test_what_came_later_may_fit_to_another_order_than_the_one_that_is_remembered(

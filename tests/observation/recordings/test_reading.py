@@ -110,6 +110,7 @@ def test_names_are_data(topic: str, kind: str, tmp_path: Path) -> None:
     assert "unknown type" in refusal(bag) or "no name of a topic" in refusal(bag)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("storage", STORAGES)
 def test_damage_anywhere_ends_in_one_line_or_changes_nothing(storage: str, tmp_path: Path) -> None:
     """Cut off at many lengths, with bytes changed at many places: refused in one line, or read."""

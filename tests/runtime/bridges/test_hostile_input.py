@@ -231,6 +231,7 @@ def hostile() -> Iterator[type[_Hostile]]:
 
 
 class TestRestPoll:
+    @pytest.mark.long
     def test_nothing_that_is_answered_ends_it(self, net: Net, hostile: type[_Hostile]) -> None:
         url = f"http://127.0.0.1:{hostile.port}/x"  # type: ignore[attr-defined]
         with RestPoll(net, {"Button": url}, period=0.01, timeout=1.0):

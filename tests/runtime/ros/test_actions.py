@@ -296,6 +296,7 @@ def outcomes(ros: Ros, channel: str) -> dict[int, str]:
     return found
 
 
+@pytest.mark.long
 def test_all_paths_of_goals_of_a_plain_server(ros: Ros) -> None:
     lay_out(ros, errands(goals=5))
     server = ros.folder / "server.py"
@@ -421,6 +422,7 @@ def test_goals_of_managed_nodes(ros: Ros) -> None:
     assert_conforms(ros, managed_errands())
 
 
+@pytest.mark.long
 def test_a_goal_that_its_server_has_lost_counts_as_aborted(ros: Ros) -> None:
     lay_out(ros, errands(goals=1))
     server = ros.folder / "server.py"

@@ -81,6 +81,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Logs]:
     remove_abandoned()  # what those that were killed could not remove
 
 
+@pytest.mark.long
 def test_they_block_until_mended(logs: Logs) -> None:
     """Each call that a program waits for was served, and no answer comes while the others get many."""
 

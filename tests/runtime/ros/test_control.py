@@ -103,6 +103,7 @@ def test_a_blocked_node_says_so_and_ends(ros: Ros) -> None:
     assert terminate(again) == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("options", "body"),
     [
@@ -123,6 +124,7 @@ def test_a_node_ends_although_a_handler_does_not(ros: Ros, options: str, body: s
     assert ros.records("office")[-1]["event"] == "stop"
 
 
+@pytest.mark.long
 def test_a_managed_node_ends_although_a_handler_does_not(ros: Ros) -> None:
     change = (
         "import rclpy\n"
@@ -146,6 +148,7 @@ def test_a_managed_node_ends_although_a_handler_does_not(ros: Ros) -> None:
     assert ros.records("office")[-1]["event"] == "stop"
 
 
+@pytest.mark.long
 def test_a_node_that_hangs_before_it_starts_ends_by_force_and_says_where(ros: Ros) -> None:
     office = ros.node(
         "office",
@@ -181,6 +184,7 @@ def test_a_halted_node_proceeds_when_it_is_told_to(ros: Ros) -> None:
     assert terminate(office) == 0
 
 
+@pytest.mark.long
 def test_what_is_left_aside_is_released_when_it_is_told_to(ros: Ros) -> None:
     handlers = FAILING.format(options=", policy=Aside()")
     office = ros.node("office", OPEN, handlers)

@@ -125,6 +125,7 @@ parts["levels"] = [[each.successful, each.reason] for each in map(set_level, ("l
         fetch(port)
 
 
+@pytest.mark.long
 def test_a_queue_that_fills_names_its_place(ros: Ros) -> None:
     """The house reads slowly: what waits in the middleware's history is seen, which rclpy cannot tell.
 

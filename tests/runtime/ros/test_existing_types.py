@@ -208,6 +208,7 @@ def judged(ros: Ros, *processes: Process) -> Verdict:
 ALL = [str(number) for number in range(1, WORDS + 1)]
 
 
+@pytest.mark.long
 def test_publisher_killed_before_it_records(plain: Ros) -> None:
     """What it had sent, it sends again with the same id: the listener has it once."""
     listener = plain.node("listener")
@@ -223,6 +224,7 @@ def test_publisher_killed_before_it_records(plain: Ros) -> None:
     assert judged(plain, listener, talker).status == "conforms"
 
 
+@pytest.mark.long
 def test_killed_subscriber_gets_what_it_missed_once(plain: Ros) -> None:
     """All words are equal, and most of them come while it is down."""
     listener = plain.node("listener")
@@ -239,6 +241,7 @@ def test_killed_subscriber_gets_what_it_missed_once(plain: Ros) -> None:
     assert judged(plain, listener, talker).status == "conforms"
 
 
+@pytest.mark.long
 def test_both_killed(plain: Ros) -> None:
     """What was on its way when both died is published again."""
     listener = plain.node("listener")
@@ -254,6 +257,7 @@ def test_both_killed(plain: Ros) -> None:
     assert judged(plain, listener, talker).status == "conforms"
 
 
+@pytest.mark.long
 def test_a_full_queue_loses_what_it_says(plain: Ros) -> None:
     """A burst for a slow listener with a queue of 5: each word is taken once, or counted as lost."""
     lay_out(system(word_count=60, limit=5), plain)
@@ -270,6 +274,7 @@ def test_a_full_queue_loses_what_it_says(plain: Ros) -> None:
     assert len(takes) == len(set(takes)) == 60 - lost()
 
 
+@pytest.mark.long
 def test_strangers_see_no_difference(plain: Ros) -> None:
     """A plain subscriber hears every word once, although the talker is stopped and goes on."""
     script = plain.folder / "plain.py"
@@ -286,6 +291,7 @@ def test_strangers_see_no_difference(plain: Ros) -> None:
     assert stranger.output().split() == ["listens", *["0"] * WORDS]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("with_talker", [False, True])
 def test_a_plain_publisher_is_heard(plain: Ros, with_talker: bool) -> None:
     """Its words equal those of the talker, which have come just before."""
@@ -302,6 +308,7 @@ def test_a_plain_publisher_is_heard(plain: Ros, with_talker: bool) -> None:
     assert numbers(plain, "listener", "take")[:own] == ALL[:own]
 
 
+@pytest.mark.long
 def test_client_killed_as_it_sends(plain: Ros) -> None:
     """Its request is served once, and answered again when it goes on; mostly it is not recorded by then."""
     switch = plain.node("switch", handlers=SLOW_SWITCH)
@@ -314,6 +321,7 @@ def test_client_killed_as_it_sends(plain: Ros) -> None:
     assert judged(plain, switch, caller).status == "conforms"
 
 
+@pytest.mark.long
 def test_server_killed_while_it_serves(plain: Ros) -> None:
     """It goes on with what it had begun, and answers the request that comes again."""
     switch = plain.node("switch", handlers=SLOW_SWITCH)
@@ -326,6 +334,7 @@ def test_server_killed_while_it_serves(plain: Ros) -> None:
     assert judged(plain, switch, caller).status == "conforms"
 
 
+@pytest.mark.long
 def test_a_slow_server_serves_once(plain: Ros) -> None:
     """It takes longer than the time-out: it recognises the request that comes again."""
     switch = plain.node("switch", handlers=SLOW_SWITCH)
@@ -336,6 +345,7 @@ def test_a_slow_server_serves_once(plain: Ros) -> None:
     assert judged(plain, switch, caller).status == "conforms"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("with_caller", [False, True])
 def test_a_plain_client_is_served(plain: Ros, with_caller: bool) -> None:
     plain.node("switch", handlers=SLOW_SWITCH)
@@ -346,6 +356,7 @@ def test_a_plain_client_is_served(plain: Ros, with_caller: bool) -> None:
     assert numbers(plain, "switch", "serve") == (["1", "2"] if with_caller else []) + ["", ""]
 
 
+@pytest.mark.long
 def test_forged_announcements_do_no_harm(plain: Ros) -> None:
     """They are counted, said once, and silence nobody."""
     plain.node("listener")

@@ -60,6 +60,7 @@ def flooded(reliability: str, executor: str) -> sym.SystemModel:
     return model
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("reliability", "executor", "type"),
     [
@@ -131,6 +132,7 @@ def two_offices() -> sym.SystemModel:
     return model
 
 
+@pytest.mark.long
 def test_what_comes_again_takes_no_room_of_what_is_new(ros: Ros) -> None:
     """Both offices send four letters again at once, and the house keeps four: two of each are known to it."""
     model = two_offices()

@@ -48,6 +48,7 @@ def managed(*, pauses: bool = False) -> sym.SystemModel:
     return model
 
 
+@pytest.mark.long
 def test_started_in_order_deactivated_and_killed(ros: Ros) -> None:
     model = managed()
     for part in split(model):
@@ -86,6 +87,7 @@ def test_started_in_order_deactivated_and_killed(ros: Ros) -> None:
     assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
 
 
+@pytest.mark.long
 def test_what_is_published_while_active_arrives(ros: Ros) -> None:
     model = managed(pauses=True)
     for part in split(model):
@@ -102,6 +104,7 @@ def test_what_is_published_while_active_arrives(ros: Ros) -> None:
     assert (verdict.status, verdict.violations) == ("conforms", [])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 def test_the_manager_is_told_to_end_while_it_waits(ros: Ros, number: str) -> None:
     said = ros.script(f"""

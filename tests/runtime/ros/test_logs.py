@@ -93,6 +93,7 @@ EXPECTED = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("threaded", [False, True])
 def test_everything_once_with_its_level_and_logger(ros: Ros, threaded: bool) -> None:
     """On the console and in the file of the node, whichever thread the handler runs on."""

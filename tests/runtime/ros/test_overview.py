@@ -7,6 +7,7 @@ import json
 import sys
 from dataclasses import dataclass, field
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
@@ -103,6 +104,7 @@ def test_whatever_is_published_steers_no_terminal(statuses: list[Status]) -> Non
     json.dumps(json_of(overview))
 
 
+@pytest.mark.long
 def test_top_shows_who_waits_for_a_server_that_is_not_there(ros: Ros) -> None:
     ros.node("desk", {"diagnostics_period": 0.1})
     ros.wait(lambda: ros.records("desk", "request"), "asking")

@@ -68,6 +68,7 @@ def test_two_processes_over_a_topic(ros: Ros, reach: Reach) -> None:
     assert segments, "the processes share memory"
 
 
+@pytest.mark.long
 def test_requests_are_served_in_parallel(ros: Ros) -> None:
     """Two clients, two server instances: the second request is served while the first one is."""
     desk = ros.node("desk")
@@ -111,6 +112,7 @@ def test_existing_interface(ros: Ros) -> None:
     assert (take["channel"], take["message"], take["data"]["weight"]) == ("Readings", message, 7.5)
 
 
+@pytest.mark.long
 def test_full_queue_is_seen_by_the_subscriber(ros: Ros) -> None:
     """A burst of 40 letters for a reader with a queue of 5: each one is read or counted as lost."""
     set_letters(ros, 40)
@@ -137,6 +139,7 @@ def set_letters(ros: Ros, number: int) -> None:
     file.write_text(text.replace('tokens="3"', f'tokens="{number}"'))
 
 
+@pytest.mark.long
 def test_request_without_server_is_sent_again(ros: Ros) -> None:
     """Time-outs are recorded; the request keeps its id and gets its response once the server is there."""
     ros.node("desk", {"request_timeout": 0.3})
@@ -149,6 +152,7 @@ def test_request_without_server_is_sent_again(ros: Ros) -> None:
     assert len(ros.records("scale", "serve")) == 2
 
 
+@pytest.mark.long
 def test_server_that_takes_longer_than_the_timeout_serves_once(ros: Ros) -> None:
     ros.node("desk", {"request_timeout": 0.2})
     ros.node("scale", handlers=SLOW_SCALE)
@@ -192,6 +196,7 @@ def test_a_response_counts_although_its_request_was_given_up(ros: Ros) -> None:
     )
 
 
+@pytest.mark.long
 def test_who_does_not_fit_is_warned_of(ros: Ros) -> None:
     """Nobody waits for that at each message, but it is said all the same."""
     house = ros.node("house")
@@ -256,6 +261,7 @@ def test_a_client_without_a_request_wakes_nobody(ros: Ros) -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("records", [False, True])
 def test_who_records_nothing_announces_nothing(ros: Ros, records: bool) -> None:
     """A message of an existing type is announced with an id for who sends it again after a restart."""
@@ -271,6 +277,7 @@ def test_who_records_nothing_announces_nothing(ros: Ros, records: bool) -> None:
     assert ("/readings/_messages" in text.split()) == records
 
 
+@pytest.mark.long
 def test_killed_server_goes_on_from_its_journal(ros: Ros) -> None:
     """What it had begun to serve is served in its second life, and both clients get their response."""
     desk = ros.node("desk", {"request_timeout": 0.5})
@@ -287,6 +294,7 @@ def test_killed_server_goes_on_from_its_journal(ros: Ros) -> None:
     assert desk.interrupt() == 0
 
 
+@pytest.mark.long
 def test_restarted_subscriber_gets_what_it_missed_once(ros: Ros) -> None:
     """A transient-local topic: letters sent while the house was dead come, those it had come no more."""
     for part in split(post(letters=4, durability="transientLocal")):
@@ -309,6 +317,7 @@ def test_restarted_subscriber_gets_what_it_missed_once(ros: Ros) -> None:
     assert ros.records("house", "drop") == []
 
 
+@pytest.mark.long
 def test_forged_ids_from_a_stranger(ros: Ros) -> None:
     """A server that answers with other ids is asked again; letters with forged ids silence nobody."""
     ros.node("house")
@@ -380,6 +389,7 @@ def test_parameters_are_described(ros: Ros) -> None:
     assert all(line.startswith("True") for line in lines.values())
 
 
+@pytest.mark.long
 def test_managed_node(ros: Ros) -> None:
     """Its channels open when it is configured; its net fires while it is active."""
     house = ros.node("house")
@@ -434,6 +444,7 @@ def test_a_node_asks_for_its_signals(ros: Ros) -> None:
     assert office.interrupt() == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

@@ -67,6 +67,7 @@ def kill(ros: Ros, process: Process) -> None:
     ros.processes.remove(process)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("end", [one_after_the_other, together, one_is_killed, one_is_restarted])
 def test_nothing_is_left(
     ros: Ros, belongings: Belongings, end: Callable[[Ros, Process, Process], list[Process]]
@@ -88,6 +89,7 @@ def test_nothing_is_left(
     assert belongings.left() == set()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_dineros_run_leaves_nothing(
     ros: Ros, workspace: Path, belongings: Belongings, number: signal.Signals
@@ -116,6 +118,7 @@ def test_dineros_run_leaves_nothing(
     assert belongings.left() == set()
 
 
+@pytest.mark.long
 def test_nothing_is_taken_from_living_processes(ros: Ros) -> None:
     """Others clean up all the time while nodes start, find each other and talk; then two more start."""
     program = (

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tests.runtime.ros.conftest import Ros
 
 
+@pytest.mark.long
 def test_signals_from_outside(ros: Ros) -> None:
     """By topic, by service, by parameter; the node under another name and namespace."""
     office = ros.node(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import save
@@ -43,6 +45,7 @@ def put_heart(ros: Ros, period: float = 300.0) -> None:
     save(part, ros.folder / "heart.rtm.xmi")
 
 
+@pytest.mark.long
 def test_timers_and_intervals_go_by_the_clock_of_a_simulation(ros: Ros) -> None:
     """Also when the simulation begins anew."""
     put_heart(ros)
@@ -55,6 +58,7 @@ def test_timers_and_intervals_go_by_the_clock_of_a_simulation(ros: Ros) -> None:
     assert len(ros.fired("heart", "Beat")) <= 18
 
 
+@pytest.mark.long
 def test_while_time_stands_still_no_timer_ticks_and_requests_time_out(ros: Ros) -> None:
     """Nobody publishes `/clock`; that nobody answers is a matter of the machine's time."""
     put_heart(ros, 0.01)

@@ -6,6 +6,8 @@ import os
 import signal
 from functools import partial
 
+import pytest
+
 from dineros.analysis.conformance import conform
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
@@ -56,6 +58,7 @@ def check(ros: Ros, model: sym.SystemModel) -> None:
     assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
 
 
+@pytest.mark.long
 def test_a_client_gives_up_and_the_late_response_is_dropped(ros: Ros) -> None:
     # Longer than it takes to find the server: what is given up before that is never sent.
     model = weighing(ros, timeout=5.0)
@@ -80,6 +83,7 @@ def test_a_client_gives_up_and_the_late_response_is_dropped(ros: Ros) -> None:
     check(ros, model)
 
 
+@pytest.mark.long
 def test_killed_nodes_go_on_with_all_their_requests(ros: Ros) -> None:
     """The requests keep their ids and their ages; what is answered meanwhile is not served again."""
     model = weighing(ros, timeout=6.0)
@@ -108,6 +112,7 @@ def test_killed_nodes_go_on_with_all_their_requests(ros: Ros) -> None:
     check(ros, model)
 
 
+@pytest.mark.long
 def test_a_client_gives_up_by_the_clock_of_a_simulation(ros: Ros) -> None:
     """Nobody serves it: it waits 300 s of a simulation, which take less than a second."""
     model = weighing(ros, timeout=300.0)

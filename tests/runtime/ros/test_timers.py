@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tests.runtime.ros.conftest import PATIENCE, Ros
 from tests.runtime.ros.test_simulated_time import put_heart
 
@@ -76,6 +78,7 @@ def test_a_period_that_is_none_ends_the_process(ros: Ros) -> None:
     ros.processes.remove(node)
 
 
+@pytest.mark.long
 def test_the_timers_of_a_managed_node_come_back_with_it(ros: Ros) -> None:
     put_heart(ros, 0.05)
     heart = ros.node("heart", options=["--lifecycle"])

@@ -92,6 +92,7 @@ def test_the_case_study(signals: SignalVariant, overflow: OverflowVariant) -> No
     assert are_isomorphic(*both(build(), signals, overflow))
 
 
+@pytest.mark.long
 def test_a_difference_is_noticed() -> None:
     flattened, reference = both(build(), "none", "weighted")
     source, target, weight, kind = reference.arcs[-1]

@@ -92,6 +92,7 @@ def test_the_result_is_a_valid_plain_net_with_ids_of_its_own(
     assert [found for found in validate(net) if found.severity == "error"] == []
 
 
+@pytest.mark.long
 @given(small_system_models(), VARIANTS)
 @settings(max_examples=25)
 def test_the_certificate_holds_in_every_reachable_marking(model: sym.SystemModel, variant: Variant) -> None:

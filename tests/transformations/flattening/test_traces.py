@@ -28,6 +28,7 @@ from tests.support.small_systems import small_system_models
 VARIANTS = st.tuples(st.sampled_from(get_args(SignalVariant)), st.sampled_from(get_args(OverflowVariant)))
 
 
+@pytest.mark.long
 @given(st.one_of(small_system_models(clients=0), calling_systems(circles=True)), VARIANTS)
 @settings(max_examples=25)
 def test_every_element_has_one_link_and_is_found_from_both_sides(

@@ -61,6 +61,7 @@ def test_one_element_moved_and_only_its_position_differs(tmp_path: Path, edit: E
     assert {urlsplit(each).netloc for each in one.requested if not each.startswith("data:")} == {host}
 
 
+@pytest.mark.long
 def test_a_model_drawn_from_nothing_is_the_one_that_was_built(
     tmp_path: Path, edit: Edit, visit: NewVisit
 ) -> None:
@@ -119,6 +120,7 @@ def test_a_model_drawn_from_nothing_is_the_one_that_was_built(
     assert differences(drawn, built, frozenset({"graphics"})) == []
 
 
+@pytest.mark.long
 def test_two_tabs_agree_and_say_what_is_refused(file: Path, edit: Edit, visit: NewVisit) -> None:
     document, handle = edit(file)
     one, two = Hand(visit().page, handle.url), Hand(visit().page, handle.url)

@@ -56,6 +56,7 @@ def gap(hand: Hand, one: str, other: str) -> tuple[float, float]:
     return round(x2 - x), round(y2 - y)
 
 
+@pytest.mark.long
 def test_pages_open_in_place_and_what_is_in_them_moves_there(file: Path, edit: Edit, visit: NewVisit) -> None:
     document, handle = edit(file)
     hand = Hand(visit().page, handle.url)

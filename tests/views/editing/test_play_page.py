@@ -69,6 +69,7 @@ def test_a_game_by_clicks_is_kept_and_played_again(
     assert one.problems == []
 
 
+@pytest.mark.long
 def test_a_game_by_keys_alone_and_at_random(file: Path, edit: Edit, visit: NewVisit) -> None:
     document, handle = edit(file)
     hand = Hand(visit().page, handle.url)

@@ -117,6 +117,7 @@ def test_games_are_runs_of_the_flattened_net(player: Player) -> None:
     assert {each["id"] for each in game["firings"]} == enabled
 
 
+@pytest.mark.long
 def test_copies_of_server_instances_are_added_up(tmp_path: Path) -> None:
     (tmp_path / CASE_STUDY.name).write_bytes(CASE_STUDY.read_bytes())
     player = Player(tmp_path / CASE_STUDY.name)
@@ -241,6 +242,7 @@ _WRONG = st.dictionaries(
 )
 
 
+@pytest.mark.long
 @given(st.lists(_WRONG, max_size=12))
 @settings(max_examples=20, deadline=None)
 def test_what_strangers_say_breaks_no_game(tmp_path_factory: pytest.TempPathFactory, said: list[Any]) -> None:

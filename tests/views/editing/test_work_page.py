@@ -52,6 +52,7 @@ def test_a_mark_is_mended_by_its_button_and_undone(file: Path, edit: Edit, visit
     wait_until(page, "document.querySelector('#count').textContent === 'No problems'")
 
 
+@pytest.mark.long
 def test_a_check_marks_what_it_finds_until_the_model_changes(file: Path, edit: Edit, visit: NewVisit) -> None:
     _, handle = edit(file)
     one = visit()
@@ -77,6 +78,7 @@ def test_a_check_marks_what_it_finds_until_the_model_changes(file: Path, edit: E
     assert {urlsplit(each).netloc for each in one.requested if not each.startswith("data:")} == {host}
 
 
+@pytest.mark.long
 def test_a_question_is_typed_with_names_completed(
     file: Path, tmp_path: Path, edit: Edit, visit: NewVisit
 ) -> None:

@@ -72,6 +72,7 @@ def test_a_check_tells_of_elements_and_its_witness_is_played(file: Path, edit: E
         assert mended["result"]["status"] == "unreachable" and mended["revision"] == 1
 
 
+@pytest.mark.long
 def test_wrong_questions_say_why_and_long_ones_are_cancelled(file: Path, edit: Edit) -> None:
     _, handle = edit(file)
     with Tab(handle, "taboneone") as tab:
@@ -117,6 +118,7 @@ def test_nothing_outlives_the_editor(file: Path, edit: Edit) -> None:
     assert children() == []
 
 
+@pytest.mark.long
 def test_what_is_generated_is_shown_first_and_of_the_file(file: Path, edit: Edit) -> None:
     _, handle = edit(file)
     with Tab(handle, "taboneone") as tab:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser, Page
 
 from dineros.metamodel.files import load
@@ -31,6 +32,7 @@ def following(page: Page) -> bool:
     return page.get_attribute("#follow", "aria-pressed") == "true"
 
 
+@pytest.mark.long
 def test_the_view_stops_and_the_application_goes_on(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
     second, third = parts(tmp_path / "run")
     handle = serve(tmp_path / "run", load(CASE_STUDY))
@@ -61,6 +63,7 @@ def test_the_view_stops_and_the_application_goes_on(tmp_path: Path, visit: NewVi
     page.wait_for_selector("#connection[data-state=live]")
 
 
+@pytest.mark.long
 def test_they_survive_a_reload_and_a_restart_of_the_server(
     tmp_path: Path, visit: NewVisit, serve: Serve
 ) -> None:
@@ -112,6 +115,7 @@ def test_set_before_the_run_begins(tmp_path: Path, visit: NewVisit, serve: Serve
     assert listed(page) == ["fired(SelectRed)", "request"]
 
 
+@pytest.mark.long
 def test_two_pages_have_the_same(tmp_path: Path, browser: Browser, serve: Serve) -> None:
     parts(tmp_path / "run")
     url = serve(tmp_path / "run", load(CASE_STUDY)).url
@@ -127,6 +131,7 @@ def test_two_pages_have_the_same(tmp_path: Path, browser: Browser, serve: Serve)
         wait_until(page, "dinerosTrace.breakpoints.watches.length === 0")
 
 
+@pytest.mark.long
 def test_who_looks_elsewhere_is_left_there(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
     second, third = parts(tmp_path / "run")
     page = visit().page

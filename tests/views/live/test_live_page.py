@@ -48,6 +48,7 @@ def wait_for_steps(page: Page, number: int) -> None:
     wait_until(page, f"globalThis.dinerosTrace && dinerosTrace.traces[0].length >= {number}")
 
 
+@pytest.mark.long
 def test_a_page_follows_and_catches_up_after_the_server_restarts(
     tmp_path: Path, visit: NewVisit, serve: Serve
 ) -> None:

@@ -50,6 +50,7 @@ def test_three_panels_one_series_per_variant_with_markers() -> None:
     assert sweep_figures(ROWS) == content  # the same file each time
 
 
+@pytest.mark.long
 def test_the_axis_is_named_above_the_legend() -> None:
     picture: Any = etree.fromstring(sweep_figures(ROWS, title="sorting"))
     space = {"s": "http://www.w3.org/2000/svg"}
@@ -58,6 +59,7 @@ def test_the_axis_is_named_above_the_legend() -> None:
     assert float(picture.get("viewBox").split()[3]) - lines["none"] > 3
 
 
+@pytest.mark.long
 def test_the_transitions_of_the_state_space_are_dotted_lines_as_in_figure_15() -> None:
     dotted = b"stroke-dasharray: 1,1.65"
     assert sweep_figures(ROWS).count(dotted) == 0  # a table without arcs

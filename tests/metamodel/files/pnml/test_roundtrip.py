@@ -55,6 +55,7 @@ def test_from_xmi_to_pnml_and_back(net: pn.Net, tmp_path: Path) -> None:
     assert (tmp_path / "first.xmi").read_bytes() == (tmp_path / "last.xmi").read_bytes()
 
 
+@pytest.mark.long
 @settings(suppress_health_check=list(HealthCheck), deadline=None)
 @given(net=odd_models(), version=versions)
 def test_odd_models(net: pn.Net, version: Version, tmp_path: Path) -> None:

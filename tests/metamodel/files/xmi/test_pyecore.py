@@ -30,6 +30,7 @@ def resources() -> ResourceSet:
 models = st.one_of(plain_nets(), system_models(with_properties=True))
 
 
+@pytest.mark.long
 @given(model=models)
 def test_pyecore_reads_what_we_write(folder: Path, model: pn.Net) -> None:
     write_xmi(model, folder / "ours.xmi")

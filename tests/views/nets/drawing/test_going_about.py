@@ -57,6 +57,7 @@ def test_windows_of_other_sizes_and_back(study: Page) -> None:
     assert scale(study) == pytest.approx(larger, rel=1e-3)
 
 
+@pytest.mark.long
 def test_collapsing_keeps_scale_and_place_and_no_hint(study: Page) -> None:
     study.keyboard.press("+")
     study.keyboard.press("+")
@@ -123,6 +124,7 @@ def test_the_address_leads_to_what_is_seen(visit: Visits, study: Page, study_pag
     assert "TStop" not in shown(part)
 
 
+@pytest.mark.long
 def test_a_link_that_is_followed_on_the_page(study: Page) -> None:
     study.evaluate("location.hash = '#element=TStop'")
     drawn(study, 2)
@@ -136,6 +138,7 @@ def test_a_link_to_nothing_says_so(visit: Visits, study_page: Path) -> None:
     assert "TStop" in shown(page)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_the_picture_is_saved_as_python_would(visit: Visits, study_page: Path, theme: str) -> None:
     page = opened(visit(color_scheme=theme), study_page)
@@ -155,6 +158,7 @@ def test_the_picture_is_saved_as_python_would(visit: Visits, study_page: Path, t
     )
 
 
+@pytest.mark.long
 @needs_layouter
 def test_layout_runs_beside_the_page_and_as_in_python(visit: Visits, tmp_path: Path) -> None:
     page = opened(visit(), saved(collapse(view_of(case_study()), ["executor"]), tmp_path))

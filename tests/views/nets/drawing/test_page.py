@@ -36,6 +36,7 @@ def test_it_loads_without_a_network_and_asks_for_nothing(visit: Visits, study_pa
     assert len(shown(one.page)) == len(view_of(case_study()).nodes) + len(view_of(case_study()).boxes)
 
 
+@pytest.mark.long
 def test_pages_collapse_and_expand_in_place(study: Page) -> None:
     before = shown(study)
     study.click('[data-id="Safety"] .fold')

@@ -52,6 +52,7 @@ def test_what_is_written_has_its_width_and_text_that_can_be_read(tmp_path: Path,
         assert min(points_of_text(svg)) >= 6
 
 
+@pytest.mark.long
 def test_a_model_that_is_too_large_is_drawn_page_by_page(tmp_path: Path) -> None:
     view = view_of(case_study())
     written, too_large = save_for_paper(view, tmp_path / "study.svg", Paper(100))

@@ -61,6 +61,7 @@ def test_any_pages_open_keep_the_order(net: pn.Net, data: st.DataObject) -> None
     check(partly_closed(data, view_of(net)), layout_by_elk)
 
 
+@pytest.mark.long
 @needs_layouter
 @SEVERAL
 @given(systems(), st.data())
