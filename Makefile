@@ -39,8 +39,8 @@ $(stamp): pyproject.toml setup.py requirements/build.txt requirements/developmen
 demo: install ## Run the case study
 	@$(python) case_study/demo.py
 
-.PHONY: checked
-checked: install
+.PHONY: lint
+lint: install ## Run every check but the tests
 	@echo "Lint (ruff check)" && $(python) -m ruff check --quiet $(checked)
 	@echo "Format (ruff format --check)" && $(python) -m ruff format --quiet --check $(checked) || { echo "make format mends this"; exit 1; }
 	@echo "Browser code (biome check, tsc --strict)" && tools/check-browser
@@ -48,11 +48,11 @@ checked: install
 	@echo "Generated code (dineros.metamodel.generate --check)" && $(python) -m dineros.metamodel.generate --check
 
 .PHONY: test
-test: checked ## Run every check, then all tests but the long ones
+test: lint ## Run lint, then all tests but the long ones
 	@echo "Tests that are not long (pytest)" && $(python) -m pytest -n 2 -m 'not long' $(PYTEST_ARGS)
 
 .PHONY: thorough
-thorough: checked ## Run every check, then all tests
+thorough: lint ## Run lint, then all tests
 	@echo "Tests (pytest)" && $(python) -m pytest -n 3 $(PYTEST_ARGS)
 
 .PHONY: regenerate

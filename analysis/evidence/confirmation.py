@@ -18,11 +18,22 @@ from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.parser import parse
-from dineros.analysis.logic.language.syntax import And, Exists, Finally, Formula, Name
+from dineros.analysis.logic.language.syntax import (
+    And,
+    Comparison,
+    Exists,
+    Finally,
+    Fired,
+    ForAll,
+    Formula,
+    Globally,
+    Name,
+    Not,
+)
 from dineros.analysis.logic.language.syntax import Enabled as AtomEnabled
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties.property import Property, PropertyAnswer
-from dineros.analysis.properties.saying import claim, in_branching_time
+from dineros.analysis.properties.normal_form import is_linear, of_linear
+from dineros.analysis.properties.property import Property, PropertyAnswer, said_of_all
 from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking, Question
 from dineros.analysis.questions.state_space import LevelOrder, StateSpace
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
@@ -158,7 +169,7 @@ def confirm_properties(
         answer = answers.get(one.id)
         if answer is None or answer.value is None or not answer.rests_on_markings:
             continue
-        formula = claim(one, answer.value, net)
+        formula = _claim(one, answer.value, net)
         if formula is None:
             said[one.id] = Confirmation(None, reason=ONE_ENGINE)
         else:
@@ -219,8 +230,34 @@ def _formula(question: Question) -> Formula | None:
         case Branching(formula=text):
             return parse(text, "ctl")
         case Linear(formula=text, weak=(), strong=()):
-            return in_branching_time(parse(text))
+            return _in_branching_time(parse(text))
     return None
+
+
+def _claim(one: Property, value: bool | int, net: CompiledNet) -> Formula | None:
+    """Return a formula that holds just where a property's answer is right; None where there is none.
+
+    Its names are those of the property; of a question of any net, those of the net.
+    """
+    if one.kind == "bound":
+        sum = tuple((1, Name(name)) for name in one.places)
+        always = ForAll(Globally(Comparison(sum, "<=", value)))
+        return And((always, Exists(Finally(Comparison(sum, ">=", value)))))
+    said = one.formula or said_of_all(one.examination, net)
+    if one.kind == "ltl":
+        found = _in_branching_time(said)
+        if found is None:
+            return None
+        said = found
+    return said if value else Not(said)
+
+
+def _in_branching_time(formula: Formula) -> Formula | None:
+    """Return "all runs satisfy a formula of linear time" in branching time, where that can be said."""
+    found = of_linear(formula)
+    parts = found.operands if isinstance(found, And) else (found,)
+    steps = (isinstance(atom, Fired) for part in parts for atom in part.subformulas())
+    return None if any(is_linear(part) for part in parts) or any(steps) else found
 
 
 def _confirm_formula(

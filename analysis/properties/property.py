@@ -13,7 +13,21 @@ from typing import Literal
 
 from dineros.analysis.answers.evidence import Evidence
 from dineros.analysis.logic.language.names import Names
-from dineros.analysis.logic.language.syntax import Enabled, Formula, Name, Or
+from dineros.analysis.logic.language.syntax import (
+    And,
+    Comparison,
+    Constant,
+    Deadlock,
+    Enabled,
+    Exists,
+    Finally,
+    ForAll,
+    Formula,
+    Globally,
+    Name,
+    Or,
+)
+from dineros.analysis.nets.compiled import CompiledNet
 
 Kind = Literal["ctl", "ltl", "bound", "global"]
 
@@ -89,6 +103,31 @@ class PropertyAnswer:
     def rests_on_markings(self) -> bool:
         """Whether no run shows it, and neither structure nor induction proves it."""
         return self.value is not None and self.evidence is None and self.technique not in _SHOWN
+
+
+def said_of_all(examination: str, net: CompiledNet) -> Formula:
+    """Return what a question of any net says, as a formula; readers know it by its id."""
+    fired = [Enabled(Name(transition)) for transition in net.transitions]
+    places = [Name(place) for place in net.places]
+    match examination:
+        case "ReachabilityDeadlock":
+            return Exists(Finally(Deadlock()))
+        case "OneSafe":
+            return ForAll(Globally(_joined(And, [Comparison(((1, p),), "<=", 1) for p in places])))
+        case "QuasiLiveness":
+            return _joined(And, [Exists(Finally(each)) for each in fired])
+        case "Liveness":
+            return _joined(And, [ForAll(Globally(Exists(Finally(each)))) for each in fired])
+        case _:  # a stable marking
+            tokens = zip(places, net.initial.tolist(), strict=True)
+            return _joined(Or, [ForAll(Globally(Comparison(((1, p),), "==", held))) for p, held in tokens])
+
+
+def _joined(operator: type[And | Or], parts: list[Formula]) -> Formula:
+    """Return a formula of any number of parts."""
+    if len(parts) > 1:
+        return operator(tuple(parts))
+    return parts[0] if parts else Constant(operator is And)
 
 
 class GroupedNames:

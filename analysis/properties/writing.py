@@ -26,9 +26,8 @@ from dineros.analysis.logic.language.syntax import (
     WeakUntil,
 )
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties.property import Property
+from dineros.analysis.properties.property import Property, said_of_all
 from dineros.analysis.properties.reading import BINARY, MANY, NAMESPACE, QUANTIFIERS, UNARY
-from dineros.analysis.properties.saying import said_of_all
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.atomic import write_atomically
 

@@ -1,15 +1,17 @@
-"""How a workspace differs, or differed, from what is generated."""
+"""What is written for node nets: how a workspace differs from what is generated, and run-time models."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from dineros.cli.console import note, say, summarise
+from dineros.cli.console import note, say, say_json, summarise
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.generators import Comparison
+    from dineros.metamodel import rtm
 
 
 def say_comparison(workspace: Path, comparison: Comparison, check: bool) -> None:
@@ -42,3 +44,32 @@ def say_comparison(workspace: Path, comparison: Comparison, check: bool) -> None
         summarise(f"{workspace}: {counted(len(new), 'new file')}, {changed} changed")
     else:
         summarise(f"{workspace}: up to date")
+
+
+def say_parts(model: Path, written: Mapping[Path, rtm.RuntimeModel], as_json: bool) -> None:
+    """Print which files were written, and what is in them."""
+    rows = [_counts(path, part) for path, part in written.items()]
+    if as_json:
+        say_json({"model": str(model), "nodes": rows})
+        return
+    for row in rows:
+        counts = ", ".join(
+            counted(row[f"{what}s"], what) for what in ("place", "transition", "port", "signal")
+        )
+        say(f"{row['node']} -> {row['file']}: {counts}")
+    summarise(f"{model}: {counted(len(rows), 'node net')}")
+
+
+def _counts(path: Path, part: rtm.RuntimeModel) -> dict[str, Any]:
+    from dineros.metamodel import rtm
+    from dineros.metamodel.elements import places, transitions
+
+    held = [place for place in places(part) if isinstance(place, rtm.Place)]
+    return {
+        "node": part.node.id,
+        "file": str(path),
+        "places": len(held),
+        "transitions": len(transitions(part)),
+        "ports": sum(len(place.ports) for place in held),
+        "signals": len(part.node.signals),
+    }

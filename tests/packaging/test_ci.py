@@ -8,7 +8,7 @@ import pytest
 from tests.packaging.conftest import Machine
 
 ROOT = Path(__file__).resolve().parents[2]
-TEST = "make --no-print-directory -C . test"
+TEST = "make --no-print-directory -C . thorough"
 AGAIN = "PYTEST_ARGS=--last-failed --last-failed-no-failures none -n 0"
 
 
@@ -60,7 +60,7 @@ def test_one_that_pyenv_keeps_is_found(machine: Machine, script: Path) -> None:
     assert machine.calls[-1].endswith(f"/dineros PYTHON={kept}/python3.12 test (CI=1)")
 
 
-@pytest.mark.parametrize("failing", ["*-C?.?test", "*PYTHON*"])
+@pytest.mark.parametrize("failing", ["*-C?.?thorough", "*PYTHON*"])
 def test_a_failure_of_either_is_one(machine: Machine, script: Path, failing: str) -> None:
     machine.python("python3.12", "3.12")
     make = (machine.bin / "make").read_text()
@@ -79,7 +79,7 @@ def test_a_second_try(machine: Machine, script: Path, failures: int, tries: int,
     failed.parent.mkdir(parents=True)
     failed.write_text("{\n}")  # of a run before this one
     note = f"printf '%s' '{noted}' >{failed}" if failures else "true"
-    (machine.bin / "make").write_text(f'{make}case "$*" in *-C?.?test) {note}; exit 2;; esac\n')
+    (machine.bin / "make").write_text(f'{make}case "$*" in *-C?.?thorough) {note}; exit 2;; esac\n')
     assert machine.run(script).returncode == status
     assert machine.calls[1:] == [f"{TEST} (CI=1)", f"{TEST} {AGAIN} (CI=1)"][:tries]
 
@@ -89,6 +89,6 @@ def test_what_fails_alone_fails(machine: Machine, script: Path) -> None:
     failed = script.parents[1] / ".pytest_cache/v/cache/lastfailed"
     failed.parent.mkdir(parents=True)
     note = f"printf '%s' '  \"test\": true' >{failed}"
-    (machine.bin / "make").write_text(f'{make}case "$*" in *-C?.?test*) {note}; exit 2;; esac\n')
+    (machine.bin / "make").write_text(f'{make}case "$*" in *-C?.?thorough*) {note}; exit 2;; esac\n')
     assert machine.run(script).returncode == 2
     assert len(machine.calls) == 3

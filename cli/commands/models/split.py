@@ -10,7 +10,7 @@ from dineros.cli.console import note, working
 from dineros.cli.models import load_valid_system
 from dineros.cli.options import command, json_option, model_argument, settings_option
 from dineros.cli.outputs import make_folder
-from dineros.cli.presentation.parts import say_parts
+from dineros.cli.presentation.workspaces import say_parts
 
 
 @command("dineros split sorting.sym.xmi -o nodes", "dineros split sorting.sym.xmi -o nodes --json")
