@@ -3,6 +3,7 @@
 ``DINEROS_EXAMPLES=10`` draws ten times as many examples in every test.
 """
 
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +15,16 @@ from dineros.cli.searching import QUIET_COMPILATION
 from tests.support.warm_commands import served
 
 WORKSPACE = Path(__file__).resolve().parents[1] / "case_study/workspace"
+
+
+gc.disable()  # until all tests are collected: none of that is garbage, and there is much to look through
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtestloop() -> None:
+    """Take what is collected out of what the garbage collector looks through, and let it work."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_configure(config: pytest.Config) -> None:

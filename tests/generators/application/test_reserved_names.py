@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
 from typing import TypedDict
 
@@ -41,6 +42,7 @@ def files_of(model: sym.SystemModel, folder: str = "") -> dict[str, str]:
     return {path: text.decode() for path, text in files.items() if path.endswith(".py") and folder in path}
 
 
+@cache
 def template_names(modules: str = "src/waiter/") -> list[str]:
     """Return every name that our templates define or use in some modules, and words of Python."""
     found = {*keyword.kwlist, *keyword.softkwlist}
@@ -55,9 +57,6 @@ def template_names(modules: str = "src/waiter/") -> list[str]:
     return sorted(found - {""})
 
 
-NAMES = template_names()
-
-
 def chained(node: str, transitions: list[str], places: list[str]) -> sym.NodeNet:
     """Return a node net in which each transition takes from a place and puts to the next."""
     net = sym.NodeNet(id=node)
@@ -69,14 +68,14 @@ def chained(node: str, transitions: list[str], places: list[str]) -> sym.NodeNet
 
 def model_of(role: str) -> sym.SystemModel:
     """Return a model with each name as a transition, a place, a signal or, where it can be one, a field."""
-    plain = [f"{role}{number}" for number in range(len(NAMES) + 1)]
+    plain = [f"{role}{number}" for number in range(len(template_names()) + 1)]
     net = chained(f"the_{role}", ["T1"], ["P1", "P2"])
     if role == "transition":
-        net = chained("the_transition", NAMES, plain)
+        net = chained("the_transition", template_names(), plain)
     if role == "place":
-        net = chained("the_place", plain[1:], [*NAMES, plain[0]])
+        net = chained("the_place", plain[1:], [*template_names(), plain[0]])
     if role == "signal":
-        net.signals.extend(sym.InputSignal(id=name) for name in NAMES)
+        net.signals.extend(sym.InputSignal(id=name) for name in template_names())
     token_type = sym.TokenType(id="Datum", fields=fields() if role == "field" else [])
     return sym.SystemModel(id=f"by_{role}", tokenType=token_type, pages=[net])
 
@@ -84,7 +83,7 @@ def model_of(role: str) -> sym.SystemModel:
 def fields() -> list[sym.TokenField]:
     """Return a field of each name that can be one."""
     found: dict[str, sym.TokenField] = {}
-    for name in NAMES:
+    for name in template_names():
         field = sym.TokenField(name=name, kind="list", elementKind="number")
         model = sym.SystemModel(id="words", tokenType=sym.TokenType(id="Datum", fields=[field]))
         if validate(model) == []:
@@ -142,7 +141,7 @@ def test_packages_with_names_of_the_templates_work(workspaces: dict[str, Path]) 
     folder = workspaces["place"]
     out = run(sys.executable, "-B", "-c", SHOW, *ROLES, folder=folder, PYTHONPATH=path)
     counts = [line.split() for line in out.splitlines()]
-    many = str(len(NAMES))
+    many = str(len(template_names()))
     assert [handlers for _, handlers in counts] == [many, many, "1", "1"]
 
 

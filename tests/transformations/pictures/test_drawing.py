@@ -72,7 +72,13 @@ def test_rules_are_called_as_in_the_paper() -> None:
 
 
 @pytest.mark.parametrize("rule", [*RULES, Odd], ids=name_of)
-def test_each_side_shows_its_elements(rule: type[Rule]) -> None:
+def test_a_picture(rule: type[Rule]) -> None:
+    each_side_shows_its_elements(rule)
+    what_is_underlined_on_one_side_is_underlined_on_the_other(rule)
+    assert rule_dot(rule) == rule_dot(rule)
+
+
+def each_side_shows_its_elements(rule: type[Rule]) -> None:
     left, right = Side(rule, left=True), Side(rule, left=False)
     for node in rule.lhs:
         if isinstance(node, (Node, Made)) and not (node.eclass and issubclass(node.eclass, pn.Arc)):
@@ -95,17 +101,11 @@ def is_arc(element: New) -> bool:
     return element.eclass is not None and issubclass(element.eclass, pn.Arc)
 
 
-@pytest.mark.parametrize("rule", [*RULES, Odd], ids=name_of)
-def test_what_is_underlined_on_one_side_is_underlined_on_the_other(rule: type[Rule]) -> None:
+def what_is_underlined_on_one_side_is_underlined_on_the_other(rule: type[Rule]) -> None:
     dot = rule_dot(rule)
     underlined = {side: set(re.findall(rf'"{side} ([^"]+)" \[[^\n]*<U>', dot)) for side in "LR"}
     assert underlined["L"] == underlined["R"]
     assert not re.findall(r"<U>[^\n]*penwidth=2.4|penwidth=2.4[^\n]*<U>", dot)
-
-
-@pytest.mark.parametrize("rule", RULES, ids=name_of)
-def test_pictures_are_deterministic(rule: type[Rule]) -> None:
-    assert rule_dot(rule) == rule_dot(rule)
 
 
 def test_the_overflow_queue_looks_as_in_the_paper() -> None:
