@@ -29,18 +29,20 @@ def first_of_two(
     members: Sequence[Member[Answer]],
     budget: Budget,
     is_final: Callable[[Answer], bool] = lambda answer: True,
+    alone: float = turns.SHARE,
 ) -> Answer | None:
     """Return the first final answer of some engines; without one the first other answer, or None.
 
-    Parameters are those of `first_answer`, which is asked where there is one core, little memory, or where
-    this is no main thread, from which alone a process may be forked. Answers go through `pickle`.
+    The first engine works alone for so many seconds of the processor (`alone`), before the process is forked.
+    Other parameters are those of `first_answer`, which is asked where there is one core, little memory, or
+    where this is no main thread, from which alone a process may be forked. Answers go through `pickle`.
     """
     first, *others = members
     is_alone = len(os.sched_getaffinity(0)) < 2 or budget.memory < LEAST_MEMORY
     if not others or is_alone or threading.current_thread() is not threading.main_thread():
         return first_answer(members, budget, is_final)
     with ExitStack() as stack:
-        return _Pair(first, others, budget.begun(), is_final, stack).run()
+        return _Pair(first, others, budget.begun(), is_final, alone, stack).run()
 
 
 LOOK_SECONDS = 0.02
@@ -56,12 +58,13 @@ class _Pair(Generic[Answer]):
         others: Sequence[Member[Answer]],
         budget: Budget,
         is_final: Callable[[Answer], bool],
+        alone: float,
         stack: ExitStack,
     ) -> None:
         self._first, self._others, self._budget, self._is_final = first, others, budget, is_final
         self._stack = stack
         self._part = 1 / (1 + len(others))
-        self._until = time.process_time() + turns.SHARE
+        self._until = time.process_time() + alone
         self._beside: Apart | None = None
         self._looked = 0.0
         self._is_over = False

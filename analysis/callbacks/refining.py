@@ -20,9 +20,8 @@ from typing import Literal
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.callbacks.blocking import without
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.nets.bounds import flows_and_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.semiflows import semiflows
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.reductions.cut_out import cut_out
 from dineros.analysis.symbolic.engine import symbolic_state_space
@@ -63,7 +62,7 @@ class Endings:
 
     def __init__(self, net: CompiledNet) -> None:
         self._net = net
-        bounds = place_bounds(net, semiflows(net) or ())
+        bounds = net.once(flows_and_bounds)[1]
         self._free = {p: b.value - int(net.initial[p]) for p, b in enumerate(bounds) if b is not None}
         count = range(len(net.transitions))
         self._takes = [{p for arcs in (net.pre, net.inhibitor) for p, _ in arcs.row(t)} for t in count]

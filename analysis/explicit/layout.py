@@ -18,13 +18,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.nets.bounds import flows_and_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.semiflows import semiflows
 from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, proportional_places
 
 Int64Array = NDArray[np.int64]
@@ -115,12 +115,20 @@ class Layout:
 
     def pack(self, tokens: Sequence[int] | dict[int, int]) -> Int64Array:
         """Words of a marking, or of a change of a marking (place -> tokens)."""
-        amounts = tokens if isinstance(tokens, dict) else dict(enumerate(tokens))
         words = [0] * self.words
-        for k, cell in enumerate(self.cells):
-            code = sum(f * amounts.get(p, 0) for p, f in zip(cell.places, cell.factors, strict=True))
-            words[self.word[k]] += code << int(self.shift[k])
+        for place, amount in tokens.items() if isinstance(tokens, dict) else enumerate(tokens):
+            word, factor = self._homes[place]
+            words[word] += amount * factor
         return signed(words)
+
+    @cached_property
+    def _homes(self) -> dict[int, tuple[int, int]]:
+        """By place: its word, and what one token adds to that."""
+        return {
+            place: (word, factor << shift)
+            for cell, word, shift in zip(self.cells, self.word.tolist(), self.shift.tolist(), strict=True)
+            for place, factor in zip(cell.places, cell.factors, strict=True)
+        }
 
     def unpack(self, words: Int64Array) -> list[int]:
         """Tokens of every place."""
@@ -163,9 +171,9 @@ def signed(words: Sequence[int]) -> Int64Array:
 
 
 def layout(net: CompiledNet) -> Layout:
-    """Choose cells for the places of a net."""
-    flows = semiflows(net)
-    bounds = [None if bound is None else bound.value for bound in place_bounds(net, flows or ())]
+    """Choose cells for the places of a net; ask by `CompiledNet.once`."""
+    flows, proved = net.once(flows_and_bounds)
+    bounds = [None if bound is None else bound.value for bound in proved]
     known = [*place_invariants(net), *(proportional_places(net) if flows is None else flows)]
     limits = {tuple(y.weights.items()): y for y in known}
     parts = [

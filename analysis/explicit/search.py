@@ -93,7 +93,7 @@ class Search:
         self._started = time.perf_counter()
         self._told = self._started
         self.budget.stage("the layout of markings")
-        self.layout = layout(self.net)
+        self.layout = self.net.once(layout)
         self._is_guarded = any(cell.has_guard for cell in self.layout.cells)
         if self._is_guarded or self.is_depth_first:
             self.workers = 1

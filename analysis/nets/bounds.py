@@ -22,6 +22,7 @@ import numpy as np
 
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.linear_programs import LinearProgram
+from dineros.analysis.nets.semiflows import semiflows
 from dineros.analysis.nets.structure import PlaceInvariant
 
 
@@ -66,6 +67,15 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list
             if known is not None and known.value > 1:
                 _use(net, bounds, _flowing_to(net, producers, weights, place))
     return bounds
+
+
+def flows_and_bounds(net: CompiledNet) -> tuple[list[PlaceInvariant] | None, list[Bound | None]]:
+    """Minimal semiflows, None where there are too many, and the bounds of places that they and others prove.
+
+    All engines begin with it: ask by `CompiledNet.once`.
+    """
+    flows = semiflows(net)
+    return flows, place_bounds(net, flows or ())
 
 
 def bounds_like(net: CompiledNet, bounds: Iterable[Bound | None]) -> list[int | None]:

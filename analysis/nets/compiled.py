@@ -7,16 +7,17 @@ of two parallel arrays, one of place indices and one of weights.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Int64Array = NDArray[np.int64]
+Known = TypeVar("Known")
 
 
 class NetError(ValueError):
@@ -177,6 +178,17 @@ class CompiledNet:
             for place, _ in self.pre.row(transition):
                 lists[place].append(transition)
         return tuple(tuple(entries) for entries in lists)
+
+    @cached_property
+    def _known(self) -> dict[Callable[[CompiledNet], Any], Any]:
+        return {}
+
+    def once(self, question: Callable[[CompiledNet], Known]) -> Known:
+        """Return what a function finds out about the net, called once; nobody changes what it returns."""
+        if question not in self._known:
+            self._known[question] = question(self)
+        answer: Known = self._known[question]
+        return answer
 
     def by_names(self) -> tuple[dict[str, int], list[Transition]]:
         """The net as `build` takes it; reads are pairs of arcs."""

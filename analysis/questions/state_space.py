@@ -6,8 +6,9 @@ import time
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
+from dineros.analysis.answers.beside import first_of_two
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
-from dineros.analysis.answers.turns import HEAD_START, Member, first_answer
+from dineros.analysis.answers.turns import HEAD_START, Member
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.memory import peak_memory
 
@@ -95,9 +96,9 @@ def state_space(
 ) -> StateSpace:
     """Count the state space of a net.
 
-    ``auto`` takes decision diagrams, by turns with the explicit engine where they take long, and the explicit
-    engine alone where bounds of places are not known. Of an unbounded net with counters and logs, it counts
-    what is left without them.
+    ``auto`` takes decision diagrams, side by side with the explicit engine where they take long, and the
+    explicit engine alone where bounds of places are not known. Of an unbounded net with counters and logs, it
+    counts what is left without them.
 
     Parameters
     ----------
@@ -132,13 +133,14 @@ def state_space(
         except UnknownBoundError as error:
             return _nothing(net, "symbolic", str(error), began)
     try:
-        found = first_answer(
+        found = first_of_two(
             [
                 Member(lambda share: _symbolic(net, share, began, orders), head_start=HEAD_START),
                 Member(lambda share: _explicit(net, share, began, order)),
             ],
             budget,
             lambda space: space.complete or space.pumping is not None,
+            alone=HEAD_START,
         )
     except (UnknownBoundError, LevelSizeError):
         found = _explicit(net, budget, began, order)

@@ -16,9 +16,8 @@ from operator import add
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.nets.bounds import Bound, bounds_like, place_bounds
+from dineros.analysis.nets.bounds import Bound, bounds_like, flows_and_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.semiflows import semiflows
 from dineros.analysis.nets.state_machines import state_machines
 from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, proportional_places
 from dineros.analysis.symbolic.boxes import LARGEST_PRODUCT, Box, BoxNet
@@ -149,8 +148,7 @@ def encode(
     LevelSizeError
         If places may hold so many tokens that their local states take more memory.
     """
-    flows = semiflows(net)
-    bounds = place_bounds(net, flows or ())
+    flows, bounds = net.once(flows_and_bounds)
     values = [None if bound is None else bound.value for bound in bounds]
     if caps is not None:
         values = [cap if value is None else value for value, cap in zip(values, caps, strict=True)]

@@ -72,7 +72,7 @@ class Product:
         self.weak, self.strong = tuple(weak), tuple(strong)
         try:
             #: Of the net alone.
-            self.cells = cells or layout(net)
+            self.cells = cells or net.once(layout)
         except OverflowError as error:
             raise BudgetExceededError(f"tokens: {error}") from None
         self._build_tables()
