@@ -51,6 +51,7 @@ class Boundedness(Question):
         try:
             reason = self._make_space(checked)
         except UnknownBoundError as error:
+            reason = "it is not known that all places are bounded"
             pumping = growth_of(subject.net, checked.budget.share(0.3))
             if pumping is None:
                 checked.leave_open("whether the net is bounded", str(error))
@@ -65,6 +66,7 @@ class Boundedness(Question):
                 return
             checked.leave_open("whether the net is bounded", reason)
         Callbacks.ask_early(checked)
+        checked.report.by = f"searches forward and backward, and coverability: {reason}"
         checked.budget.stage("what can happen without bounds")
         checked.firings = firings(subject.net, checked.budget)
 
@@ -80,6 +82,7 @@ class Boundedness(Question):
         if not space.complete:
             return RAN_OUT[space.reason]
         checked.space = checked.report.space = space
+        checked.report.by = "decision diagrams: all markings, made once for all questions"
         checked.report.proved.append(
             f"the net is bounded: {space.markings} markings without signals, "
             f"at most {max(space.largest_place(), default=0)} tokens in a place"
@@ -107,6 +110,7 @@ class Boundedness(Question):
             f"the net is bounded: no place ever holds more than {max(proof.bounds, default=0)} tokens; "
             "its markings are not counted, as that takes too much work"
         )
+        checked.report.by = "a smaller net, which always comes back; all markings take too much work"
         # Lost messages never come back: where the net does, no queue overflows.
         possible = frozenset(range(len(checked.subject.net.transitions))) - proof.dead
         checked.recurs = True

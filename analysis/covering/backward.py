@@ -25,7 +25,7 @@ from heapq import heappop, heappush
 import numpy as np
 
 from dineros.analysis.answers.budget import Budget, Progress
-from dineros.analysis.covering.distance import StateEquation
+from dineros.analysis.covering.distance import CoveringPrograms
 from dineros.analysis.covering.tree import with_complements, without_inhibitors
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet
 from dineros.analysis.nets.witness import replay, way_to
@@ -76,7 +76,7 @@ class Backward:
                 if tokens > 0:
                     self._producers[place].append(t)
         self._initial: Marking = tuple(self._net.initial.tolist())
-        self._equation = StateEquation(self._net)
+        self._programs = CoveringPrograms(self._net)
         self._weightings: list[tuple[list[tuple[int, int]], int]] = []
 
     def way_to(
@@ -189,7 +189,7 @@ class Backward:
                 self._weightings.insert(0, self._weightings.pop(number))
                 return True
         target = {p: tokens for p, tokens in enumerate(marking) if tokens}
-        proof = self._equation.excluding(self._initial, target)
+        proof = self._programs.excluding(self._initial, target)
         if proof is None:
             return False
         there = sum(w * self._initial[p] for p, w in proof.items())

@@ -16,7 +16,7 @@ from heapq import heappop, heappush
 from math import inf
 
 from dineros.analysis.answers.budget import Budget, Progress
-from dineros.analysis.covering.distance import Distance, StateEquation
+from dineros.analysis.covering.distance import CoveringPrograms, Distance
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import way_to
 
@@ -44,7 +44,7 @@ class Directed:
 
     def __init__(self, net: CompiledNet) -> None:
         self._net = net
-        self._equation = StateEquation(net)
+        self._programs = CoveringPrograms(net)
         count = range(len(net.transitions))
         self._needs = [net.pre.row(t) for t in count]
         self._inhibitors = [net.inhibitor.row(t) for t in count]
@@ -57,7 +57,7 @@ class Directed:
 
         Asked and answered as `dineros.analysis.covering.backward.Backward.way_to`, but for memory and states.
         """
-        distance = Distance(self._equation, dict(self._needs[transition]))
+        distance = Distance(self._programs, dict(self._needs[transition]))
         start = tuple(self._net.initial.tolist())
         seen, markings, parents, depths = {start}, [start], [(-1, -1)], [0]
         bounds = [distance.of(start)]

@@ -37,8 +37,8 @@ FARTHEST = LARGEST_WEIGHT / 2
 """Number of firings from which on a target is thought to be out of reach, until that is proved."""
 
 
-class StateEquation:
-    """The programs of a net.
+class CoveringPrograms:
+    """The linear programs of a net, for any target.
 
     Parameters
     ----------
@@ -87,14 +87,14 @@ class Distance:
 
     Parameters
     ----------
-    equation : StateEquation
+    programs : CoveringPrograms
         The programs of the net.
     target : mapping of int to int
         Tokens wanted, by place.
     """
 
-    def __init__(self, equation: StateEquation, target: Mapping[int, int]) -> None:
-        self._equation, self._target = equation, target
+    def __init__(self, programs: CoveringPrograms, target: Mapping[int, int]) -> None:
+        self._programs, self._target = programs, target
         self._leading: list[tuple[list[tuple[int, float]], float]] = []
         self._excluding: list[tuple[list[tuple[int, int]], int]] = []
         self._programs_left = MOST_PROGRAMS
@@ -116,14 +116,14 @@ class Distance:
         if known == inf or self._programs_left == 0:
             return known
         self._programs_left -= 1
-        found = self._equation.leading(marking, self._target)
+        found = self._programs.leading(marking, self._target)
         if found is None:
             return known
         weights = [(p, w) for p, w in enumerate(found) if w > 1e-9]
         there = sum(w * self._target.get(p, 0) for p, w in weights)
         needed = there - sum(w * marking[p] for p, w in weights)
         if needed > FARTHEST:
-            proof = self._equation.excluding(marking, self._target)
+            proof = self._programs.excluding(marking, self._target)
             if proof is not None:
                 least = sum(w * self._target.get(p, 0) for p, w in proof.items())
                 self._excluding.append((list(proof.items()), least))

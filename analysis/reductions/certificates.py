@@ -30,8 +30,8 @@ LARGEST_DENOMINATOR = 1_000
 LARGEST_WEIGHT = 1_000.0
 
 
-class StateEquation:
-    """The state equation of a net as it is now; to be made anew after transitions were added.
+class GuardedBounds:
+    """Bounds by the state equation of a net as it is now; to be made anew after transitions were added.
 
     Removing places or transitions from the net keeps it usable: every proof is checked on the net as it is
     then, and removed places get no weight.

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from itertools import permutations
 from math import floor
 
-from dineros.analysis.reductions.certificates import StateEquation
+from dineros.analysis.reductions.certificates import GuardedBounds
 from dineros.analysis.reductions.net import Arcs, Change, MutableNet
 from dineros.analysis.reductions.places import LARGEST_PROGRAM, affine_relation, proportional_places
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Question, Rule, Step
@@ -42,7 +42,7 @@ class ComplementaryInhibitor(Rule):
 class ImpliedInhibitor(Rule):
     """Remove an inhibitor arc that the state equation proves never to disable its transition alone.
 
-    *Proof.* `StateEquation.largest` bounds the place in all markings that hold the transition's input tokens;
+    *Proof.* `GuardedBounds.largest` bounds the place in all markings that hold the transition's input tokens;
     rounded down it is below the weight of the arc.
     """
 
@@ -55,7 +55,7 @@ class ImpliedInhibitor(Rule):
             return
         if not any(net.inhibited.values()):
             return
-        equation = StateEquation(net)
+        equation = GuardedBounds(net)
         sample = sampled(net)
         for t in list(net.transitions):
             for place, weight in net.transitions[t].inhibitors.items():

@@ -17,7 +17,7 @@ from fractions import Fraction
 from math import ceil, gcd
 
 from dineros.analysis.nets.structure import place_invariants
-from dineros.analysis.reductions.certificates import StateEquation
+from dineros.analysis.reductions.certificates import GuardedBounds
 from dineros.analysis.reductions.net import Marking, MutableNet
 from dineros.analysis.reductions.rule import (
     ALL_PROPERTIES,
@@ -90,7 +90,7 @@ class ParallelPlace(Rule):
 class ImpliedPlace(Rule):
     """Remove a place that the state equation proves never to disable a transition alone.
 
-    *Proof.* `StateEquation.least` bounds m(p) in all markings where the other places enable t; rounded up
+    *Proof.* `GuardedBounds.least` bounds m(p) in all markings where the other places enable t; rounded up
     (tokens are integers) the bound is at least pre(p, t), for every t. Hence the net without p has the same
     firing sequences. The bound needs no arc of p to hold, so it is no circular argument. If an invariant has
     a weight for p, m(p) follows from the other places, so that markings with and without p are in bijection,
@@ -104,7 +104,7 @@ class ImpliedPlace(Rule):
         """Offer each implied place."""
         if max(len(net.places), len(net.transitions)) > LARGEST_PROGRAM:
             return
-        equation = StateEquation(net)
+        equation = GuardedBounds(net)
         relations = _Relations(net)
         sample = sampled(net)
         for place in list(net.places):
@@ -169,7 +169,7 @@ def _can_be_implied(net: MutableNet, place: str) -> bool:
     return True
 
 
-def _is_implied(net: MutableNet, place: str, equation: StateEquation) -> bool:
+def _is_implied(net: MutableNet, place: str, equation: GuardedBounds) -> bool:
     for t in net.consumers[place]:
         inputs = net.transitions[t].inputs
         least = equation.least(place, {name: weight for name, weight in inputs.items() if name != place})

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import ceil
 
-from dineros.analysis.reductions.certificates import StateEquation
+from dineros.analysis.reductions.certificates import GuardedBounds
 from dineros.analysis.reductions.net import Arcs, MutableNet
 from dineros.analysis.reductions.places import LARGEST_PROGRAM
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Property, Question, Rule, Step
@@ -65,7 +65,7 @@ class ExcludedTransition(Rule):
     """Remove transitions that the state equation proves never to fire.
 
     *Proof.* Either weights of places exclude every marking with all the input tokens
-    (`StateEquation.excludes`), or they prove that, with those tokens present, an inhibitor place always holds
+    (`GuardedBounds.excludes`), or they prove that, with those tokens present, an inhibitor place always holds
     its weight.
     """
 
@@ -76,14 +76,14 @@ class ExcludedTransition(Rule):
         """Offer every excluded transition."""
         if max(len(net.places), len(net.transitions)) > LARGEST_PROGRAM:
             return
-        equation = StateEquation(net)
+        equation = GuardedBounds(net)
         kept = question.observed_transitions | sampled(net).enabled
         for t, arcs in list(net.transitions.items()):
             if t not in kept and _is_excluded(net, arcs, equation):
                 yield self.step((), (t,), net.removing_transitions([t]))
 
 
-def _is_excluded(net: MutableNet, arcs: Arcs, equation: StateEquation) -> bool:
+def _is_excluded(net: MutableNet, arcs: Arcs, equation: GuardedBounds) -> bool:
     # Where one token in one place is enough, only emptiness could disable, which the cheap rule sees most
     # often.
     if (len(arcs.inputs) > 1 or any(w > 1 for w in arcs.inputs.values())) and equation.excludes(arcs.inputs):

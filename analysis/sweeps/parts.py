@@ -206,6 +206,7 @@ def add_report(report: Report, subject: Subject, part: Part, answer: PartAnswer)
             steps = [index[step.transition] for step in told.steps] if told else []
             replayed = witness_of(subject, steps, told.loop) if told else None
             report.findings.append(replace(found, witness=replayed))
+    report.by = report.by or answer.by
     report.proved += [text for text in answer.proved if text not in report.proved]
     known = {str(unknown) for unknown in report.unknown}
     report.unknown += [unknown for unknown in answer.unknown if str(unknown) not in known]

@@ -158,6 +158,8 @@ class Report:
         All markings, where answers rest on them.
     dead : list of str
         Transitions of the net without signals that are found never to fire.
+    by : str
+        Who answers what is asked of markings, and why.
     """
 
     findings: list[Finding] = field(default_factory=list)
@@ -165,6 +167,7 @@ class Report:
     unknown: list[Outcome] = field(default_factory=list)
     space: SymbolicStateSpace | None = field(default=None, compare=False, repr=False)
     dead: list[str] = field(default_factory=list, compare=False, repr=False)
+    by: str = field(default="", compare=False)
 
     def add(self, other: Report) -> None:
         """Take over all that another report says."""

@@ -69,6 +69,8 @@ def _print_text(report: Report, model: Path, witnesses: bool) -> None:
         say(f"unknown: {unknown}", "magenta")
     for proved in report.proved:
         note(f"proved: {proved}")
+    if report.by:
+        note(f"answered by: {report.by}")
     faults = sum(finding.severity != "note" for finding in report.findings)
     counts = f"{faults} found, {len(report.proved)} proved, {len(report.unknown)} unknown"
     summarise(f"{model}: {counts}")

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.covering import firings as stages
 from dineros.analysis.covering.directed import Directed
-from dineros.analysis.covering.distance import StateEquation
+from dineros.analysis.covering.distance import CoveringPrograms
 from dineros.analysis.covering.firings import Firings, firings
 from dineros.analysis.covering.tree import tree_of
 from dineros.analysis.model.subject import base_subject
@@ -89,7 +89,7 @@ def test_the_tree_bounds_what_is_seen(net: CompiledNet) -> None:
 @settings(max_examples=40, deadline=None)
 @given(nets())
 def test_what_the_state_equation_excludes_never_fires(net: CompiledNet) -> None:
-    equation, seen, initial = StateEquation(net), plain_search(net, MOST), net.initial.tolist()
+    equation, seen, initial = CoveringPrograms(net), plain_search(net, MOST), net.initial.tolist()
     assert not any(equation.excluding(initial, dict(net.pre.row(t))) for t in seen.enabled)
 
 
@@ -97,7 +97,7 @@ def test_what_the_state_equation_excludes_never_fires(net: CompiledNet) -> None:
 @settings(max_examples=12, deadline=None)
 @given(nets())
 def test_distances_are_lower_bounds(net: CompiledNet) -> None:
-    equation = StateEquation(net)
+    equation = CoveringPrograms(net)
     for t in range(len(net.transitions)):
         target = dict(net.pre.row(t))
         weights = equation.leading(net.initial.tolist(), target)
