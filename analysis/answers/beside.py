@@ -29,11 +29,12 @@ def first_of_two(
     members: Sequence[Member[Answer]],
     budget: Budget,
     is_final: Callable[[Answer], bool] = lambda answer: True,
-    alone: float = turns.SHARE,
+    alone: float | None = None,
 ) -> Answer | None:
     """Return the first final answer of some engines; without one the first other answer, or None.
 
-    The first engine works alone for so many seconds of the processor (`alone`), before the process is forked.
+    The first engine works alone for so many seconds of the processor (`alone`; a turn unless given), before
+    the process is forked.
     Other parameters are those of `first_answer`, which is asked where there is one core, little memory, or
     where this is no main thread, from which alone a process may be forked. Answers go through `pickle`.
     """
@@ -42,7 +43,8 @@ def first_of_two(
     if not others or is_alone or threading.current_thread() is not threading.main_thread():
         return first_answer(members, budget, is_final)
     with ExitStack() as stack:
-        return _Pair(first, others, budget.begun(), is_final, alone, stack).run()
+        share = turns.SHARE if alone is None else alone
+        return _Pair(first, others, budget.begun(), is_final, share, stack).run()
 
 
 LOOK_SECONDS = 0.02
@@ -73,7 +75,8 @@ class _Pair(Generic[Answer]):
     def run(self) -> Answer | None:
         mine = None
         try:
-            mine = self._first.work(replace(self._budget.share(memory=self._part), progress=self._tell))
+            share = self._budget.share(memory=self._part)
+            mine = self._first.work(replace(share, progress=self._tell, stages=self._enter))
         except BudgetExceededError:
             if self._beside is None and self._budget.is_over:
                 raise
@@ -92,6 +95,15 @@ class _Pair(Generic[Answer]):
         """Say how far the first engine is, and look for what those beside it know."""
         if self._budget.progress is not None:
             self._budget.progress(progress)
+        self._look_beside()
+
+    def _enter(self, stage: str) -> None:
+        """Say where the first engine is, and look as well: some stages have no more to say."""
+        self._budget.stage(stage)
+        self._look_beside()
+
+    def _look_beside(self) -> None:
+        """Let the others begin when it is time, and end the first engine when they know."""
         if self._beside is None and time.process_time() >= self._until:
             with warnings.catch_warnings():
                 # Of threads, only those of the first engine are there, and none of theirs is needed beside.

@@ -188,12 +188,13 @@ def _symbolic(net: CompiledNet, budget: Budget, began: float, orders: OrderCache
 
     try:
         space = symbolic_state_space(net, budget, orders=orders)
+        if not space.complete:
+            return _nothing(net, "symbolic", RAN_OUT[space.reason], began)
+        budget.stage("counting arcs, deadlocks and tokens")
+        space.sets.budget = budget
+        counts = space.markings, space.arcs(), space.deadlocks()
     except BudgetExceededError as limit:
         return _nothing(net, "symbolic", str(limit), began)
-    if not space.complete:
-        return _nothing(net, "symbolic", RAN_OUT[space.reason], began)
-    budget.stage("counting arcs, deadlocks and tokens")
-    counts = space.markings, space.arcs(), space.deadlocks()
     tokens = max(space.largest_place(), default=0), space.largest_total()
     return replace(figures_of(net, "symbolic", began, counts, tokens), levels=space.order)
 

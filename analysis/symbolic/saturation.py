@@ -119,7 +119,7 @@ class Diagram:
         Parameters
         ----------
         progress
-            Called now and then.
+            Called now and then, and at the end.
         effort_limit
             Cache misses (firings and unions really computed) at which to give up.
         """
@@ -132,6 +132,8 @@ class Diagram:
             self.control[store.HAVE] = 0
         self.root = child
         self.complete = True
+        if progress is not None:
+            progress(self.progress)
         return True
 
     def drive(

@@ -54,7 +54,7 @@ main()
 SLEEPS = "time.sleep(600)"
 TAKES = "kept.append(bytearray(b'x' * (4 << 20))); time.sleep(0.001)"
 DIES = "os.kill(os.getpid(), signal.SIGSEGV)"
-LAYOUT = ("dineros.analysis.explicit.layout", "semiflows")
+LAYOUT = ("dineros.analysis.explicit.layout", "flows_and_bounds")
 BOUNDS = ("dineros.analysis.symbolic.engine", "encode")
 
 
