@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from math import lcm
 from typing import Literal
 
 import numpy as np
@@ -89,15 +90,15 @@ class GuardedBounds:
         self, weights: Mapping[str, Fraction], guard: Mapping[str, int], place: str | None, sign: int
     ) -> Fraction | None:
         """Value that the weights prove, or None if they are no certificate."""
+        scale = lcm(*(weight.denominator for weight in weights.values()))
+        whole = {name: int(weight * scale) for name, weight in weights.items()}
         touched = {t for name in weights for t in self._net.neighbours(name)}
         if place is not None:
             touched.update(self._net.neighbours(place))
         for t in touched:
             delta = self._net.transitions[t].delta
-            limit = sign * delta.get(place, 0) if place is not None else 0
-            if sum(weights.get(name, 0) * tokens for name, tokens in delta.items()) > limit:
+            limit = sign * scale * delta.get(place, 0) if place is not None else 0
+            if sum(whole.get(name, 0) * tokens for name, tokens in delta.items()) > limit:
                 return None
-        return sum(
-            (weight * (guard.get(name, 0) - self._net.places[name]) for name, weight in weights.items()),
-            Fraction(0),
-        )
+        gain = sum(weight * (guard.get(name, 0) - self._net.places[name]) for name, weight in whole.items())
+        return Fraction(gain, scale)

@@ -127,37 +127,35 @@ class _Relations:
         names = list(net.places)
         self._initial = dict(net.places)
         self._basis = [
-            {names[p]: Fraction(weight) for p, weight in invariant.weights.items()}
+            {names[p]: weight for p, weight in invariant.weights.items()}
             for invariant in place_invariants(net.compile())
         ]
 
-    def _with(self, place: str) -> dict[str, Fraction] | None:
+    def _with(self, place: str) -> dict[str, int] | None:
         return min((y for y in self._basis if place in y), key=len, default=None)
 
     def equation(self, place: str) -> PlaceEquation | None:
         weights = self._with(place)
         if weights is None:
             return None
-        constant = sum((weight * self._initial[name] for name, weight in weights.items()), Fraction(0))
-        scale = weights[place]
-        return PlaceEquation(
-            place,
-            {name: -weight / scale for name, weight in weights.items() if name != place},
-            constant / scale,
-        )
+        constant, scale = sum(weight * self._initial[p] for p, weight in weights.items()), weights[place]
+        factors = {name: Fraction(-weight, scale) for name, weight in weights.items() if name != place}
+        return PlaceEquation(place, factors, Fraction(constant, scale))
 
     def drop(self, place: str) -> None:
         pivot = self._with(place)
         if pivot is None:
             return
-        basis = []
-        for weights in self._basis:
-            if weights is pivot:
-                continue
-            factor = weights.get(place, Fraction(0)) / pivot[place]
-            combined = {n: weights.get(n, 0) - factor * pivot.get(n, 0) for n in {**weights, **pivot}}
-            basis.append({n: Fraction(weight) for n, weight in combined.items() if weight})
-        self._basis = basis
+        others = (weights for weights in self._basis if weights is not pivot)
+        self._basis = [_without(place, weights, pivot) if place in weights else weights for weights in others]
+
+
+def _without(place: str, weights: dict[str, int], pivot: dict[str, int]) -> dict[str, int]:
+    """Combine two invariants to one that has no weight for a place."""
+    own, other = pivot[place], weights[place]
+    combined = {p: own * weights.get(p, 0) - other * pivot.get(p, 0) for p in {**weights, **pivot}}
+    shared = gcd(*combined.values()) or 1
+    return {p: weight // shared for p, weight in combined.items() if weight}
 
 
 def _can_be_implied(net: MutableNet, place: str) -> bool:
