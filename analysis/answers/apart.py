@@ -35,6 +35,8 @@ Work = Callable[[Tell], object]
 
 PATIENCE = 0.05
 """Seconds between two looks at whether a process still runs that says nothing."""
+ASKED_AGAIN = 0.02
+"""Seconds after which work is asked once more to end that could not hear it."""
 _TOLD, _RETURNED, _RAISED = "told", "returned", "raised"
 _LENGTH = struct.Struct("!Q")
 _CHUNK = 1 << 20
@@ -219,6 +221,19 @@ class _Teller:
             self.has_ended = True
             raise KeyboardInterrupt
 
+    def lost(self, lost: sys.UnraisableHookArgs) -> None:
+        """Ask once more to end where that was raised in a callback from C, which passes nothing on.
+
+        The hook `sys.unraisablehook`; what else is lost there is shown as always.
+        """
+        if not (self.has_ended and issubclass(lost.exc_type, KeyboardInterrupt)):
+            sys.__unraisablehook__(lost)
+            return
+        self.has_ended = False
+        again = threading.Timer(ASKED_AGAIN, os.kill, (os.getpid(), signal.SIGTERM))
+        again.daemon = True
+        again.start()
+
 
 def _run(work: Work, parent: int, reading: int, writing: int) -> NoReturn:
     """Do the work, in the new process."""
@@ -228,6 +243,7 @@ def _run(work: Work, parent: int, reading: int, writing: int) -> NoReturn:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         teller = _Teller(writing)
         signal.signal(signal.SIGTERM, teller.asked)
+        sys.unraisablehook = teller.lost
         try:
             kind, value = _RETURNED, work(teller.tell)
         except BaseException as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 import signal
 import subprocess
@@ -137,6 +138,28 @@ def test_an_interrupt_that_a_library_swallows_ends_it_all_the_same() -> None:
         assert list(apart.messages()) == []
         with pytest.raises(KeyboardInterrupt):
             apart.value()
+
+
+def test_an_interrupt_in_a_callback_from_c_is_not_lost_and_says_nothing(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """Kernels are loaded by callbacks; what these raise, C cannot pass on."""
+
+    called = ctypes.CFUNCTYPE(None)(lambda: time.sleep(0.3))
+
+    def work(tell: Tell) -> None:
+        tell("begun")
+        called()
+        time.sleep(FOR_EVER)
+
+    with Apart(work) as apart:
+        assert first(apart) == "begun"
+        time.sleep(0.1)
+        apart.ask_to_end()
+        assert list(apart.messages(30)) == []
+        with pytest.raises(KeyboardInterrupt):
+            apart.value()
+    assert capfd.readouterr() == ("", "")
 
 
 def test_it_is_asked_between_two_messages_never_within_one() -> None:
