@@ -20,6 +20,7 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from decimal import Decimal
 from functools import partial
 from importlib.metadata import version
@@ -140,7 +141,7 @@ def warm_up(net: CompiledNet, engine: str) -> None:
     from dineros.analysis.explicit import explore
 
     order = "depth-first" if engine == "depth-first" else "breadth-first"
-    for small in (classic.philosophers(3), net):
+    for small in (classic.philosophers(3), replace(net)):  # a copy: what is found out of a net, it keeps
         explore(small, Budget(1 << 24, states=1), order=order)  # type: ignore[arg-type]
 
 
