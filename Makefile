@@ -49,7 +49,7 @@ lint: install ## Run every check but the tests
 
 .PHONY: test
 test: lint ## Run lint, then all tests but the long ones
-	@echo "Tests that are not long (pytest)" && $(python) -m pytest -n 2 -m 'not long' $(PYTEST_ARGS)
+	@echo "Tests that are not long (pytest)" && $(python) -m pytest -n 3 -m 'not long' $(PYTEST_ARGS)
 
 .PHONY: thorough
 thorough: lint ## Run lint, then all tests
