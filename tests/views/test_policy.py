@@ -30,9 +30,12 @@ INJECTED = """() => {
   document.body.insertAdjacentHTML("beforeend", `<img src="data:," onerror="window.ran.push('handler')">`);
   add("script", { src: "data:text/javascript,window.ran.push('data')" });
   add("script", { src: "http://127.0.0.1:9/evil.js" });
-  add("iframe", { srcdoc: "<script>parent.ran.push('frame')</script>" });
+  const frame = document.createElement("iframe");
+  const loaded = new Promise((done) => frame.addEventListener("load", done));
+  document.body.append(Object.assign(frame, { srcdoc: "<script>parent.ran.push('frame')</script>" }));
   add("a", { href: "javascript:window.ran.push('link')", id: "evil" });
   document.getElementById("evil").click();
+  return loaded.then(() => null);
 }"""
 
 
