@@ -240,9 +240,9 @@ def _claim(one: Property, value: bool | int, net: CompiledNet) -> Formula | None
     Its names are those of the property; of a question of any net, those of the net.
     """
     if one.kind == "bound":
-        sum = tuple((1, Name(name)) for name in one.places)
-        always = ForAll(Globally(Comparison(sum, "<=", value)))
-        return And((always, Exists(Finally(Comparison(sum, ">=", value)))))
+        tokens = tuple((1, Name(name)) for name in one.places)
+        never_more = ForAll(Globally(Comparison(tokens, "<=", value)))
+        return And((never_more, Exists(Finally(Comparison(tokens, ">=", value)))))
     said = one.formula or said_of_all(one.examination, net)
     if one.kind == "ltl":
         found = _in_branching_time(said)

@@ -69,7 +69,7 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list
     return bounds
 
 
-def flows_and_bounds(net: CompiledNet) -> tuple[list[PlaceInvariant] | None, list[Bound | None]]:
+def flows_and_bounds(net: CompiledNet) -> tuple[Sequence[PlaceInvariant] | None, Sequence[Bound | None]]:
     """Minimal semiflows, None where there are too many, and the bounds of places that they and others prove.
 
     All engines begin with it: ask by `CompiledNet.once`.

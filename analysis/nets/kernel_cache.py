@@ -1,9 +1,9 @@
 """Compiled kernels: kept from run to run, and compiled anew where any of their sources has changed.
 
-Numba keeps what it compiles beside a kernel's own file, and looks at the date of that file. What a kernel
-or inlines from other files, and the constants it has from them, it does not look at: after an update an old
-kernel could run on new tables, or its index could name a class that is gone. So the folder that they are kept
-in is named by the content of all of them, and no date counts.
+Numba keeps what it compiles beside a kernel's own file, and looks whether that file has changed. What a
+kernel calls or inlines from other files, and the constants it has from them, it does not look at: after an
+update an old kernel could run on new tables, or its index could name a class that is gone. So the folder
+that they are kept in is named by the content of all of them.
 """
 
 from __future__ import annotations
@@ -44,9 +44,7 @@ def kernel(**options: Any) -> Any:
         settings.CACHE_DIR = str(folder or "")  # looked at as the decorator is called, and not later
         try:
             dispatcher = _for_all_numbers(njit(cache=folder is not None, **options)(function))
-            if folder is None:
-                return dispatcher
-            return _stamped(_loaded_alone(_kept_by_one_at_a_time(dispatcher, folder)), folder)
+            return dispatcher if folder is None else _loaded_alone(_kept_by_one_at_a_time(dispatcher, folder))
         finally:
             settings.CACHE_DIR = former
 
@@ -108,16 +106,6 @@ def _loaded_alone(dispatcher: Any) -> Any:
         return kept._load_overload(arguments, target)
 
     kept.load_overload = load_overload
-    return dispatcher
-
-
-def _stamped(dispatcher: Any, folder: Path) -> Any:
-    """Let a kernel of ours that was kept hold wherever its folder is, which is named by what it is made of.
-
-    Left alone, Numba looks at the date of its file, too, which a copy of the same content changes.
-    """
-    if Path(dispatcher.py_func.__code__.co_filename).is_relative_to(ROOM):
-        dispatcher._cache._cache_file._source_stamp = folder.name
     return dispatcher
 
 

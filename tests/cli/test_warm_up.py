@@ -28,6 +28,17 @@ def test_it_compiles_once(run: Run, kept: Path, monkeypatch: pytest.MonkeyPatch)
     assert (again.exit_code, again.stdout) == (0, "the engines are compiled already\n")
 
 
+def test_a_package_that_was_copied_is_not_warm(
+    run: Run, kept: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Numba keeps kernels by the path of their module."""
+    monkeypatch.setattr(warm_up, "PARTS", {})
+    assert run("warm-up", "--processes", "1").exit_code == 0
+    assert warm_up.is_warm()
+    monkeypatch.setattr(warm_up, "ROOM", tmp_path / "copy")
+    assert not warm_up.is_warm()
+
+
 def test_a_process_that_fails_is_told_and_tried_again(
     run: Run, kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -117,41 +116,6 @@ def test_kernels_that_call_one_share_a_compilation_of_it(monkeypatch: pytest.Mon
 
     assert total(np.array([1, 2, 2**31 - 1], dtype=np.int32)) == total.py_func(np.array([1, 2, 2**31 - 1]))
     assert len(scaled.signatures) == 1
-
-
-STUBBORN = """
-import sys
-from dineros.analysis.explicit.kernels.stubborn import lowest_bit
-import numpy as np
-lowest_bit(np.uint64(8))
-print(sum(lowest_bit.stats.cache_hits.values()))
-"""
-
-
-@pytest.mark.long
-def test_a_file_that_only_has_a_new_date_is_not_compiled_again(tmp_path: Path) -> None:
-    copy = tmp_path / "copy"
-    shutil.copytree(
-        kernel_cache.ROOM, copy / "dineros/analysis", ignore=shutil.ignore_patterns("__pycache__")
-    )
-    for room in ("metamodel",):
-        (copy / "dineros" / room).symlink_to(kernel_cache.ROOM.parent / room)
-    (copy / "dineros/__init__.py").write_text("")
-    environment = {"PATH": "", "HOME": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
-
-    def hits() -> str:
-        run = subprocess.run(
-            [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(copy)!r})\n{STUBBORN}"],
-            capture_output=True,
-            text=True,
-            check=True,
-            env=environment,
-        )
-        return run.stdout.strip()
-
-    assert hits() == "0"
-    (copy / "dineros/analysis/explicit/kernels/stubborn.py").touch()
-    assert hits() == "1"
 
 
 CALLED_FOR_BOTH = """
