@@ -54,8 +54,11 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list
         _use(net, bounds, flow.weights)
     weightings = {tuple(b.weights.items()): b.weights for b in bounds if b is not None and b.value > 1}
     program = None
+    by_flows = {place for place, bound in enumerate(bounds) if bound is not None}
     for place in range(len(net.places)):
-        if bounds[place] is None:
+        found = bounds[place]
+        # A weighting that was sought for another place bounds this one, but not as well as its own one may.
+        if found is None or (found.value > 1 and place not in by_flows):
             program = program or LinearProgram(net.delta, len(net.places))
             weights = _linear_weighting(net, program, place)
             if weights is not None:

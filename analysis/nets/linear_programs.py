@@ -11,6 +11,7 @@ Computation 10(1), 2018.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,9 +36,20 @@ class LinearProgram:
         Number of columns.
     most_work : int
         Entries that may be looked at in all; then there are no more solutions.
+    is_warm : bool
+        Each solution is sought from where the last one was found, which takes a fraction of the time. Of
+        several optimal ones it then hangs on what was asked before which one is found.
     """
 
-    def __init__(self, rows: Sequence[Mapping[int, float]], columns: int, most_work: int = MOST_WORK) -> None:
+    def __init__(
+        self,
+        rows: Sequence[Mapping[int, float]],
+        columns: int,
+        most_work: int = MOST_WORK,
+        *,
+        is_warm: bool = True,
+    ) -> None:
+        self._is_warm = is_warm
         self._rows, self._columns = len(rows), columns
         self._index = np.array([column for row in rows for column in row], dtype=np.int32)
         self._value = np.array([value for row in rows for value in row.values()], dtype=np.float64)
@@ -62,22 +74,32 @@ class LinearProgram:
         self._work_left -= size + self._index.size
         if self._work_left < size:
             return None
+        program, optimal = self._program
+        program.setOptionValue("simplex_iteration_limit", self._work_left // size)
+        columns, rows = np.arange(self._columns, dtype=np.int32), np.arange(self._rows, dtype=np.int32)
+        program.changeColsCost(self._columns, columns, costs)
+        program.changeColsBounds(self._columns, columns, low, high)
+        program.changeRowsBounds(self._rows, rows, np.full(self._rows, -np.inf), limits)
+        if not self._is_warm:
+            program.clearSolver()
+        program.run()
+        self._work_left -= size * max(0, program.getInfo().simplex_iteration_count)
+        return list(program.getSolution().col_value) if program.getModelStatus() == optimal else None
+
+    @cached_property
+    def _program(self) -> tuple[Any, Any]:
+        """HiGHS with the matrix, and what it says when it has found an optimal x."""
         import highspy
 
         program: Any = highspy.Highs()  # type: ignore[no-untyped-call]
         program.setOptionValue("output_flag", False)
         program.setOptionValue("threads", 1)
-        program.setOptionValue("simplex_iteration_limit", self._work_left // size)
         model = highspy.HighsLp()
         model.num_col_, model.num_row_ = self._columns, self._rows
-        model.col_cost_, model.col_lower_, model.col_upper_ = costs, low, high
-        model.row_lower_, model.row_upper_ = np.full(self._rows, -np.inf), limits
+        model.col_cost_ = model.col_lower_ = model.col_upper_ = np.zeros(self._columns)
+        model.row_lower_ = model.row_upper_ = np.zeros(self._rows)
         model.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
         model.a_matrix_.start_ = self._start
         model.a_matrix_.index_, model.a_matrix_.value_ = self._index, self._value
         program.passModel(model)
-        program.run()
-        self._work_left -= size * max(0, program.getInfo().simplex_iteration_count)
-        if program.getModelStatus() != highspy.HighsModelStatus.kOptimal:
-            return None
-        return list(program.getSolution().col_value)
+        return program, highspy.HighsModelStatus.kOptimal

@@ -47,7 +47,8 @@ class _Search:
     def __init__(self, net: CompiledNet, places: Iterable[int]) -> None:
         self._net = net
         initial = {p: int(net.initial[p]) for p in np.flatnonzero(net.initial).tolist()}
-        self._program = LinearProgram([*net.delta, initial], len(net.places))
+        # Diagrams grow where groups do not suit each other: what is found must not hang on earlier ones.
+        self._program = LinearProgram([*net.delta, initial], len(net.places), is_warm=False)
         self._limits = np.zeros(len(net.delta) + 1)
         self._limits[-1] = 1
         self.free = set(places)
