@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from abc import ABC, abstractmethod
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -120,34 +121,8 @@ def state_space(
     BudgetError
         Memory ran out before there was anything to count.
     """
-    from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
-
-    began, budget = time.perf_counter(), budget.begun()
-    if engine == "tina":
-        return _tina(net, budget, began)
-    if engine == "explicit":
-        return _with_rest(net, _explicit(net, budget, began, order), engine, budget, orders, order)
-    if engine == "symbolic":
-        try:
-            return _symbolic(net, budget, began, orders)
-        except UnknownBoundError as error:
-            return _nothing(net, "symbolic", str(error), began)
-    try:
-        found = first_of_two(
-            [
-                Member(lambda share: _symbolic(net, share, began, orders), head_start=HEAD_START),
-                Member(lambda share: _explicit(net, share, began, order)),
-            ],
-            budget,
-            lambda space: space.complete or space.pumping is not None,
-            alone=HEAD_START,
-        )
-    except (UnknownBoundError, LevelSizeError):
-        found = _explicit(net, budget, began, order)
-    if found is None:
-        budget.check_time()
-        raise BudgetExceededError("no engine has answered")
-    return _with_rest(net, found, engine, budget, orders, order)
+    task = Counting(net, budget.begun(), time.perf_counter(), orders, order)
+    return _with_rest(task, COUNTERS[engine].count(task), engine)
 
 
 def unfinished(net: CompiledNet, engine: str, states: int | None, reason: str, seconds: float) -> StateSpace:
@@ -183,27 +158,123 @@ def differences(net: CompiledNet, counts: TinaCounts, budget: Budget = UNLIMITED
     ]
 
 
-def _symbolic(net: CompiledNet, budget: Budget, began: float, orders: OrderCache | None) -> StateSpace:
+@dataclass(frozen=True)
+class Counting:
+    """A net to count, what that may cost, and when it began."""
+
+    net: CompiledNet
+    budget: Budget
+    began: float
+    orders: OrderCache | None
+    order: Order
+
+    def within(self, budget: Budget) -> Counting:
+        """Return the same with another budget."""
+        return replace(self, budget=budget)
+
+    def nothing(self, engine: str, reason: str) -> StateSpace:
+        """Return figures without counts, and why there are none."""
+        return figures_of(self.net, engine, self.began, reason=reason)
+
+
+class Counter(ABC):
+    """Who counts state spaces. A new one is a subclass, and stands in `COUNTERS`."""
+
+    @abstractmethod
+    def count(self, task: Counting) -> StateSpace:
+        """Count; raise what `state_space` does."""
+
+
+class _Automatic(Counter):
+    """Diagrams, side by side with explicit search where they take long; search alone without bounds."""
+
+    def count(self, task: Counting) -> StateSpace:
+        from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
+
+        try:
+            found = first_of_two(
+                [
+                    Member(lambda share: _by_diagrams(task.within(share)), head_start=HEAD_START),
+                    Member(lambda share: _by_search(task.within(share))),
+                ],
+                task.budget,
+                lambda space: space.complete or space.pumping is not None,
+                alone=HEAD_START,
+            )
+        except (UnknownBoundError, LevelSizeError):
+            return _by_search(task)
+        if found is None:
+            task.budget.check_time()
+            raise BudgetExceededError("no engine has answered")
+        return found
+
+
+class _Explicit(Counter):
+    """One marking after another."""
+
+    def count(self, task: Counting) -> StateSpace:
+        return _by_search(task)
+
+
+class _Symbolic(Counter):
+    """Decision diagrams."""
+
+    def count(self, task: Counting) -> StateSpace:
+        from dineros.analysis.symbolic.levels import UnknownBoundError
+
+        try:
+            return _by_diagrams(task)
+        except UnknownBoundError as error:
+            return task.nothing("symbolic", str(error))
+
+
+class _Tina(Counter):
+    """TINA of LAAS, where it is on the PATH; it takes the time of the budget only."""
+
+    def count(self, task: Counting) -> StateSpace:
+        from dineros.analysis.tina import TinaBudgetError, count
+
+        try:
+            counts = count(task.net, task.budget)
+        except TinaBudgetError as limit:
+            return task.nothing("tina", limit.why)
+        if not counts.is_bounded:
+            return task.nothing("tina", "unbounded")
+        return figures_of(task.net, "tina", task.began, (counts.states, counts.arcs, counts.deadlocks))
+
+
+COUNTERS: dict[Engine, Counter] = {
+    "auto": _Automatic(),
+    "explicit": _Explicit(),
+    "symbolic": _Symbolic(),
+    "tina": _Tina(),
+}
+"""By name, as `--engine` has it."""
+
+
+def _by_diagrams(task: Counting) -> StateSpace:
     from dineros.analysis.symbolic.engine import symbolic_state_space
 
+    budget = task.budget
     try:
-        space = symbolic_state_space(net, budget, orders=orders)
+        space = symbolic_state_space(task.net, budget, orders=task.orders)
         if not space.complete:
-            return _nothing(net, "symbolic", RAN_OUT[space.reason], began)
+            return task.nothing("symbolic", RAN_OUT[space.reason])
         budget.stage("counting arcs, deadlocks and tokens")
         space.sets.budget = budget
         counts = space.markings, space.arcs(), space.deadlocks()
     except BudgetExceededError as limit:
-        return _nothing(net, "symbolic", str(limit), began)
+        return task.nothing("symbolic", str(limit))
     tokens = max(space.largest_place(), default=0), space.largest_total()
-    return replace(figures_of(net, "symbolic", began, counts, tokens), levels=space.order)
+    return replace(figures_of(task.net, "symbolic", task.began, counts, tokens), levels=space.order)
 
 
-def _explicit(net: CompiledNet, budget: Budget, began: float, order: Order) -> StateSpace:
+def _by_search(task: Counting) -> StateSpace:
     from dineros.analysis.explicit import explore
     from dineros.analysis.nets.coverability import coverability
 
-    space = explore(net, budget.share(most_bytes=budget.memory), order=order)
+    net = task.net
+    space = explore(net, task.budget.share(most_bytes=task.budget.memory), order=task.order)
     if space.pumping is not None:
         # What the search came across is a proof; the coverability tree often has a shorter one.
         others = coverability(net, COVERABILITY_NODES).pumping
@@ -211,40 +282,21 @@ def _explicit(net: CompiledNet, budget: Budget, began: float, order: Order) -> S
             [space.pumping, *([others] if others else [])], key=lambda p: len(p.prefix) + len(p.suffix)
         )
         grown = ", ".join(net.places[place] for place in pumping.places)
-        reason = f"unbounded: {grown} can grow for ever"
-        return replace(_nothing(net, "explicit", reason, began), pumping=pumping)
+        return replace(task.nothing("explicit", f"unbounded: {grown} can grow for ever"), pumping=pumping)
     counts = space.markings, space.arcs, space.deadlocks
     tokens = max(space.largest_place, default=0), space.largest_total
     reason = "" if space.complete else RAN_OUT.get(space.reason or "", space.reason or "unknown")
-    return figures_of(net, "explicit", began, counts, tokens, reason)
+    return figures_of(net, "explicit", task.began, counts, tokens, reason)
 
 
-def _tina(net: CompiledNet, budget: Budget, began: float) -> StateSpace:
-    from dineros.analysis.tina import TinaBudgetError, count
-
-    try:
-        counts = count(net, budget)
-    except TinaBudgetError as limit:
-        return _nothing(net, "tina", limit.why, began)
-    if not counts.is_bounded:
-        return _nothing(net, "tina", "unbounded", began)
-    return figures_of(net, "tina", began, (counts.states, counts.arcs, counts.deadlocks))
-
-
-def _with_rest(
-    net: CompiledNet,
-    space: StateSpace,
-    engine: Engine,
-    budget: Budget,
-    orders: OrderCache | None,
-    order: Order,
-) -> StateSpace:
+def _with_rest(task: Counting, space: StateSpace, engine: Engine) -> StateSpace:
     """Count an unbounded net without its counters and logs, where it has any."""
     if space.pumping is None:
         return space
     from dineros.analysis.covering.growing import growing_places, largest_weights, limited
     from dineros.analysis.nets.bounds import place_bounds
 
+    net, budget = task.net, task.budget
     bounds, weights = place_bounds(net), largest_weights(net)
     limits = {place: weights[place] for place in growing_places(net) if bounds[place] is None}
     if not limits:
@@ -253,17 +305,13 @@ def _with_rest(
     smaller = limited(net, limits).net
     began = time.perf_counter()
     try:
-        rest = state_space(smaller, engine, budget, orders, order)
+        rest = state_space(smaller, engine, budget, task.orders, task.order)
     except BudgetExceededError as limit:
-        rest = _nothing(smaller, engine, str(limit), began)
+        rest = figures_of(smaller, engine, began, reason=str(limit))
     if any(limits.values()):
         # Among the places are some that say how much room is left.
         rest = replace(rest, max_tokens_in_place=None, max_tokens_in_marking=None)
     return replace(space, without=tuple(net.places[place] for place in limits), rest=rest)
-
-
-def _nothing(net: CompiledNet, engine: str, reason: str, began: float) -> StateSpace:
-    return figures_of(net, engine, began, reason=reason)
 
 
 def figures_of(
