@@ -87,6 +87,8 @@ class Subcommands(click.Group):
         except (KeyboardInterrupt, EOFError, click.Abort):
             return INTERRUPTED
         except Exception as error:
+            if isinstance(error.__cause__, KeyboardInterrupt):  # Python 3.11, while a class is made
+                return INTERRUPTED
             return failed(error, invocation.debug)
 
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import click
 
-from dineros.analysis.answers.apart import Apart, ApartDiedError, Tell
+from dineros.analysis.answers.apart import Apart, ApartDiedError, Tell, is_end
 from dineros.analysis.answers.processes import PROCESSES, running_seconds
 from dineros.analysis.nets.memory import (
     MemoryBudgetError,
@@ -170,13 +170,13 @@ class Watch:
             with search.relay.on(), nullcontext() if PROCESSES.is_dir() else watched_memory(self.memory):
                 try:
                     return work(search)
-                except KeyboardInterrupt:
-                    search.refresh(is_last=True)
-                    raise KeyboardInterrupt from None
                 except click.exceptions.Exit as finished:
                     return finished.exit_code
-                except Exception as error:
-                    return failed(error, debug)
+                except (Exception, KeyboardInterrupt) as error:
+                    if isinstance(error, Exception) and not is_end(error):
+                        return failed(error, debug)
+                    search.refresh(is_last=True)
+                    raise KeyboardInterrupt from None
 
         with Apart(apart) as process, self._counting_signals():
             while not process.is_over:

@@ -25,7 +25,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from types import FrameType, TracebackType
-from typing import Any, NoReturn, Self
+from typing import Any, ClassVar, NoReturn, Self
 
 from dineros.analysis.answers.processes import Tree, die_with
 from dineros.metamodel.errors import DinerosError
@@ -183,13 +183,24 @@ def ready(some: Sequence[Apart], seconds: float | None = None) -> list[Apart]:
     return list(select.select(some, [], [], seconds)[0])
 
 
+def is_end(error: BaseException) -> bool:
+    """Tell whether work in a process of its own ends by an error because it was asked to end.
+
+    What is interrupted within a callback from C, or while a class is made, fails in another way afterwards.
+    """
+    return isinstance(error, KeyboardInterrupt) or (_Teller.has_asked and not isinstance(error, DinerosError))
+
+
 class _Teller:
     """What writes to the pipe: one message at a time, and each as a whole, also where it is asked to end."""
 
+    has_asked: ClassVar[bool] = False
+    """Whether the work of this process was asked to end, and heard it."""
+
     def __init__(self, pipe: int) -> None:
         self._pipe, self._turn = pipe, threading.Lock()
-        self._is_writing = self._is_asked = False
-        self.has_ended = False
+        self._is_writing = self._is_asked = self._has_raised = False
+        _Teller.has_asked = False  # not what was asked of the process that this one was forked from
 
     def tell(self, value: object) -> None:
         self.write(_TOLD, value)
@@ -217,8 +228,8 @@ class _Teller:
             self._end()
 
     def _end(self) -> None:
-        if not self.has_ended:
-            self.has_ended = True
+        if not self._has_raised:
+            self._has_raised = _Teller.has_asked = True
             raise KeyboardInterrupt
 
     def lost(self, lost: sys.UnraisableHookArgs) -> None:
@@ -226,10 +237,10 @@ class _Teller:
 
         The hook `sys.unraisablehook`; what else is lost there is shown as always.
         """
-        if not (self.has_ended and issubclass(lost.exc_type, KeyboardInterrupt)):
+        if not (self._has_raised and issubclass(lost.exc_type, KeyboardInterrupt)):
             sys.__unraisablehook__(lost)
             return
-        self.has_ended = False
+        self._has_raised = False
         again = threading.Timer(ASKED_AGAIN, os.kill, (os.getpid(), signal.SIGTERM))
         again.daemon = True
         again.start()
@@ -247,9 +258,7 @@ def _run(work: Work, parent: int, reading: int, writing: int) -> NoReturn:
         try:
             kind, value = _RETURNED, work(teller.tell)
         except BaseException as error:
-            # What was interrupted within a compiler's callback from C fails in another way afterwards.
-            is_end = teller.has_ended and not isinstance(error, DinerosError)
-            kind, value = _RAISED, KeyboardInterrupt() if is_end else _tellable(error)
+            kind, value = _RAISED, KeyboardInterrupt() if is_end(error) else _tellable(error)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         try:
             teller.write(kind, value)

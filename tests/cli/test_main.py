@@ -208,6 +208,15 @@ def test_what_the_system_reports(
     assert (result.exit_code, result.stdout, result.stderr) == (status, "", line)
 
 
+def test_an_interrupt_while_a_class_is_made(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python 3.11 makes an error of its own of it."""
+    error = RuntimeError("Error calling __set_name__")
+    error.__cause__ = KeyboardInterrupt()
+    _let_validate_raise(monkeypatch, error)
+    result = run("validate", "model.xmi")
+    assert (result.exit_code, result.stdout, result.stderr) == (130, "", "")
+
+
 def _let_validate_raise(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
     def fail(*_: object) -> None:
         raise error

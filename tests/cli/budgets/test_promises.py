@@ -10,6 +10,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import click
@@ -160,6 +161,22 @@ def test_interrupted_it_gives_the_same_report(model: Path, number: signal.Signal
     assert status == 3
     assert output.startswith("unknown: everything else: interrupted after ")
     assert output.endswith(f"{model}: 0 found, 1 proved, 1 unknown\n")
+
+
+def test_what_fails_because_it_was_interrupted_is_no_failure() -> None:
+    """As Python 3.11 makes an error of its own of what interrupts it while it makes a class."""
+
+    def work(search: Search) -> int:
+        search.draft(lambda ending: 3)
+        try:
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(600)
+        except KeyboardInterrupt as interrupt:
+            raise RuntimeError("error calling __set_name__") from interrupt
+        return 0
+
+    with click.Context(click.Command("check"), obj=Invocation()):
+        assert Watch(Limits(time.monotonic(), None, None)).run(work) == 3
 
 
 def test_off_a_terminal_it_says_now_and_then_where_it_is(
