@@ -12,7 +12,7 @@ import { SIGNS } from "./words.js";
  * @property {Record<string, boolean>} [signals] values by id
  * @property {string[]} [highlights] ids of what is pointed out
  */
-/** @typedef {{ marking: Marking, signals: Record<string, boolean>, marked: Set<string> }} Shown */
+/** @typedef {{ marking: Map<string, number>, signals: Map<string, boolean>, marked: Set<string> }} Shown */
 /** @typedef {{ id: string, change?: Change, badge?: string }} Signed */
 
 /** How up to four tokens are drawn. @type {Point[][]} */
@@ -80,7 +80,7 @@ function signs(item, x, y) {
 function lettering(item, text, { signals, marked }) {
   const groups = new Map(
     item.signals?.map(({ id, initial }) => {
-      const all = ["signal", (signals[id] ?? initial) && "true", marked.has(id) && "marked"];
+      const all = ["signal", (signals.get(id) ?? initial) && "true", marked.has(id) && "marked"];
       return [escaped(id), all.filter(Boolean).join(" ")];
     }),
   );
@@ -115,7 +115,7 @@ function box(item, shown) {
 function node(item, shown) {
   let content = "";
   if (/^place/.test(item.kind)) {
-    content = `<g class="tokens">${tokens(tokensOf(item, shown.marking))}</g>`;
+    content = `<g class="tokens">${tokens(tokensOf(item, shown))}</g>`;
   }
   const wide = item.width / 2 + 4;
   const high = item.height / 2 + 4;
@@ -130,8 +130,8 @@ function node(item, shown) {
   );
 }
 
-/** @type {(item: Node, marking: Marking) => number} */
-const tokensOf = (item, marking) => marking[item.target ?? item.id] ?? item.tokens ?? 0;
+/** @type {(item: Node, shown: Shown) => number} */
+const tokensOf = (item, { marking }) => marking.get(item.target ?? item.id) ?? item.tokens ?? 0;
 
 /**
  * Arrow head, or the ring of an inhibitor arc, at the end of a line.
@@ -171,7 +171,11 @@ const drawnBy = (picture, id) =>
 
 /** What stands inside the SVG element. @type {(picture: Picture, overlay?: Overlay) => string} */
 export function netMarkup(picture, { marking = {}, signals = {}, highlights = [] } = {}) {
-  const shown = { marking, signals, marked: new Set(highlights.map((id) => drawnBy(picture, id))) };
+  const shown = {
+    marking: new Map(Object.entries(marking)), // an element may be called `constructor`
+    signals: new Map(Object.entries(signals)),
+    marked: new Set(highlights.map((id) => drawnBy(picture, id))),
+  };
   const allSigns = [
     ...picture.boxes.map((item) => signs(item, item.x + item.width - 30, item.y + 1)),
     ...picture.nodes.map((item) => signs(item, item.x - item.width / 2 - 4, item.y - item.height / 2 - 2)),

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from lxml import etree
 
+from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 from dineros.views.nets import Box, ViewModel, compare, layout, to_png, to_svg, view_of
 from dineros.views.nets.contents.glyphs import finish_box
@@ -116,6 +117,20 @@ def test_signals_are_shown_as_they_are_now() -> None:
         "c": "signal true",
         "d": "signal true marked",
     }
+
+
+def test_names_of_javascript_are_names_like_others() -> None:
+    names = ("constructor", "toString", "__proto__")
+    box = Box("valueOf", "node", "box", signals=[Signal("hasOwnProperty", "s", False)])
+    finish_box(box)
+    view = view_of(
+        pn.Net(id="net", pages=[pn.Page(id="p", objects=[pn.Place(id=name, tokens=2) for name in names])])
+    )
+    view.boxes.append(box)
+    root = parsed(to_svg(layout(view), marking={"__proto__": 3}))
+    dots = [len(group(root, name).find(f"{NAMESPACE}g[@class='tokens']")) for name in names]
+    assert dots == [2, 2, 3]
+    assert group(root, "hasOwnProperty").get("class") == "signal"
 
 
 def test_the_second_arc_of_a_pair_is_highlighted_by_the_first(picture: dict[str, Any]) -> None:
