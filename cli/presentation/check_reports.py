@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from dineros.cli.console import warn
 from dineros.cli.searching import Limits, search
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ LEAST_SECONDS, DRAWING_SECONDS = 0.01, 2.0
 def write_check_report(
     report: Report, net: pn.Net, output: Path, model: Path, settings: Sequence[str]
 ) -> None:
-    """Write what a check found as a page, as a whole or not at all."""
+    """Write what a check found as a page, as a whole or not at all; one line says why it lacks pictures."""
     from dineros.metamodel.files.atomic import write_atomically
     from dineros.views.reports.check_report import CheckContent, check_page
 
@@ -40,7 +41,10 @@ def write_check_report(
         spaces=spaces,
         settings=tuple(settings),
     )
-    write_atomically(output, check_page(content, net).encode())
+    page, failure = check_page(content, net)
+    write_atomically(output, page.encode())
+    if failure is not None:
+        warn(f"{output}: without pictures: {failure}")
 
 
 def _entry(finding: Finding, source: str) -> FindingEntry:

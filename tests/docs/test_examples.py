@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.layouter import without_line
 from tests.support.markdown import blocks, commands, run_page
 from tests.support.on_ros import on_ros
 from tests.support.system_packages import require_for
@@ -46,7 +45,7 @@ def check_page(page: Path, tmp_path: Path, warm: Path | None) -> None:
             shutil.copy(model, tmp_path / "case_study")
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     for block, command, shown, printed in run_page(page.read_text(encoding="utf-8"), tmp_path, warm):
-        assert without_line(printed) == shown, f"{page.name}:{block.line}: {command}"
+        assert printed == shown, f"{page.name}:{block.line}: {command}"
 
 
 def test_blocks_and_commands_are_found() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import atexit
 import contextlib
 import json
-import logging
 import os
 import signal
 import socket
@@ -18,8 +17,6 @@ from io import BufferedReader
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
-
-LOG = logging.getLogger("dineros.views")
 
 SECONDS = 300.0
 """Longest time for one answer."""
@@ -215,18 +212,4 @@ def _signal_name(number: int) -> str:
 _LAYOUTER = Layouter()
 evaluate = _LAYOUTER.evaluate
 os.register_at_fork(after_in_child=_LAYOUTER.forget)
-
-_said = threading.Event()
-
-
-@atexit.register
-def _close() -> None:
-    _said.set()  # a picture that nobody waits for any more is not worth a line
-    _LAYOUTER.close()
-
-
-def say_once(instead: str, error: DinerosError) -> None:
-    """Say in one line how pictures are drawn instead, and why; once in a process."""
-    if not _said.is_set():
-        _said.set()
-        LOG.warning("%s: %s", instead, error)
+atexit.register(_LAYOUTER.close)

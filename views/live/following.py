@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
+import logging
 import secrets
 import threading
 import time
@@ -21,6 +21,8 @@ from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.facts import facts_of
 from dineros.views.traces.merging import Merger
 from dineros.views.traces.net_pane import net_content
+
+LOG = logging.getLogger("dineros.views.live")
 
 ModelSource = pn.Net | Callable[[Header], pn.Net | None] | None
 """The model; or what finds it once the header of a trace is there; or none."""
@@ -85,6 +87,7 @@ class LiveTrace:
         self._builder = TraceBuilder()
         self._coder = TraceCoder(self._builder, title)
         self._net: dict[str, Any] | None = None
+        self._failure: DinerosError | None = None
         self._drawing: threading.Thread | None = None
         self._merger = Merger([])
         self._waiting_since: float | None = None
@@ -184,12 +187,16 @@ class LiveTrace:
         self._drawing.start()
 
     def _draw(self, model: pn.Net | None) -> None:
-        with contextlib.suppress(DinerosError):
+        try:
             self._net = net_content(model)
+        except DinerosError as error:
+            self._failure = error
 
     def _drawn(self) -> bool:
         """Tell, once, that the net is drawn."""
         if self._drawing is None or self._drawing.is_alive():
             return False
         self._drawing = None
+        if self._failure is not None:  # said here, where nobody asks any more once the page has ended
+            LOG.warning("the live page shows no net: %s", self._failure)
         return self._net is not None

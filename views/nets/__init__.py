@@ -1,7 +1,7 @@
 """Pictures of nets: a view model made from any model, its layout, and SVG, PNG and pages in a browser.
 
 ``view_of(model)`` makes the view, ``layout(view)`` puts its visible part on a plane, ``to_svg(positioned)``
-draws that; `static/net/renderer.js` draws the same in a browser and changes marking and highlights by id.
+draws that: by the code of the pages, `static/net`, which in a browser changes marking and highlights by id.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,6 +11,7 @@ from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup
 
 from dineros.metamodel import pn
+from dineros.metamodel.errors import DinerosError
 from dineros.views.nets import ViewModel, around, collapse_if_large, layout, to_svg, view_of
 from dineros.views.nets.drawing.svg import THEMES
 from dineros.views.pages import own_markup
@@ -78,8 +80,8 @@ class CheckContent:
     settings: Sequence[str] = field(default_factory=tuple)
 
 
-def check_page(content: CheckContent, model: pn.Net | None = None) -> str:
-    """Return the report as HTML.
+def check_page(content: CheckContent, model: pn.Net | None = None) -> tuple[str, DinerosError | None]:
+    """Return the report as HTML, and why it lacks pictures, where it does.
 
     Parameters
     ----------
@@ -87,11 +89,6 @@ def check_page(content: CheckContent, model: pn.Net | None = None) -> str:
         What it says.
     model : pn.Net, optional
         The model, for pictures of the parts concerned.
-
-    Raises
-    ------
-    DinerosError
-        What draws the pictures is not installed.
     """
     environment = Environment(
         loader=PackageLoader("dineros.views", "static"),
@@ -101,28 +98,45 @@ def check_page(content: CheckContent, model: pn.Net | None = None) -> str:
     )
     view = view_of(model) if model is not None else None
     most = max((row["states"] or 1 for row in content.spaces), default=1)
-    return environment.get_template("report.html.j2").render(
+    failures: list[DinerosError] = []
+    page = environment.get_template("report.html.j2").render(
         content=content,
         style=own_markup("static/report.css"),
         signs=SIGNS,
-        figures=[_figures(finding, view) for finding in content.findings],
+        figures=[_figures(finding, view, failures) for finding in content.findings],
         counts={name: sum(one.severity == name for one in content.findings) for name in SIGNS},
         width=lambda states: 100 * len(str(states or 1)) / max(len(str(most)), 1),
     )
+    return page, failures[0] if failures else None
 
 
-def _figures(finding: FindingEntry, view: ViewModel | None) -> dict[str, dict[str, Markup]]:
+def _figures(
+    finding: FindingEntry, view: ViewModel | None, failures: list[DinerosError]
+) -> dict[str, dict[str, Markup]]:
     """Return the pictures of a finding: part of the net, and trace, each in light and dark."""
     found: dict[str, dict[str, Markup]] = {}
     known = {shape.id for shape in view.shapes()} if view is not None else ()
     shown = [element for element in finding.elements if element in known]
     if view is not None and shown:
-        positioned = layout(collapse_if_large(_part(view, shown)))
-        found["net"] = {theme: Markup(to_svg(positioned, highlights=shown, theme=theme)) for theme in THEMES}
+        with _noted(failures):
+            positioned = layout(collapse_if_large(_part(view, shown)))
+            found["net"] = {
+                theme: Markup(to_svg(positioned, highlights=shown, theme=theme)) for theme in THEMES
+            }
     if finding.view is not None:
-        views, fold = [finding.view], len(finding.steps) > LONG
-        found["trace"] = {theme: Markup(trace_svg(views, theme, fold=fold)) for theme in THEMES}
+        with _noted(failures):
+            views, fold = [finding.view], len(finding.steps) > LONG
+            found["trace"] = {theme: Markup(trace_svg(views, theme, fold=fold)) for theme in THEMES}
     return found
+
+
+@contextmanager
+def _noted(failures: list[DinerosError]) -> Iterator[None]:
+    """Go on without what cannot be drawn."""
+    try:
+        yield
+    except DinerosError as error:
+        failures.append(error)
 
 
 def _part(view: ViewModel, shown: Sequence[str]) -> ViewModel:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from dineros.metamodel.errors import DinerosError
-from dineros.views.javascript.client import evaluate, say_once
-from dineros.views.traces.plain import plain_figure
+from dineros.views.javascript.client import evaluate
 
 if TYPE_CHECKING:
     from dineros.views.nets.drawing.svg import Theme
@@ -26,18 +24,12 @@ def trace_svg(views: Sequence[dict[str, Any]], theme: Theme = "light", **options
         ``width`` of the lanes in pixels, ``time`` for wall-clock time, ``fold``, ``filter`` of the lanes, and
         the ``divergence`` of two traces.
 
-    Where scripts cannot run, one line of the log says why, and the picture is plainer.
+    Raises
+    ------
+    DinerosError
+        V8, which draws, is not installed or gives no answer.
     """
-    try:
-        figure: str = evaluate(
-            ["static/trace/figure.js"],
-            "figure",
-            list(views),
-            {"theme": theme, **options},
-        )
-    except DinerosError as error:
-        say_once("traces are drawn plainly", error)
-        return plain_figure(views, theme, **options)
+    figure: str = evaluate(["static/trace/figure.js"], "figure", list(views), {"theme": theme, **options})
     return figure
 
 

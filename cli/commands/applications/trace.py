@@ -80,7 +80,7 @@ def trace(
             _compare(pictures, compare, given, settings)
         pictures.write(output, {"theme": theme, "fold": fold, "filter": words, "time": not firings})
         if pictures.without_net is not None:
-            warn(f"without the net: {pictures.without_net}")
+            warn(f"{output}: without the net: {pictures.without_net}")
     else:
         from dineros.metamodel.files.atomic import write_atomically
         from dineros.views.exports import export

@@ -15,9 +15,6 @@ from pathlib import Path
 import pytest
 
 from dineros.views.javascript.client import Layouter, LayouterError, ScriptError
-from tests.support.layouter import needs_layouter
-
-pytestmark = needs_layouter
 
 ENDLESS = "() => { for (;;) {} }"
 

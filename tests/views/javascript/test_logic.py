@@ -5,9 +5,6 @@ from __future__ import annotations
 import pytest
 
 from dineros.views.javascript.client import evaluate
-from tests.support.layouter import needs_layouter
-
-pytestmark = needs_layouter
 
 
 @pytest.mark.parametrize(

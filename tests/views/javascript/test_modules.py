@@ -9,7 +9,6 @@ import pytest
 
 from dineros.views.javascript.client import evaluate
 from dineros.views.javascript.modules import linked, name_of
-from tests.support.layouter import needs_layouter
 
 ENTRIES = (
     "edit/page.js",
@@ -33,7 +32,6 @@ def value(script: str) -> object:
     return evaluate([], f"() => {script}")
 
 
-@needs_layouter
 def test_modules_run_once_after_those_they_import_from_and_keep_their_own_names(tmp_path: Path) -> None:
     write(
         tmp_path,
@@ -46,7 +44,6 @@ def test_modules_run_once_after_those_they_import_from_and_keep_their_own_names(
     assert value(f"{linked('entry.js', tmp_path)}.all()") == "3,2,3,two"
 
 
-@needs_layouter
 def test_modules_in_folders_are_found_beside_who_imports_them(tmp_path: Path) -> None:
     (tmp_path / "inner").mkdir()
     write(tmp_path, shared="export class Shared {}\n")
@@ -81,7 +78,6 @@ def test_other_forms_are_refused(tmp_path: Path, line: str) -> None:
         linked("a.js", tmp_path)
 
 
-@needs_layouter
 def test_modules_are_strict(tmp_path: Path) -> None:
     write(tmp_path, a="export const self = (function () { return String(this); })();\n")
     assert value(f"{linked('a.js', tmp_path)}.self") == "undefined"

@@ -13,9 +13,10 @@ from typing import Any
 
 import pytest
 
+from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import watching
 from dineros.metamodel.records import Record
-from dineros.views.live import serving
+from dineros.views.live import following, serving
 from dineros.views.live.following import LiveTrace
 from dineros.views.serving.handle import changed
 from tests.views.live.test_live_page import script
@@ -60,6 +61,24 @@ def test_changes_are_numbered_and_those_missed_are_sent_again() -> None:
     assert messages(trace.greeting(trace.epoch, 1)) == [second, third]
     (nothing,) = messages(trace.greeting(trace.epoch, 3))
     assert nothing["type"] == "nothing new"
+
+
+def test_where_the_net_cannot_be_drawn_the_trace_is_shown_and_one_line_says_why(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fails(model: object) -> None:
+        raise DinerosError("no V8")
+
+    monkeypatch.setattr(following, "net_content", fails)
+    feed = Feed()
+    feed.waiting = script()
+    trace = LiveTrace(feed, None, "run")
+    (first,) = messages(trace.poll())
+    while trace.is_waiting:
+        trace.poll()
+    assert (first["type"], first["net"]) == ("snapshot", None)
+    assert first["view"]["steps"]
+    assert [record.getMessage() for record in caplog.records] == ["the live page shows no net: no V8"]
 
 
 def test_who_knows_nothing_or_another_server_gets_everything() -> None:

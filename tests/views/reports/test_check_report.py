@@ -53,7 +53,9 @@ def report() -> str:
         [space, given_up],
         ["RedObjects.tokens=2"],
     )
-    return check_page(content, load(CASE_STUDY))
+    page, failure = check_page(content, load(CASE_STUDY))
+    assert failure is None
+    return page
 
 
 def test_a_report_shows_verdicts_pictures_and_figures(tmp_path: Path, visit: NewVisit) -> None:

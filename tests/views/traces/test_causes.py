@@ -15,7 +15,6 @@ from dineros.metamodel.files import save
 from dineros.metamodel.records import Fire, Header, read_records
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.figures import trace_svg
-from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.browser import Visit
 from tests.views.samples import Scribe, lasso
@@ -104,7 +103,6 @@ def test_a_trace_that_does_not_say_it_has_no_button(tmp_path: Path, visit: NewVi
     assert folded(page) == []
 
 
-@needs_layouter
 def test_figures_mark_it() -> None:
     view = TraceCoder(built(explained()), "sample").snapshot()
     whole = parsed(trace_svg([view]))

@@ -11,7 +11,6 @@ from lxml import etree
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.comparing import first_divergence
 from dineros.views.traces.figures import trace_png, trace_svg
-from tests.support.layouter import needs_layouter
 from tests.views.samples import lasso, long_run, run
 from tests.views.traces.test_building import built
 
@@ -36,7 +35,6 @@ def texts(picture: Any) -> list[str]:
     return list(picture.xpath("//s:text/text()", namespaces=SVG))
 
 
-@needs_layouter
 def test_a_witness_has_all_that_fig_18_shows() -> None:
     picture = parsed(trace_svg([snapshot(lasso())]))
     assert lanes(picture, "signal") == ["Red", "Danger"]
@@ -59,7 +57,6 @@ def test_a_witness_has_all_that_fig_18_shows() -> None:
     assert len(dashed) == 2  # the client waits and the server works, both for ever
 
 
-@needs_layouter
 def test_a_run_has_all_that_fig_19_shows() -> None:
     picture = parsed(trace_svg([snapshot(*run().values())], time=True))
     assert "wall-clock time" in texts(picture)
@@ -71,7 +68,6 @@ def test_a_run_has_all_that_fig_19_shows() -> None:
     assert "fires with handlers" in texts(picture)
 
 
-@needs_layouter
 def test_every_step_is_in_the_strip_and_every_lane_has_a_title() -> None:
     picture = parsed(trace_svg([snapshot(lasso())]))
     assert len(picture.xpath("//s:g[@class='strip']/s:rect", namespaces=SVG)) == 9
@@ -80,7 +76,6 @@ def test_every_step_is_in_the_strip_and_every_lane_has_a_title() -> None:
     assert all(lane.find("s:title", SVG) is not None for lane in drawn)
 
 
-@needs_layouter
 def test_the_filter_chooses_lanes_and_folding_makes_the_picture_narrow() -> None:
     view = snapshot(long_run(400))
     wide, narrow = (
@@ -92,7 +87,6 @@ def test_the_filter_chooses_lanes_and_folding_makes_the_picture_narrow() -> None
     assert len(narrow.xpath("//s:g[@class='strip']/s:rect", namespaces=SVG)) > 0
 
 
-@needs_layouter
 def test_two_traces_and_where_they_part() -> None:
     a, b = built(lasso()), built(lasso(differs=True))
     parting = first_divergence(a, b)

@@ -12,8 +12,8 @@ from dineros.views.exports.timing import calls_of
 from dineros.views.traces.building import TraceBuilder
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.facts import facts_of
+from dineros.views.traces.figures import trace_svg
 from dineros.views.traces.goals import ENDS
-from dineros.views.traces.plain import plain_figure
 from tests.support.deliveries import deliveries
 
 Happening = tuple[str, str, dict[str, Any]]
@@ -93,10 +93,10 @@ def test_a_request_to_cancel_without_a_goal_and_a_refusal() -> None:
     assert builder.steps[-1].text == "client office0 asks to cancel a goal of action /deliver, and has none"
 
 
-def test_the_page_and_the_plain_figure_have_them() -> None:
+def test_the_page_and_the_figure_have_them() -> None:
     view = TraceCoder(built(GOAL), "goals").snapshot()
     assert "actions" in {lane["group"] for lane in view["lanes"]}
-    assert "asks to cancel" in plain_figure([view])
+    assert ">asks to cancel</text>" in trace_svg([view])
 
 
 def test_exports_tell_how_goals_end() -> None:

@@ -13,8 +13,6 @@ from dineros.views.traces.facts import facts_of
 from dineros.views.traces.figures import trace_svg
 from dineros.views.traces.net_pane import net_content
 from dineros.views.traces.page import trace_page
-from dineros.views.traces.plain import plain_figure
-from tests.support.layouter import needs_layouter
 from tests.support.managed_systems import camera
 from tests.views.browser import Visit
 from tests.views.samples import Scribe
@@ -58,7 +56,6 @@ def test_a_node_that_was_killed_is_in_the_state_that_its_checkpoint_says() -> No
     assert builder.steps[-1].marks == [[lane.index, "l", 3, 0]]
 
 
-@needs_layouter
 def test_figures_draw_a_band_for_each_state() -> None:
     figure = trace_svg([TraceCoder(built(life()), "sample").snapshot()])
     band = figure.partition('data-id="camera"')[2].partition("</g>")[0]
@@ -66,11 +63,6 @@ def test_figures_draw_a_band_for_each_state() -> None:
     assert len(set(heights)) == 3  # told by more than colours
     for word in ("unconfigured", "inactive", "active", "fails to change its state"):
         assert f">{word}</text>" in figure
-
-
-def test_plain_figures_have_them_too() -> None:
-    figure = plain_figure([TraceCoder(built(life()), "sample").snapshot()])
-    assert "Managed nodes" in figure and "l changes its state" in figure
 
 
 def test_the_picture_of_a_managed_node_has_its_states() -> None:

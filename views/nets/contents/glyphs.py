@@ -1,7 +1,6 @@
 """Shapes of nodes and collapsed boxes: their size and their SVG, around the point (0, 0).
 
-Tokens are not part of a glyph, since they change: `dineros.views.nets.drawing.svg` and
-`static/net/renderer.js` draw them.
+Tokens are not part of a glyph, since they change: `static/net/renderer.js` draws them.
 """
 
 from __future__ import annotations

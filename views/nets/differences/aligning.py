@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from statistics import median
+from typing import Any, TypeAlias
 
+from dineros.views.javascript.client import evaluate
 from dineros.views.nets.contents.model import Box, Edge, Node, ViewModel
-from dineros.views.nets.placement.stored import Item, Point, needed_scale, scale_of
+from dineros.views.nets.placement.placing import SCRIPTS
+
+Point: TypeAlias = tuple[float, float]
 
 MOST_SCALE = 1.5
 """A picture does not grow by more for what only the earlier model has; that is laid out anew instead."""
@@ -25,6 +29,11 @@ def align(before: ViewModel, view: ViewModel) -> ViewModel:
         The earlier model.
     view : ViewModel
         The comparison; removed elements have the positions they had.
+
+    Raises
+    ------
+    DinerosError
+        V8 cannot say what would stand on what.
     """
     old: dict[str, Box | Node] = {item.id: item for item in before.shapes()}
     by_sheet: dict[str | None, list[Box | Node]] = {}
@@ -59,32 +68,38 @@ def _shift(items: Iterable[Box | Node], old: dict[str, Box | Node]) -> Point:
     return (median(x for x, _ in moves), median(y for _, y in moves)) if moves else (0.0, 0.0)
 
 
-def _aligned(items: Sequence[Box | Node], old: dict[str, Box | Node], shift: Point) -> Iterable[Box | Node]:
-    """Yield the items of a sheet with their positions."""
-    placed = [_item(item) for item in items if item.change != "removed" and item.position]
-    most = max(scale_of(placed), MOST_SCALE)
-    for item in items:
-        was = old.get(item.id)
-        stands = item.change != "removed" and item.position
-        if stands or was is None or was.position is None or _sheet(was) != _sheet(item):
-            yield item
-        else:
-            there = was.position[0] + shift[0], was.position[1] + shift[1]
-            moved: Box | Node = replace(item, position=there)
-            if isinstance(moved, Box) and isinstance(was, Box):
-                moved.frame = was.frame if shift == (0.0, 0.0) else None
-            own = _item(moved)
-            if any(needed_scale(own, other, 0) > most for other in placed):
-                moved = replace(moved, position=None)
-                if isinstance(moved, Box):
-                    moved.frame = None
-            else:
-                placed.append(own)
-            yield moved
+def _aligned(items: Sequence[Box | Node], old: dict[str, Box | Node], shift: Point) -> list[Box | Node]:
+    """Return the items of a sheet with their positions."""
+    moved = {item.id: there for item in items if (there := _moved(item, old.get(item.id), shift))}
+    if moved:
+        stand = [_size(item) for item in items if _stands(item)]
+        clear = evaluate(SCRIPTS, "standClear", stand, [_size(item) for item in moved.values()], MOST_SCALE)
+        for item, is_clear in zip(moved.values(), clear, strict=True):
+            if not is_clear:
+                item.position = None
+                if isinstance(item, Box):
+                    item.frame = None
+    return [moved.get(item.id, item) for item in items]
 
 
-def _item(item: Box | Node) -> Item:
-    return Item.of({**vars(item), "frame": None}, None)
+def _stands(item: Box | Node) -> bool:
+    """Tell whether the later model says where an item stands."""
+    return item.change != "removed" and item.position is not None
+
+
+def _moved(item: Box | Node, was: Box | Node | None, shift: Point) -> Box | Node | None:
+    """Return an item where the earlier model says that it stands, moved as its sheet was, if it says so."""
+    if _stands(item) or was is None or was.position is None or _sheet(was) != _sheet(item):
+        return None
+    moved = replace(item, position=(was.position[0] + shift[0], was.position[1] + shift[1]))
+    if isinstance(moved, Box) and isinstance(was, Box):
+        moved.frame = was.frame if shift == (0.0, 0.0) else None
+    return moved
+
+
+def _size(item: Box | Node) -> dict[str, Any]:
+    room = item.room if isinstance(item, Node) else (0.0, 0.0)
+    return {"position": item.position, "width": item.width, "height": item.height, "room": room}
 
 
 def _bent(view: ViewModel, before: ViewModel, shifts: dict[str | None, Point]) -> list[Edge]:

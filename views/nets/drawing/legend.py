@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from functools import cache
 from typing import Any
 
+from dineros.views.javascript.client import evaluate
 from dineros.views.nets.contents.glyphs import finish_box, finish_node
 from dineros.views.nets.contents.model import Box, Caption, EdgeKind, Node, NodeKind, Signal
-from dineros.views.nets.drawing.svg import markup
+from dineros.views.nets.placement.placing import SCRIPTS
 
 _NODES: tuple[tuple[NodeKind, str, int | None, str], ...] = (
     ("place", "", 2, "place, with tokens"),
@@ -28,8 +30,15 @@ _EDGES: tuple[tuple[EdgeKind, str], ...] = (
 _ROW, _LEFT, _WIDTH = 44, 60, 420
 
 
+@cache
 def legend_svg() -> str:
-    """Return an SVG element that explains the signs; its colours are those of the page."""
+    """Return an SVG element that explains the signs; its colours are those of the page.
+
+    Raises
+    ------
+    DinerosError
+        V8, which draws, is not installed or gives no answer.
+    """
     nodes: list[dict[str, Any]] = []
     edges: list[dict[str, Any]] = []
     texts: list[tuple[float, str]] = []
@@ -54,7 +63,8 @@ def legend_svg() -> str:
     texts.append((y + 16, "ROS node with its signals; ● is true at the start"))
     y += 50
     picture = {"width": _WIDTH, "height": y, "boxes": boxes, "nodes": nodes, "edges": edges}
+    signs = evaluate(SCRIPTS, "netMarkup", picture)
     words = "".join(
         f'<text x="140" y="{at + 4:g}" style="text-anchor:start">{text}</text>' for at, text in texts
     )
-    return f'<svg class="net" viewBox="0 0 {_WIDTH} {y}">{markup(picture, {})}{words}</svg>'
+    return f'<svg class="net" viewBox="0 0 {_WIDTH} {y}">{signs}{words}</svg>'

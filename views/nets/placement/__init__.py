@@ -1,1 +1,1 @@
-"""Where things stand in a picture: as the model says, or laid out by ELK, by Graphviz or in columns."""
+"""Where things stand in a picture: as the model says, or laid out by ELK."""

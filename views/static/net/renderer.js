@@ -1,12 +1,18 @@
-// Draws a positioned net (made by dineros.views.nets.layout, or by layout.js) into an <svg> element, and
-// changes marking, signals and highlights by id without drawing anew. `dineros.views.nets.drawing.svg` makes the same
-// markup.
+// Draws a net that layout.js has put on a plane: as markup, in pages and, for Python, in V8; and into an <svg>
+// element, where marking, signals and highlights change by id without drawing anew.
 
-import { lookUpOrAdd } from "../maps.js";
+import { lookUp, lookUpOrAdd } from "../maps.js";
 import { SIGNS } from "./words.js";
 
 /** @import { Change, Node, Picture, PlacedBox, PlacedEdge, PlacedNode, Point } from "./types.js" */
 /** @typedef {Record<string, number>} Marking  tokens by id of place */
+/**
+ * @typedef {object} Overlay  what is shown of a state; places and signals that are not named show their initial one
+ * @property {Marking} [marking]
+ * @property {Record<string, boolean>} [signals] values by id
+ * @property {string[]} [highlights] ids of what is pointed out
+ */
+/** @typedef {{ marking: Map<string, number>, signals: Map<string, boolean>, marked: Set<string> }} Shown */
 /** @typedef {{ id: string, change?: Change, badge?: string }} Signed */
 
 /** How up to four tokens are drawn. @type {Point[][]} */
@@ -46,9 +52,11 @@ function tokens(count) {
   return `<text y="${number(size * 0.36)}" style="font-size:${size}px">${text}</text>`;
 }
 
-/** The beginning of the group of an element. @type {(classes: string, item: Signed) => string} */
-const named = (classes, item) =>
-  `<g class="${classes}${item.change ? ` ${item.change}` : ""}" data-id="${escaped(item.id)}">`;
+/** The beginning of the group of an element. @type {(classes: string, item: Signed, shown: Shown) => string} */
+function named(classes, item, { marked }) {
+  const all = [classes, item.change, marked.has(item.id) && "marked"].filter(Boolean).join(" ");
+  return `<g class="${all}" data-id="${escaped(item.id)}">`;
+}
 
 /**
  * How an element differs from another model, and its badge.
@@ -68,8 +76,22 @@ function signs(item, x, y) {
   return drawn;
 }
 
-/** @type {(item: PlacedBox) => string} */
-function box(item) {
+/** The lettering of a box, with the values of its signals. @type {(item: PlacedBox, text: string, shown: Shown) => string} */
+function lettering(item, text, { signals, marked }) {
+  const groups = new Map(
+    item.signals?.map(({ id, initial }) => {
+      const all = ["signal", (signals.get(id) ?? initial) && "true", marked.has(id) && "marked"];
+      return [escaped(id), all.filter(Boolean).join(" ")];
+    }),
+  );
+  return text.replace(
+    /<g class="signal[^"]*" data-id="([^"]*)"/g,
+    (_, id) => `<g class="${lookUp(groups, id)}" data-id="${id}"`,
+  );
+}
+
+/** @type {(item: PlacedBox, shown: Shown) => string} */
+function box(item, shown) {
   const { x, y, width, height } = item;
   const right = x + width;
   /** @type {(name: string, by: number) => string} */
@@ -84,23 +106,23 @@ function box(item) {
     "</g>";
   const text = item.collapsed
     ? `<g transform="translate(${number(x + width / 2)},${number(y + height / 2)})">${item.glyph}</g>`
-    : `<g transform="translate(${number(x)},${number(y)})">${item.head}</g>`;
+    : `<g transform="translate(${number(x)},${number(y)})">${lettering(item, item.head, shown)}</g>`;
   const classes = `box ${item.kind}${item.collapsed ? " collapsed" : ""}`;
-  return `${named(classes, item) + rectangle("frame", 0) + rectangle("halo", 4) + knob + text}</g>`;
+  return `${named(classes, item, shown) + rectangle("frame", 0) + rectangle("halo", 4) + knob + text}</g>`;
 }
 
-/** @type {(item: PlacedNode, marking: Marking) => string} */
-function node(item, marking) {
+/** @type {(item: PlacedNode, shown: Shown) => string} */
+function node(item, shown) {
   let content = "";
   if (/^place/.test(item.kind)) {
-    content = `<g class="tokens">${tokens(tokensOf(item, marking))}</g>`;
+    content = `<g class="tokens">${tokens(tokensOf(item, shown))}</g>`;
   }
   const wide = item.width / 2 + 4;
   const high = item.height / 2 + 4;
   const halo = `<rect class="halo" x="${number(-wide)}" y="${number(-high)}" width="${number(2 * wide)}" height="${number(2 * high)}" rx="6"/>`;
   return (
     `<g transform="translate(${number(item.x)},${number(item.y)})">` +
-    named(item.kind, item) +
+    named(item.kind, item, shown) +
     item.glyph +
     halo +
     content +
@@ -108,8 +130,8 @@ function node(item, marking) {
   );
 }
 
-/** @type {(item: Node, marking: Marking) => number} */
-const tokensOf = (item, marking) => marking[item.target ?? item.id] ?? item.tokens ?? 0;
+/** @type {(item: Node, shown: Shown) => number} */
+const tokensOf = (item, { marking }) => marking.get(item.target ?? item.id) ?? item.tokens ?? 0;
 
 /**
  * Arrow head, or the ring of an inhibitor arc, at the end of a line.
@@ -129,12 +151,12 @@ function head(points, shape) {
   return `<polygon class="head" points="${number(x)},${number(y)} ${corner(3.4)} ${corner(-3.4)}"/>`;
 }
 
-/** @type {(item: PlacedEdge) => string} */
-function edge(item) {
+/** @type {(item: PlacedEdge, shown: Shown) => string} */
+function edge(item, shown) {
   const points = item.points;
   if (points.length < 2) return "";
   const line = points.map(([x, y], index) => `${index ? "L" : "M"}${number(x)} ${number(y)}`).join("");
-  let drawn = `${named(`edge ${item.kind}`, item)}<path d="${line}"/>`;
+  let drawn = `${named(`edge ${item.kind}`, item, shown)}<path d="${line}"/>`;
   if (item.kind !== "reference") drawn += head(points, item.kind === "inhibitor" ? "ring" : "arrow");
   if (item.kind === "read") drawn += head([points[1], points[0]], "arrow");
   if (item.label && item.labelAt) {
@@ -143,8 +165,17 @@ function edge(item) {
   return `${drawn}</g>`;
 }
 
-/** What stands inside the SVG element. @type {(picture: Picture, marking?: Marking) => string} */
-export function netMarkup(picture, marking = {}) {
+/** The edge that an arc is drawn by, or else an id itself. @type {(picture: Picture, id: string) => string} */
+const drawnBy = (picture, id) =>
+  picture.edges.find(({ also, stands }) => also === id || stands?.includes(id))?.id ?? id;
+
+/** What stands inside the SVG element. @type {(picture: Picture, overlay?: Overlay) => string} */
+export function netMarkup(picture, { marking = {}, signals = {}, highlights = [] } = {}) {
+  const shown = {
+    marking: new Map(Object.entries(marking)), // an element may be called `constructor`
+    signals: new Map(Object.entries(signals)),
+    marked: new Set(highlights.map((id) => drawnBy(picture, id))),
+  };
   const allSigns = [
     ...picture.boxes.map((item) => signs(item, item.x + item.width - 30, item.y + 1)),
     ...picture.nodes.map((item) => signs(item, item.x - item.width / 2 - 4, item.y - item.height / 2 - 2)),
@@ -154,9 +185,9 @@ export function netMarkup(picture, marking = {}) {
   ];
   return [
     `<rect class="paper" width="${number(picture.width)}" height="${number(picture.height)}"/>`,
-    ...picture.boxes.map(box),
-    ...picture.edges.map(edge),
-    ...picture.nodes.map((item) => node(item, marking)),
+    ...picture.boxes.map((item) => box(item, shown)),
+    ...picture.edges.map((item) => edge(item, shown)),
+    ...picture.nodes.map((item) => node(item, shown)),
     ...allSigns,
   ].join("");
 }
@@ -202,7 +233,7 @@ export class DrawnNet {
   constructor(svg, picture, marking) {
     svg.classList.add("net");
     svg.setAttribute("viewBox", `0 0 ${number(picture.width)} ${number(picture.height)}`);
-    svg.innerHTML = netMarkup(picture, marking);
+    svg.innerHTML = netMarkup(picture, { marking });
     for (const group of /** @type {NodeListOf<SVGElement>} */ (svg.querySelectorAll("[data-id]")))
       this.groups.set(group.dataset.id ?? "", group);
     for (const item of picture.edges) {

@@ -1,5 +1,5 @@
 // What is shown of a net: collapsed boxes hide what is in them, and a neighbourhood all else.
-// `dineros.views.nets.placement.shown` and `around` of `dineros.views.nets` do the same without an engine for scripts.
+// `around` of `dineros.views.nets` does the same for Python's views: a test compares.
 
 import { lookUp } from "../maps.js";
 

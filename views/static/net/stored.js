@@ -1,5 +1,4 @@
 // Sheets (pages, or the whole picture) whose elements were arranged in an editor keep that arrangement.
-// `dineros.views.nets.placement.stored` follows the same rules where there is no engine for scripts.
 
 import { lookUp } from "../maps.js";
 
@@ -95,6 +94,22 @@ function scaleOf(items) {
   const sorted = most.sort((a, b) => a - b);
   const limit = Math.max(MOST_SCALE, 2 * sorted[Math.floor((sorted.length - 1) / 2)]);
   return Math.max(1, ...pairs.filter(({ least }) => least <= limit).map(({ need }) => Math.min(need, limit)));
+}
+
+/**
+ * Of things that may be put among others on a sheet, one after the other, whether each stands clear of what is
+ * there without the plane growing by more than it has to, or than a limit.
+ *
+ * @type {(items: Stored[], more: Stored[], limit: number) => boolean[]}
+ */
+export function standClear(items, more, limit) {
+  const there = [...items];
+  const most = Math.max(limit, scaleOf(items));
+  return more.map((item) => {
+    const clear = there.every((other) => neededScale(item, other, 0) <= most);
+    if (clear) there.push(item);
+    return clear;
+  });
 }
 
 /**

@@ -24,7 +24,6 @@ from dineros.views.nets import (
     view_of,
     with_badges,
 )
-from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.nets.samples import case_study
 
@@ -67,7 +66,6 @@ def test_unknown_elements_name_near_ones() -> None:
         around(view, ["TStop"], -1)
 
 
-@needs_layouter
 @settings(max_examples=25, deadline=None)
 @given(st.data())
 def test_python_and_pages_agree_on_neighbourhoods(data: st.DataObject) -> None:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from dineros.views.nets import collapse, layout, to_svg, view_of
-from tests.support.layouter import needs_layouter
 from tests.views.nets.drawing.page_parts import area, drawn, marked, opened, saved, scale, shown
 from tests.views.nets.samples import case_study
 
@@ -159,7 +158,6 @@ def test_the_picture_is_saved_as_python_would(visit: Visits, study_page: Path, t
 
 
 @pytest.mark.long
-@needs_layouter
 def test_layout_runs_beside_the_page_and_as_in_python(visit: Visits, tmp_path: Path) -> None:
     page = opened(visit(), saved(collapse(view_of(case_study()), ["executor"]), tmp_path))
     assert page.workers == []

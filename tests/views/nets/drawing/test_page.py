@@ -11,7 +11,6 @@ import pytest
 
 from dineros.views.javascript.modules import linked
 from dineros.views.nets import collapse, compare, view_of
-from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.nets.arranged import displaced
 from tests.views.nets.drawing.page_parts import area, centres, drawn, opened, positioned, saved, shown
@@ -236,7 +235,6 @@ def test_a_collapsed_view_starts_collapsed(visit: Visits, tmp_path: Path) -> Non
     assert "executor" in shown(page)
 
 
-@needs_layouter
 def test_stored_positions_hold_while_pages_open_and_close(visit: Visits, tmp_path: Path) -> None:
     view = collapse(view_of(arranged_study()))
     page = opened(visit(), saved(view, tmp_path))

@@ -20,11 +20,8 @@ from dineros.views.nets import (
     view_of,
 )
 from dineros.views.nets.contents.operations import expand
-from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.nets.samples import case_study, every_sign
-
-pytestmark = needs_layouter
 
 POINTS = 72 / 25.4
 

@@ -1,4 +1,4 @@
-"""SVG and PNG: structure, overlays, and the same markup from Python and from the page's script."""
+"""SVG and PNG: structure and overlays."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 from lxml import etree
 
+from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
-from dineros.views.javascript.client import evaluate
-from dineros.views.nets import compare, layout, to_png, to_svg, view_of, with_badges
+from dineros.views.nets import Box, ViewModel, compare, layout, to_png, to_svg, view_of
+from dineros.views.nets.contents.glyphs import finish_box
 from dineros.views.nets.contents.measures import text_width, wrap
+from dineros.views.nets.contents.model import Signal
 from dineros.views.nets.drawing.legend import legend_svg
-from dineros.views.nets.drawing.svg import markup
-from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.nets.samples import case_study, every_sign, models
 
@@ -43,18 +43,6 @@ def test_every_element_is_drawn_once(name: str) -> None:
     drawn = Counter(root.xpath("//@data-id"))
     signals = [signal.id for box in view.boxes for signal in box.signals]
     assert drawn == Counter([*(item.id for item in view.elements()), *signals])
-
-
-@needs_layouter
-@pytest.mark.parametrize("name", list(models()))
-def test_python_and_pages_draw_the_same(name: str) -> None:
-    view = view_of(models()[name])
-    view = with_badges(compare(view_of(talker()), view), {view.nodes[0].id: "1"})
-    positioned = layout(view)
-    marking = {node.id: number for number, node in enumerate(view.nodes)}
-    assert markup(positioned, marking) == evaluate(
-        ["static/net/renderer.js"], "netMarkup", positioned, marking
-    )
 
 
 def test_names_clauses_and_channels_can_be_read(picture: dict[str, Any]) -> None:
@@ -110,6 +98,39 @@ def test_a_marking_overlays_the_initial_one(picture: dict[str, Any]) -> None:
     assert group(root, "Sensor").get("class") == "signal"
     assert group(root, "TStop").get("class") == "transition marked"
     assert group(root, "TRetry").get("class") == "transition"
+
+
+def test_signals_are_shown_as_they_are_now() -> None:
+    box = Box(
+        "box",
+        "node",
+        "box",
+        signals=[Signal('<a> & "b"', "a", True), Signal("c", "c", True), Signal("d", "d", False)],
+    )
+    finish_box(box)
+    positioned = layout(ViewModel("net", "net", "net", [box]))
+    svg = to_svg(positioned, signals={'<a> & "b"': False, "d": True}, highlights=["d"])
+    classes = {one.get("data-id"): one.get("class") for one in parsed(svg).xpath("//*[@data-id]")}
+    assert classes == {
+        "box": "box node",
+        '<a> & "b"': "signal",
+        "c": "signal true",
+        "d": "signal true marked",
+    }
+
+
+def test_names_of_javascript_are_names_like_others() -> None:
+    names = ("constructor", "toString", "__proto__")
+    box = Box("valueOf", "node", "box", signals=[Signal("hasOwnProperty", "s", False)])
+    finish_box(box)
+    view = view_of(
+        pn.Net(id="net", pages=[pn.Page(id="p", objects=[pn.Place(id=name, tokens=2) for name in names])])
+    )
+    view.boxes.append(box)
+    root = parsed(to_svg(layout(view), marking={"__proto__": 3}))
+    dots = [len(group(root, name).find(f"{NAMESPACE}g[@class='tokens']")) for name in names]
+    assert dots == [2, 2, 3]
+    assert group(root, "hasOwnProperty").get("class") == "signal"
 
 
 def test_the_second_arc_of_a_pair_is_highlighted_by_the_first(picture: dict[str, Any]) -> None:

@@ -1,10 +1,8 @@
-"""Layout: nothing overlaps, everything is there once, lines end at what they join; by ELK and by Graphviz."""
+"""Layout: nothing overlaps, everything is there once, lines end at what they join."""
 
 from __future__ import annotations
 
-import json
 import time
-from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -12,19 +10,14 @@ from hypothesis import HealthCheck, given, settings
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import load
-from dineros.views.javascript.client import evaluate
+from dineros.views.javascript import client
 from dineros.views.nets import around, collapse, layout, view_of
-from dineros.views.nets.placement.elk import layout_by_elk
-from dineros.views.nets.placement.graphviz import layout_by_graphviz
-from dineros.views.nets.placement.shown import visible
-from tests.support.layouter import needs_layouter
+from dineros.views.nets.placement import placing
 from tests.support.small_systems import small_system_models
-from tests.support.system_packages import needs
 from tests.views.nets.geometry import faults, label_overlaps
 from tests.views.nets.samples import arranged, case_study, models
 
 SEVERAL = settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-needs_graphviz = needs("graphviz")
 NAMES = list(models())
 
 
@@ -49,21 +42,6 @@ def test_any_system_model_has_a_picture(model: sym.SystemModel) -> None:
     assert list(faults(layout(view_of(model)))) == []
 
 
-@needs_graphviz
-@pytest.mark.parametrize("name", NAMES)
-def test_graphviz_is_complete_too(name: str) -> None:
-    picture = layout_by_graphviz(view_of(models()[name]).to_json())
-    assert list(faults(picture)) == []
-    assert label_overlaps(picture) == []
-
-
-@needs_graphviz
-def test_graphviz_is_used_where_the_engine_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    view = collapse(view_of(case_study()))
-    monkeypatch.setattr("dineros.views.nets.placement.elk.is_there", lambda: False)
-    assert layout(view) == layout_by_graphviz(view.to_json())
-
-
 @pytest.mark.parametrize("collapsed", [["executor"], ["controller", "Safety"], None])
 def test_collapsed_boxes_hide_their_content(collapsed: list[str] | None) -> None:
     view = collapse(view_of(case_study()), collapsed)
@@ -77,17 +55,37 @@ def test_collapsed_boxes_hide_their_content(collapsed: list[str] | None) -> None
     assert bool(lines) == bool(executor.get("collapsed"))
 
 
-@needs_layouter
-def test_python_and_pages_agree_on_what_is_visible() -> None:
-    for collapsed in ([], ["executor"], ["Safety", "PickServer", "RobotControllerL"], None):
-        view = json.loads(json.dumps(collapse(view_of(case_study()), collapsed).to_json()))
-        assert visible(view) == evaluate(["static/net/shown.js"], "visible", view)
+def test_lines_to_a_closed_page_are_one_for_each_kind_and_end() -> None:
+    view = view_of(case_study())
+    hidden = {edge.id: edge for edge in view.edges}
+    box_of = {node.id: node.box for node in view.nodes}
+    seen = set()
+    for edge in layout(collapse(view, ["executor"]))["edges"]:
+        if "stands" in edge:
+            seen.add((edge["kind"], edge["source"], edge["target"]))
+            labels = {hidden[id].label for id in edge["stands"]}
+            assert edge.get("label", "") == (labels.pop() if len(labels) == 1 else "")
+            for id in edge["stands"]:
+                assert hidden.pop(id).kind == edge["kind"]
+        else:
+            del hidden[edge["id"]]
+            assert "executor" not in (edge["source"], edge["target"])
+    assert len(seen) >= 4
+    inside = {box.id for box in view.boxes if "executor" in (box.id, box.parent)}
+    assert all({box_of[edge.source], box_of[edge.target]} <= inside for edge in hidden.values())
 
 
-@needs_layouter
+def test_without_v8_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(client, "find_spec", lambda name: None)
+    monkeypatch.setattr(placing, "evaluate", client.Layouter().evaluate)
+    with pytest.raises(client.LayouterError) as raised:
+        layout(view_of(case_study()))
+    assert str(raised.value) == "mini-racer is not installed (pip install 'dineros[view]')"
+
+
 def test_equal_views_are_laid_out_equally() -> None:
-    view = view_of(case_study()).to_json()
-    assert layout_by_elk(view) == layout_by_elk(view)
+    view = view_of(case_study())
+    assert layout(view) == layout(view)
 
 
 def test_where_an_editor_put_things_they_stay() -> None:
@@ -156,16 +154,3 @@ def foreign_model() -> pn.Net:
     from tests.views.nets.samples import EDITED
 
     return load(EDITED)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_without_elk_and_graphviz_shapes_stand_in_columns(
-    name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setattr("dineros.views.nets.placement.elk.is_there", lambda: False)
-    monkeypatch.setenv("PATH", str(tmp_path))
-    view = view_of(models()[name])
-    picture = layout(view)
-    for kind in ("boxes", "nodes", "edges"):
-        assert [item["id"] for item in picture[kind]] == [item.id for item in getattr(view, kind)]
-    assert [fault for fault in faults(picture) if "line" not in fault and "label" not in fault] == []

@@ -1,9 +1,8 @@
-"""Elements that an editor arranged stand where it put them, pages open or closed, by ELK and by Graphviz."""
+"""Elements that an editor arranged stand where it put them, pages open or closed."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -14,27 +13,17 @@ from dineros.metamodel import elements, pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import load, save
 from dineros.views.nets import ViewModel, collapse, compare, layout, view_of
-from dineros.views.nets.placement.elk import layout_by_elk
-from dineros.views.nets.placement.graphviz import layout_by_graphviz
-from tests.support.layouter import needs_layouter
-from tests.support.system_packages import needs
 from tests.support.talker import talker
-from tests.views.nets.arranged import at, covered, displaced, nested_nets, scale_of, sheets, stands, systems
+from tests.views.nets.arranged import at, covered, displaced, nested_nets, scale_of, stands, systems
 from tests.views.nets.geometry import crossed, enters, faults, label_overlaps
 from tests.views.nets.samples import arranged_study, case_study
 
-needs_graphviz = needs("graphviz")
-Engine = Callable[[dict[str, Any]], dict[str, Any]]
-ENGINES = [
-    pytest.param(layout_by_elk, marks=needs_layouter),
-    pytest.param(layout_by_graphviz, marks=needs_graphviz),
-]
 SEVERAL = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 LESS = settings(SEVERAL, max_examples=8)
 
 
-def check(view: ViewModel, engine: Engine) -> dict[str, Any]:
-    picture = engine(view.to_json())
+def check(view: ViewModel) -> dict[str, Any]:
+    picture = layout(view)
     assert list(displaced(view, picture)) == []
     assert list(covered(view, picture)) == []
     found = [fault for fault in faults(picture) if "label" not in fault and "overlap" not in fault]
@@ -47,71 +36,43 @@ def partly_closed(data: st.DataObject, view: ViewModel) -> ViewModel:
     return collapse(view, data.draw(st.lists(st.sampled_from(ids), unique=True), label="closed"))
 
 
-@pytest.mark.parametrize("engine", ENGINES)
 @LESS
 @given(nested_nets())
-def test_with_all_pages_closed_positions_are_exact(engine: Engine, net: pn.Net) -> None:
-    check(collapse(view_of(net)), engine)
+def test_with_all_pages_closed_positions_are_exact(net: pn.Net) -> None:
+    check(collapse(view_of(net)))
 
 
-@needs_layouter
 @SEVERAL
 @given(nested_nets(), st.data())
 def test_any_pages_open_keep_the_order(net: pn.Net, data: st.DataObject) -> None:
-    check(partly_closed(data, view_of(net)), layout_by_elk)
+    check(partly_closed(data, view_of(net)))
 
 
 @pytest.mark.long
-@needs_layouter
 @SEVERAL
 @given(systems(), st.data())
 def test_channels_and_node_nets_stand_where_they_were_stored(net: pn.Net, data: st.DataObject) -> None:
-    check(partly_closed(data, view_of(net)), layout_by_elk)
+    check(partly_closed(data, view_of(net)))
 
 
-@needs_graphviz
-@LESS
-@given(st.one_of(nested_nets(), systems()), st.data())
-def test_graphviz_keeps_the_order_too(net: pn.Net, data: st.DataObject) -> None:
-    check(partly_closed(data, view_of(net)), layout_by_graphviz)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_positions_with_room_are_exact_to_the_point(engine: Engine) -> None:
+def test_positions_with_room_are_exact_to_the_point() -> None:
     model = arranged_study(apart=2.0)
     view = collapse(view_of(model))
-    picture = check(view, engine)
+    picture = check(view)
     place = stands(picture)
     stored = {item.id: item.position for item in view.shapes() if item.position and item.id in place}
     assert len(stored) == 13
     assert scale_of(stored, place) == pytest.approx(1, abs=0.001)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("closed", [["controller"], ["executor", "selector", "Safety"], []])
-def test_the_case_study_with_arranged_channels_and_nodes(engine: Engine, closed: list[str]) -> None:
+def test_the_case_study_with_arranged_channels_and_nodes(closed: list[str]) -> None:
     view = collapse(view_of(arranged_study()), closed)
     assert "EndControl" in {node.id for node in view.nodes if node.position is None}
-    picture = check(view, engine)
-    if engine is layout_by_elk:
-        assert list(faults(picture)) == []
-        assert list(crossed(picture)) == []
-        assert label_overlaps(picture) == []
-
-
-@needs_layouter
-@needs_graphviz
-@LESS
-@given(nested_nets())
-def test_both_engines_follow_the_same_rules(net: pn.Net) -> None:
-    view = collapse(view_of(net))
-    one, other = (stands(engine(view.to_json())) for engine in (layout_by_elk, layout_by_graphviz))
-    for items in sheets(view):
-        ids = [item.id for item in items if item.id in one]
-        for id in ids[1:]:
-            for axis in (0, 1):
-                moved = other[id][axis] - other[ids[0]][axis]
-                assert one[id][axis] - one[ids[0]][axis] == pytest.approx(moved, abs=0.3)
+    picture = check(view)
+    assert list(faults(picture)) == []
+    assert list(crossed(picture)) == []
+    assert label_overlaps(picture) == []
 
 
 def test_opening_a_page_moves_only_what_is_beside_it() -> None:
@@ -149,10 +110,9 @@ def _framed(*, corner: bool) -> pn.Net:
     return pn.Net(id="framed", pages=[page, pn.Page(id="other")])
 
 
-@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("corner", [True, False])
-def test_frames_are_drawn_as_the_editor_drew_them(engine: Engine, corner: bool) -> None:
-    picture = engine(view_of(_framed(corner=corner)).to_json())
+def test_frames_are_drawn_as_the_editor_drew_them(corner: bool) -> None:
+    picture = layout(view_of(_framed(corner=corner)))
     boxes = {box["id"]: box for box in picture["boxes"]}
     for id in ("loop0", "loop1"):
         assert (boxes[id]["width"], boxes[id]["height"]) == (500, 300)
@@ -172,20 +132,18 @@ def test_a_size_that_does_not_hold_the_content_is_no_frame() -> None:
     assert (box.position, box.frame) == ((1000, 1000), None)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_drawings_in_small_units_grow(engine: Engine) -> None:
+def test_drawings_in_small_units_grow() -> None:
     page = pn.Page(id="page")
     for x in range(4):
         for y in range(3):
             page.objects.append(pn.Place(id=f"p{x}{y}", graphics=at(x, y)))
-    check(view_of(pn.Net(id="centimetres", pages=[page])), engine)
+    check(view_of(pn.Net(id="centimetres", pages=[page])))
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_elements_at_one_point_can_all_be_seen(engine: Engine) -> None:
+def test_elements_at_one_point_can_all_be_seen() -> None:
     page = pn.Page(id="page", objects=[pn.Place(id=f"p{x}", graphics=at(0, 0)) for x in range(4)])
     page.objects.append(pn.Place(id="far", graphics=at(300, 0)))
-    picture = engine(view_of(pn.Net(id="heap", pages=[page])).to_json())
+    picture = layout(view_of(pn.Net(id="heap", pages=[page])))
     assert list(faults(picture)) == []
     place = stands(picture)
     assert place["far"][0] - place["p0"][0] == pytest.approx(300, abs=0.2)
@@ -197,7 +155,6 @@ def test_positions_that_are_no_points_are_none() -> None:
     assert view_of(net).node("p").position is None
 
 
-@needs_layouter
 def test_an_arranged_flat_net_is_not_grouped() -> None:
     from dineros.metamodel import pnm
 
@@ -206,7 +163,7 @@ def test_an_arranged_flat_net_is_not_grouped() -> None:
     )
     view = view_of(pnm.PetriNetModel(id="flat", pages=[page]))
     assert view.boxes == []
-    check(view, layout_by_elk)
+    check(view)
 
 
 @pytest.mark.parametrize("suffix", [".xmi", ".pnml"])
@@ -219,15 +176,14 @@ def test_positions_of_pages_and_channels_come_from_files(tmp_path: Any, suffix: 
     }
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_what_has_no_position_stands_beside_the_rest(engine: Engine) -> None:
+def test_what_has_no_position_stands_beside_the_rest() -> None:
     model = case_study()
     view = view_of(model)
     stored = {"selector": (0.0, 0.0), "controller": (900.0, 0.0)}
     for box in view.boxes:
         box.position = stored.get(box.id)
     for closed in (None, _all_but(view, "executor")):
-        check(collapse(view, closed), engine)
+        check(collapse(view, closed))
 
 
 # Lines and captions
@@ -252,7 +208,6 @@ def test_lines_are_straight_where_nothing_is_in_the_way() -> None:
     assert points[0][1] == points[1][1]
 
 
-@needs_layouter
 def test_lines_go_around_what_is_in_their_way() -> None:
     edge = _between(pn.Place(id="b", graphics=at(200, 0)))
     assert len(edge["points"]) >= 3
@@ -265,7 +220,6 @@ def test_lines_keep_the_bends_that_were_drawn() -> None:
     assert points[1][1] == points[2][1]
 
 
-@needs_layouter
 def test_captions_move_off_the_lines_of_their_node() -> None:
     a, t = pn.Place(id="a", graphics=at(0, 0)), pn.Transition(id="t", graphics=at(0, 150))
     b = pn.Place(id="b", graphics=at(150, 0))
@@ -315,11 +269,10 @@ def _talkers() -> tuple[sym.SystemModel, sym.SystemModel]:
     return before, after
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_two_models_in_one_picture_stand_where_they_were_stored(engine: Engine) -> None:
+def test_two_models_in_one_picture_stand_where_they_were_stored() -> None:
     before, after = _talkers()
     view = compare(view_of(before), view_of(after))
-    picture = check(view, engine)
+    picture = check(view)
     assert [fault for fault in faults(picture) if "label" not in fault] == []
     place = stands(picture)
     # What is gone stands where it stood, although the rest was moved.
@@ -330,16 +283,14 @@ def test_two_models_in_one_picture_stand_where_they_were_stored(engine: Engine) 
     assert view.node("Replaced").position is None
 
 
-@needs_layouter
 def test_a_model_without_positions_is_shown_as_the_one_with_them() -> None:
     before, _ = _talkers()
     view = compare(view_of(before), view_of(talker()))
     assert view.node("Words").position == (0, 0)
     assert view.box("listener").position == (600, 0)
-    check(view, layout_by_elk)
+    check(view)
 
 
-@needs_layouter
 def test_no_line_crosses_a_name_that_can_stand_beside() -> None:
     """A ring as editors draw them: the lines of each sign come from two sides, and leave others free."""
     names = ("P-LoopFrame", "T-IntervalFrame", "P3", "T-PollFrame", "P4", "T-SubmitFrame")
