@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 from dineros.metamodel import pn
 from dineros.metamodel.editing import Document
 from dineros.metamodel.editing.commands import CommandError
 from dineros.metamodel.elements import elements
 from dineros.views.nets import ViewModel, collapse, layout, view_of
+from dineros.views.nets.placement.picture import PlacedShape
 
 
 def sheet_view(document: Document, handle: str) -> ViewModel:
@@ -71,7 +71,7 @@ def positions(document: Document, view: ViewModel) -> dict[str, tuple[float, flo
 
 
 def _at(
-    handles: dict[str, str | None], shape: dict[str, Any], dx: float, dy: float
+    handles: dict[str, str | None], shape: PlacedShape, dx: float, dy: float
 ) -> dict[str, tuple[float, float]]:
     handle = handles.get(shape["id"])
     return {} if handle is None else {handle: (round(shape["x"] + dx), round(shape["y"] + dy))}

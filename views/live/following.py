@@ -16,6 +16,7 @@ from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.records import Header, Record, RecordDecoder, Stop
 from dineros.metamodel.records.following import Follower, new_records
+from dineros.views.nets.placement.picture import Picture
 from dineros.views.traces.building import TraceBuilder
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.facts import facts_of
@@ -86,7 +87,7 @@ class LiveTrace:
         self._source, self._model, self._title = source, model, title
         self._builder = TraceBuilder()
         self._coder = TraceCoder(self._builder, title)
-        self._net: dict[str, Any] | None = None
+        self._net: Picture | None = None
         self._failure: DinerosError | None = None
         self._drawing: threading.Thread | None = None
         self._merger = Merger([])

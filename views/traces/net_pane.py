@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from dineros.metamodel import pn
 
+if TYPE_CHECKING:
+    from dineros.views.nets.placement.picture import Picture
 
-def net_content(model: pn.Net | None) -> dict[str, Any] | None:
+
+def net_content(model: pn.Net | None) -> Picture | None:
     """Return what the page draws the net from; None without a model."""
     if model is None:
         return None

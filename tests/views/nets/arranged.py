@@ -12,6 +12,7 @@ from dineros.metamodel import elements, pn, sym
 from dineros.metamodel.build import flow
 from dineros.views.nets import ViewModel
 from dineros.views.nets.contents.model import Box, Node
+from dineros.views.nets.placement.picture import Picture
 from tests.support.small_systems import small_system_models
 from tests.views.nets.geometry import box_area, node_area, overlap
 
@@ -81,7 +82,7 @@ def sheets(view: ViewModel) -> Iterator[list[Node | Box]]:
             yield list(points.values())
 
 
-def stands(picture: dict[str, Any]) -> dict[str, Point]:
+def stands(picture: Picture) -> dict[str, Point]:
     """Return where the centre of everything is."""
     found = {node["id"]: (node["x"], node["y"]) for node in picture["nodes"]}
     for box in picture["boxes"]:
@@ -89,7 +90,7 @@ def stands(picture: dict[str, Any]) -> dict[str, Point]:
     return found
 
 
-def displaced(view: ViewModel, picture: dict[str, Any]) -> Iterator[str]:
+def displaced(view: ViewModel, picture: Picture) -> Iterator[str]:
     """Yield what stands elsewhere than it was stored.
 
     Where no page of a sheet is open, that is where it was stored, up to the scale of the sheet; where one is,
@@ -139,7 +140,7 @@ def _disordered(stored: dict[str, Point], place: dict[str, Point]) -> Iterator[s
                 yield f"{one} and {other} were {before} apart, and are {after}"
 
 
-def covered(view: ViewModel, picture: dict[str, Any]) -> Iterator[str]:
+def covered(view: ViewModel, picture: Picture) -> Iterator[str]:
     """Yield what covers something else of its sheet without having been stored so."""
     pairs = {
         frozenset(pair) for items in sheets(view) for pair in itertools.combinations([i.id for i in items], 2)

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import Any, TypeAlias
+from typing import TypeAlias
+
+from dineros.views.nets.placement.picture import Picture, PlacedEdge, PlacedShape
 
 Area: TypeAlias = tuple[float, float, float, float]
 """Left, top, right, bottom."""
 SLACK = 1.0
 
 
-def box_area(box: dict[str, Any]) -> Area:
+def box_area(box: PlacedShape) -> Area:
     return box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"]
 
 
-def node_area(node: dict[str, Any]) -> Area:
+def node_area(node: PlacedShape) -> Area:
     """Return what a node covers, with its captions."""
     left, top, right, bottom = shape_area(node)
     (wide, down), (x, y) = node.get("room", (0, 0)), node.get("captionAt", (0, 0))
@@ -28,12 +30,12 @@ def node_area(node: dict[str, Any]) -> Area:
     )
 
 
-def shape_area(node: dict[str, Any]) -> Area:
+def shape_area(node: PlacedShape) -> Area:
     side, half = node["width"] / 2, node["height"] / 2
     return node["x"] - side, node["y"] - half, node["x"] + side, node["y"] + half
 
 
-def label_area(edge: dict[str, Any]) -> Area:
+def label_area(edge: PlacedEdge) -> Area:
     (x, y), (wide, high) = edge["labelAt"], edge["room"]
     return x - wide / 2, y - high / 2, x + wide / 2, y + high / 2
 
@@ -53,7 +55,7 @@ def within(inner: Area, outer: Area) -> bool:
     )
 
 
-def faults(picture: dict[str, Any]) -> Iterator[str]:
+def faults(picture: Picture) -> Iterator[str]:
     """Yield what is wrong with a layout: overlaps, things outside of their boxes, lines that end nowhere."""
     whole: Area = (0, 0, picture["width"], picture["height"])
     boxes = {box["id"]: box for box in picture["boxes"]}
@@ -84,7 +86,7 @@ def faults(picture: dict[str, Any]) -> Iterator[str]:
 
 
 def line_faults(
-    edge: dict[str, Any], nodes: dict[str, Any], boxes: dict[str, Any], whole: Area
+    edge: PlacedEdge, nodes: dict[str, PlacedShape], boxes: dict[str, PlacedShape], whole: Area
 ) -> Iterator[str]:
     points = edge["points"]
     if len(points) < 2:
@@ -113,7 +115,7 @@ def line_faults(
                     yield f"the label of {edge['id']} covers {node['id']}"
 
 
-def label_overlaps(picture: dict[str, Any]) -> list[str]:
+def label_overlaps(picture: Picture) -> list[str]:
     """Return the pairs of labels of lines that cover each other."""
     labelled = [edge for edge in picture["edges"] if edge.get("label")]
     return [
@@ -123,7 +125,7 @@ def label_overlaps(picture: dict[str, Any]) -> list[str]:
     ]
 
 
-def crossed(picture: dict[str, Any]) -> Iterator[str]:
+def crossed(picture: Picture) -> Iterator[str]:
     """Yield the lines that run through something else than what they join."""
     nodes = {node["id"]: shape_area(node) for node in picture["nodes"]}
     nodes |= {box["id"]: box_area(box) for box in picture["boxes"] if box.get("collapsed")}

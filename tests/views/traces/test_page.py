@@ -11,6 +11,7 @@ from playwright.sync_api import Page
 
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Fire, Header
+from dineros.views.nets.placement.picture import Picture
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.comparing import first_divergence
 from dineros.views.traces.net_pane import net_content
@@ -23,7 +24,7 @@ NewVisit = Callable[..., Visit]
 
 
 @pytest.fixture(scope="module")
-def net() -> dict[str, Any]:
+def net() -> Picture:
     found = net_content(load(CASE_STUDY))
     assert found is not None
     return found
@@ -44,7 +45,7 @@ def labels(page: Page, kind: str = "") -> list[str]:
     return [str(element.get_attribute("data-id")) for element in page.query_selector_all(selector)]
 
 
-def test_a_page_needs_no_network(tmp_path: Path, visit: NewVisit, net: dict[str, Any]) -> None:
+def test_a_page_needs_no_network(tmp_path: Path, visit: NewVisit, net: Picture) -> None:
     file = page_of(tmp_path / "t.html", lasso(), net=net)
     one = visit(offline=True)
     page = one.open(file)
@@ -58,7 +59,7 @@ def test_a_page_needs_no_network(tmp_path: Path, visit: NewVisit, net: dict[str,
 
 
 def test_cursor_keys_move_lanes_net_and_detail_together(
-    tmp_path: Path, visit: NewVisit, net: dict[str, Any]
+    tmp_path: Path, visit: NewVisit, net: Picture
 ) -> None:
     one = visit()
     page = one.open(page_of(tmp_path / "t.html", lasso(), net=net))
@@ -292,7 +293,7 @@ def test_a_clause_says_nothing_of_signals_that_are_off(tmp_path: Path, visit: Ne
     assert labels(page, "signal") == []
 
 
-def test_the_net_follows_steps_of_signals(tmp_path: Path, visit: NewVisit, net: dict[str, Any]) -> None:
+def test_the_net_follows_steps_of_signals(tmp_path: Path, visit: NewVisit, net: Picture) -> None:
     page = visit().open(page_of(tmp_path / "t.html", lasso(), net=net))
     page.keyboard.press("ArrowRight")
     assert "signal Red becomes true" in page.inner_text("#detail .text")

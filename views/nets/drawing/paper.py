@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 from dineros.views.nets.contents.glyphs import NAME_SIZE, SMALL_SIZE
 from dineros.views.nets.contents.model import Box, ViewModel
 from dineros.views.nets.contents.operations import collapse, collapse_if_large, restricted
+from dineros.views.nets.placement.picture import Picture
 from dineros.views.nets.placement.placing import layout
 
 LEAST_POINTS = 6.0
@@ -46,7 +46,7 @@ class Paper:
     width: float
     aspect: float | None = None
 
-    def area(self, positioned: Mapping[str, Any]) -> tuple[float, float, float, float]:
+    def area(self, positioned: Picture) -> tuple[float, float, float, float]:
         """Return the part of the plane that is shown, the net in its middle: x, y, width, height."""
         wide, high = positioned["width"], positioned["height"]
         if self.aspect is None:
@@ -54,7 +54,7 @@ class Paper:
         width, height = max(wide, high * self.aspect), max(high, wide / self.aspect)
         return (wide - width) / 2, (high - height) / 2, width, height
 
-    def needed(self, positioned: Mapping[str, Any]) -> float:
+    def needed(self, positioned: Picture) -> float:
         """Return the width in millimetres from which on all text can be read."""
         units = self.area(positioned)[2]
         return float(units * LEAST_POINTS / _smallest(positioned) / _POINTS_PER_MILLIMETRE)
@@ -68,14 +68,14 @@ class Sheet:
     ----------
     page : str or None
         Id of the page that it shows; None for the whole.
-    positioned : dict
+    positioned : Picture
         What `layout` returns.
     needed : float
         The width in millimetres that it needs.
     """
 
     page: str | None
-    positioned: dict[str, Any]
+    positioned: Picture
     needed: float
 
 
@@ -130,7 +130,7 @@ def _best(page: str | None, view: ViewModel, paper: Paper) -> Sheet:
     return fitting[0] if fitting else min(found, key=lambda sheet: sheet.needed)
 
 
-def _smallest(positioned: Mapping[str, Any]) -> float:
+def _smallest(positioned: Picture) -> float:
     """Return the size of the smallest text of a picture."""
     many = any(node.get("tokens", 0) >= 1000 for node in positioned["nodes"])
     return _TINY if many else float(SMALL_SIZE)

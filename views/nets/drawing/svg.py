@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
 from dineros.views.javascript.client import evaluate
 from dineros.views.nets.placement.placing import SCRIPTS
@@ -13,6 +13,7 @@ from dineros.views.pages import own_text
 
 if TYPE_CHECKING:
     from dineros.views.nets.drawing.paper import Paper
+    from dineros.views.nets.placement.picture import Picture
 
 Theme: TypeAlias = Literal["light", "dark"]
 THEMES: tuple[Theme, ...] = get_args(Theme)
@@ -21,7 +22,7 @@ _STILL = ".net .fold{display:none}.net .collapsed .fold{display:inline}"  # noth
 
 
 def to_svg(
-    positioned: Mapping[str, Any],
+    positioned: Picture,
     *,
     marking: Mapping[str, int] | None = None,
     signals: Mapping[str, bool] | None = None,
@@ -33,7 +34,7 @@ def to_svg(
 
     Parameters
     ----------
-    positioned : mapping
+    positioned : Picture
         What `dineros.views.nets.layout` returns.
     marking : mapping of str to int, optional
         Tokens by id of place; places that are not named show their initial ones.
@@ -53,7 +54,7 @@ def to_svg(
     """
     sheet = None if paper is None else {"area": paper.area(positioned), "width": paper.width}
     overlay = {"marking": dict(marking or {}), "signals": dict(signals or {}), "highlights": list(highlights)}
-    svg: str = evaluate(SCRIPTS, "netFigure", dict(positioned), stylesheet(theme), theme, sheet, overlay)
+    svg: str = evaluate(SCRIPTS, "netFigure", positioned, stylesheet(theme), theme, sheet, overlay)
     return svg
 
 

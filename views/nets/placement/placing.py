@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from dineros.views.javascript.client import evaluate
 from dineros.views.nets.contents.model import ViewModel
+from dineros.views.nets.placement.picture import Picture
 
 SCRIPTS = (
     "vendor/elk/elk.bundled.js",
@@ -14,7 +13,7 @@ SCRIPTS = (
 """All that nets ask V8 for: what is loaded once serves layout and drawing."""
 
 
-def layout(view: ViewModel, *, aspect: float | None = None) -> dict[str, Any]:
+def layout(view: ViewModel, *, aspect: float | None = None) -> Picture:
     """Put the visible part of a view on a plane.
 
     Parameters
@@ -27,10 +26,8 @@ def layout(view: ViewModel, *, aspect: float | None = None) -> dict[str, Any]:
 
     Returns
     -------
-    dict
-        JSON values: those of the visible part of the view; in addition `width` and `height` of the picture in
-        pixels; `x`, `y` of boxes (left upper corner; `width` and `height` too) and nodes (centre); `points`
-        of edges and, where they have a label, its middle, `labelAt`.
+    Picture
+        The visible part of the view, each with its place.
 
     Raises
     ------
@@ -40,5 +37,5 @@ def layout(view: ViewModel, *, aspect: float | None = None) -> dict[str, Any]:
         V8 is not installed, its process has ended, or it took too long.
     """
     shown = view.to_json() | ({} if aspect is None else {"aspect": aspect})
-    placed: dict[str, Any] = evaluate(SCRIPTS, "layoutByElk", shown)
+    placed: Picture = evaluate(SCRIPTS, "layoutByElk", shown)
     return placed

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from dineros.views.nets import ViewModel, save_picture
+from dineros.views.nets.placement.picture import Picture
 from tests.views.browser import wait_until
 from tests.views.nets.arranged import stands
 
@@ -68,9 +69,9 @@ def scale(page: Page) -> float:
     return float(page.evaluate("document.querySelector('#picture').clientWidth")) / wide
 
 
-def positioned(page: Page) -> dict[str, Any]:
+def positioned(page: Page) -> Picture:
     """Return what the page shows as a layout: boxes and nodes in the picture's coordinates."""
-    found: dict[str, Any] = page.evaluate(
+    found: Picture = page.evaluate(
         """() => {
           const boxes = [], nodes = [], number = (one, name) => Number(one.getAttribute(name));
           for (const group of document.querySelectorAll('#picture g[data-id]:not(.edge):not(.signal)')) {

@@ -16,6 +16,7 @@ from dineros.views.nets.contents.glyphs import finish_box
 from dineros.views.nets.contents.measures import text_width, wrap
 from dineros.views.nets.contents.model import Signal
 from dineros.views.nets.drawing.legend import legend_svg
+from dineros.views.nets.placement.picture import Picture
 from tests.support.talker import talker
 from tests.views.nets.samples import case_study, every_sign, models
 
@@ -32,7 +33,7 @@ def group(root: Any, id: str) -> Any:
 
 
 @pytest.fixture(scope="module")
-def picture() -> dict[str, Any]:
+def picture() -> Picture:
     return layout(view_of(case_study()))
 
 
@@ -45,7 +46,7 @@ def test_every_element_is_drawn_once(name: str) -> None:
     assert drawn == Counter([*(item.id for item in view.elements()), *signals])
 
 
-def test_names_clauses_and_channels_can_be_read(picture: dict[str, Any]) -> None:
+def test_names_clauses_and_channels_can_be_read(picture: Picture) -> None:
     root = parsed(to_svg(picture))
     texts = {"".join(node.itertext()) for node in root.iter(f"{NAMESPACE}text")}
     assert {"selector", "TStop", "Danger", "service, 2 instances", "dispatcher 16, queue 10"} <= texts
@@ -55,7 +56,7 @@ def test_names_clauses_and_channels_can_be_read(picture: dict[str, Any]) -> None
     assert group(root, "UITopic").find(f"{NAMESPACE}polygon") is None
 
 
-def test_all_text_fits_into_the_picture(picture: dict[str, Any]) -> None:
+def test_all_text_fits_into_the_picture(picture: Picture) -> None:
     root = parsed(to_svg(picture))
     assert root.get("viewBox") == f"0 0 {root.get('width')} {root.get('height')}"
     for text in root.iter(f"{NAMESPACE}text"):
@@ -87,7 +88,7 @@ def test_inhibitor_arcs_end_in_a_ring_and_read_arcs_have_two_heads() -> None:
     assert len(group(root, "go-many").findall(f"{NAMESPACE}polygon")) == 1
 
 
-def test_a_marking_overlays_the_initial_one(picture: dict[str, Any]) -> None:
+def test_a_marking_overlays_the_initial_one(picture: Picture) -> None:
     root = parsed(
         to_svg(picture, marking={"Safe": 2, "Unsafe": 0}, signals={"Danger": True}, highlights=["TStop"])
     )
@@ -133,12 +134,12 @@ def test_names_of_javascript_are_names_like_others() -> None:
     assert group(root, "hasOwnProperty").get("class") == "signal"
 
 
-def test_the_second_arc_of_a_pair_is_highlighted_by_the_first(picture: dict[str, Any]) -> None:
+def test_the_second_arc_of_a_pair_is_highlighted_by_the_first(picture: Picture) -> None:
     root = parsed(to_svg(picture, highlights=["TPick-Safe@PickServer"]))
     assert group(root, "Safe@PickServer-TPick").get("class") == "edge read marked"
 
 
-def test_themes_differ_in_colours_only(picture: dict[str, Any]) -> None:
+def test_themes_differ_in_colours_only(picture: Picture) -> None:
     light, dark = to_svg(picture), to_svg(picture, theme="dark")
     assert "var(" not in light + dark
     assert light != dark
@@ -154,7 +155,7 @@ def test_changes_have_signs_not_only_colours() -> None:
     ] == ["≠"]
 
 
-def test_png_has_the_size_and_shows_the_tokens(picture: dict[str, Any]) -> None:
+def test_png_has_the_size_and_shows_the_tokens(picture: Picture) -> None:
     small = layout(view_of(talker()))
     image = to_png(to_svg(small), scale=2)
     assert image.startswith(b"\x89PNG\r\n\x1a\n")

@@ -13,6 +13,7 @@ from dineros.metamodel import elements, pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import load, save
 from dineros.views.nets import ViewModel, collapse, compare, layout, view_of
+from dineros.views.nets.placement.picture import Picture, PlacedEdge
 from tests.support.talker import talker
 from tests.views.nets.arranged import at, covered, displaced, nested_nets, scale_of, stands, systems
 from tests.views.nets.geometry import crossed, enters, faults, label_overlaps
@@ -22,7 +23,7 @@ SEVERAL = settings(max_examples=15, deadline=None, suppress_health_check=[Health
 LESS = settings(SEVERAL, max_examples=8)
 
 
-def check(view: ViewModel) -> dict[str, Any]:
+def check(view: ViewModel) -> Picture:
     picture = layout(view)
     assert list(displaced(view, picture)) == []
     assert list(covered(view, picture)) == []
@@ -189,7 +190,7 @@ def test_what_has_no_position_stands_beside_the_rest() -> None:
 # Lines and captions
 
 
-def _between(obstacle: pn.Place, *bends: tuple[float, float]) -> dict[str, Any]:
+def _between(obstacle: pn.Place, *bends: tuple[float, float]) -> PlacedEdge:
     """Lay out an arc from (0, 0) to (400, 0) with a place that may be in its way; return the arc."""
     a, t = pn.Place(id="a", graphics=at(0, 0)), pn.Transition(id="t", graphics=at(400, 0))
     page = pn.Page(id="page", objects=[a, t, obstacle])
@@ -198,8 +199,7 @@ def _between(obstacle: pn.Place, *bends: tuple[float, float]) -> dict[str, Any]:
         page.arcs[0].graphics = pn.Graphics(positions=[pn.Point(x=x, y=y) for x, y in bends])
     picture = layout(view_of(pn.Net(id="lines", pages=[page])))
     assert list(faults(picture)) == []
-    edge: dict[str, Any] = picture["edges"][0]
-    return edge
+    return picture["edges"][0]
 
 
 def test_lines_are_straight_where_nothing_is_in_the_way() -> None:
