@@ -34,8 +34,11 @@ def test_all_places_are_there() -> None:
 
 
 def test_what_is_named_beside_a_place_is_in_it() -> None:
-    for file, name in re.findall(r"`([\w/]+\.py)` \(`(\w+)`\)", PAGE):
-        assert f"class {name}" in (ROOT / file).read_text(encoding="utf-8")
+    named = re.findall(r"`([\w/]+\.(?:py|js))` \(`(\w+)`\)", PAGE)
+    assert len(named) > 7
+    for file, name in named:
+        made = rf"^ *(class|def|function) {name}\b|^ *{name} = "
+        assert re.search(made, (ROOT / file).read_text(encoding="utf-8"), re.MULTILINE), (file, name)
 
 
 @pytest.mark.long
