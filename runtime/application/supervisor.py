@@ -33,6 +33,8 @@ _LAST_BYTES = 4096
 _LONGEST = 1.0
 _LONGEST_BLIND = 0.05
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
+_SYSTEM = ctypes.CDLL(None)
+"""Loaded before any thread is there: to load it takes a lock, which nobody would give back after a fork."""
 _Event = Literal["started", "restarted", "ended", "failed", "stopped"]
 _ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 3.0))
 
@@ -363,7 +365,7 @@ def _send(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
 
 def _die_with(supervisor: int) -> None:
     """Have the system end this process when the supervisor is gone, however that ended."""
-    ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM)
+    _SYSTEM.prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM)
     if os.getppid() != supervisor:  # it was killed before: nobody would end this process any more
         os._exit(1)
     signal.signal(signal.SIGINT, signal.default_int_handler)

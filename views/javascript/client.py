@@ -185,10 +185,15 @@ class Layouter:
         return f" (exit status {status})"
 
     def forget(self) -> None:
-        """In a process that was forked off: the layouter is the parent's, and so is the stream to it."""
+        """In a process that was forked off: the layouter is the parent's, and so is the stream to it.
+
+        A thread of the parent may be reading from that stream. Whoever closes it here would wait for ever for
+        the lock which that thread has, as it is not here: only the descriptor is closed.
+        """
         if self._process is not None:
             self._process.returncode = 0  # not ours to wait for
-        self._hang_up()
+        if self._connection is not None:
+            os.close(self._connection.detach())
         self._reset()
 
     def _hang_up(self) -> None:

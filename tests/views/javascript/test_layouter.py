@@ -124,6 +124,32 @@ def test_a_forked_process_has_its_own(layouter: Layouter) -> None:
     assert layouter.evaluate([], "() => 'parent'") == "parent"
 
 
+def test_processes_are_started_while_a_thread_waits_for_an_answer(layouter: Layouter) -> None:
+    """As the supervisor of a run starts a node again while the live page's net is laid out."""
+    os.register_at_fork(after_in_child=layouter.forget)
+    layouter.evaluate([], "() => 1")
+    with ThreadPoolExecutor(1) as threads:
+        answer = threads.submit(layouter.evaluate, [], ENDLESS)
+        assert layouter.process is not None
+        process = layouter.process
+        while not busy(process):
+            time.sleep(0.01)
+        forked = os.fork()
+        if forked == 0:
+            os._exit(0)
+        ended = (0, 0)
+        deadline = time.monotonic() + 60
+        while ended == (0, 0) and time.monotonic() < deadline:
+            ended = os.waitpid(forked, os.WNOHANG)
+            time.sleep(0.01)
+        if ended == (0, 0):
+            os.kill(forked, signal.SIGKILL)
+            os.waitpid(forked, 0)
+        layouter.close()
+        assert isinstance(answer.exception(60), LayouterError)
+    assert ended == (forked, 0)
+
+
 def test_where_no_process_can_be_started_that_is_said(
     layouter: Layouter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
