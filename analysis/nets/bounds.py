@@ -53,23 +53,42 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list
     for flow in flows:
         _use(net, bounds, flow.weights)
     weightings = {tuple(b.weights.items()): b.weights for b in bounds if b is not None and b.value > 1}
-    program = None
-    by_flows = {place for place, bound in enumerate(bounds) if bound is not None}
-    for place in range(len(net.places)):
-        found = bounds[place]
-        # A weighting that was sought for another place bounds this one, but not as well as its own one may.
-        if found is None or (found.value > 1 and place not in by_flows):
-            program = program or LinearProgram(net.delta, len(net.places))
-            weights = _linear_weighting(net, program, place)
-            if weights is not None:
-                _use(net, bounds, weights)
-                weightings[tuple(weights.items())] = weights
+    unknown = [place for place, bound in enumerate(bounds) if bound is None]
+    if unknown:
+        _bound(net, unknown, bounds, weightings)
     for weights in weightings.values():
         for place in weights:
             known = bounds[place]
             if known is not None and known.value > 1:
                 _use(net, bounds, _flowing_to(net, producers, weights, place))
     return bounds
+
+
+def _bound(
+    net: CompiledNet,
+    unknown: list[int],
+    bounds: list[Bound | None],
+    weightings: dict[tuple[tuple[int, int], ...], dict[int, int]],
+) -> None:
+    """Bound places by linear programs; each weighting that is found is used for all the places it bounds."""
+    program, sought = LinearProgram(net.delta, len(net.places)), 0
+
+    def seek(place: int) -> None:
+        weights = _linear_weighting(net, program, place)
+        if weights is not None:
+            _use(net, bounds, weights)
+            weightings[tuple(weights.items())] = weights
+
+    for place in unknown:
+        if bounds[place] is None:
+            sought += 1
+            seek(place)
+    # The weighting of another place does not bound one as well as its own may: as many are sought once more,
+    # where the most tokens seem possible.
+    values = {place: bound.value for place in unknown if (bound := bounds[place]) is not None}
+    for place in sorted(values, key=lambda place: -values[place])[:sought]:
+        if values[place] > 1:
+            seek(place)
 
 
 def flows_and_bounds(net: CompiledNet) -> tuple[Sequence[PlaceInvariant] | None, Sequence[Bound | None]]:
