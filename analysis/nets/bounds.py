@@ -55,7 +55,7 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list
     weightings = {tuple(b.weights.items()): b.weights for b in bounds if b is not None and b.value > 1}
     unknown = [place for place, bound in enumerate(bounds) if bound is None]
     if unknown:
-        _bound(net, unknown, bounds, weightings)
+        _bound_by_programs(net, unknown, bounds, weightings)
     for weights in weightings.values():
         for place in weights:
             known = bounds[place]
@@ -64,13 +64,13 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list
     return bounds
 
 
-def _bound(
+def _bound_by_programs(
     net: CompiledNet,
     unknown: list[int],
     bounds: list[Bound | None],
     weightings: dict[tuple[tuple[int, int], ...], dict[int, int]],
 ) -> None:
-    """Bound places by linear programs; each weighting that is found is used for all the places it bounds."""
+    """Bound places by linear programs; a weighting that is found is used for all places that it bounds."""
     program, sought = LinearProgram(net.delta, len(net.places)), 0
 
     def seek(place: int) -> None:

@@ -279,7 +279,8 @@ class Supervisor:
                     pass_fds=[int(number) for number in line.values()],
                     cwd=plan.folder,
                     start_new_session=True,  # Ctrl-C comes to us alone, and we end them in order
-                    # Harmless with threads: it makes two system calls and takes no lock.
+                    # With threads, what runs between fork and exec must not wait for a lock that another one
+                    # has: this makes three system calls. Hooks of `os.register_at_fork` run there, too.
                     preexec_fn=partial(_die_with, os.getpid()) if sys.platform == "linux" else None,  # noqa: PLW1509
                 )
         except OSError as error:
