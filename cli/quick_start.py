@@ -7,8 +7,9 @@ import os
 import sys
 from pathlib import Path
 
-#: Objects made between two looks for garbage; the default of 700 looks hundreds of times while importing.
-OBJECTS_BETWEEN_COLLECTIONS = 100_000
+#: Objects made between two looks for garbage: more than imports and the flattening of an ordinary model make.
+#: The default of 700 looks hundreds of times meanwhile, and each look at 100 000 takes 50 ms.
+OBJECTS_BETWEEN_COLLECTIONS = 400_000
 #: What Numba imports only to find out whether it is there, and what no kernel uses: linear algebra, functions
 #: of C libraries, the measurement of tests.
 UNUSED = ("scipy.linalg", "cffi", "coverage")

@@ -14,7 +14,6 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np.arrayobj import make_array
 
 
 def _for_kernels(define: Any) -> Any:
@@ -23,6 +22,8 @@ def _for_kernels(define: Any) -> Any:
 
 
 def _pointer(context, builder, array_type, array, indices):
+    from numba.np.arrayobj import make_array  # only compilations need it, and it takes long to import
+
     view = make_array(array_type)(context, builder, array)
     return cgutils.get_item_pointer(context, builder, array_type, view, indices, wraparound=False)
 
