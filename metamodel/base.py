@@ -59,6 +59,7 @@ __all__ = [
     "enumeration",
     "features_of",
     "initialise",
+    "notify_listeners",
     "refuse_unknown",
     "remembered",
     "resolve_references",
@@ -169,6 +170,22 @@ def initialise(self: EObject, values: dict[str, Any], unknown: dict[str, Any]) -
                 raise _wrong_value(self, feature, value) from error
         else:
             setattr(self, name, value)
+
+
+def notify_listeners(changed: Any, notification: object) -> None:
+    """Tell listeners of a change; the `notify` of every model class.
+
+    pyecore looks for the resource of an object with each change, which takes many calls and an exception
+    where, as mostly, there is none. A first parameter named `self` would make it an operation of the
+    metamodel.
+    """
+    if not changed.listeners and not changed._eternal_listener:
+        root = changed
+        while root._container is not None:
+            root = root._container
+        if root._eresource is None:
+            return
+    EObject.notify(changed, notification)  # type: ignore[attr-defined]
 
 
 def show(self: EObject) -> str:

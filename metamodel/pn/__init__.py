@@ -21,6 +21,7 @@ from dineros.metamodel.base import (
     ModelList,
     enumeration,
     initialise,
+    notify_listeners,
     refuse_unknown,
     resolve_references,
     show,
@@ -124,6 +125,7 @@ class Element(EObject, metaclass=MetaEClass):
     toolInfos: ModelList[ToolInfo] = Ecore.EReference(containment=True, upper=-1)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -165,6 +167,7 @@ class Point(EObject, metaclass=MetaEClass):
     y: float = Ecore.EAttribute(eType=Ecore.EDouble, lower=1, required=True)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(self, *, x: float | None = None, y: float | None = None, **unknown: Never) -> None:
@@ -200,6 +203,7 @@ class Graphics(EObject, metaclass=MetaEClass):
     style: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -242,6 +246,7 @@ class Label(EObject, metaclass=MetaEClass):
     toolInfos: ModelList[ToolInfo] = Ecore.EReference(containment=True, upper=-1)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -282,6 +287,7 @@ class ToolInfo(EObject, metaclass=MetaEClass):
     content: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -325,6 +331,7 @@ class TimeInterval(EObject, metaclass=MetaEClass):
     latestExcluded: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(

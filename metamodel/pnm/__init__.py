@@ -21,6 +21,7 @@ from dineros.metamodel.base import (
     ModelList,
     enumeration,
     initialise,
+    notify_listeners,
     refuse_unknown,
     resolve_references,
     show,
@@ -104,6 +105,7 @@ class PlaceInvariant(EObject, metaclass=MetaEClass):
     terms: ModelList[InvariantTerm] = Ecore.EReference(containment=True, lower=1, required=True, upper=-1)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -141,6 +143,7 @@ class InvariantTerm(EObject, metaclass=MetaEClass):
     weight: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(self, *, place: pn.Place | None = None, weight: int | None = None, **unknown: Never) -> None:

@@ -19,6 +19,7 @@ from dineros.metamodel.base import (
     MetaEClass,
     ModelList,
     initialise,
+    notify_listeners,
     refuse_unknown,
     resolve_references,
     show,
@@ -66,6 +67,7 @@ class PlacePort(EObject, metaclass=MetaEClass):
     mappings: ModelList[sym.FieldMapping] = Ecore.EReference(containment=True, upper=-1)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(

@@ -21,6 +21,7 @@ from dineros.metamodel.base import (
     ModelList,
     enumeration,
     initialise,
+    notify_listeners,
     refuse_unknown,
     resolve_references,
     show,
@@ -386,6 +387,7 @@ class Lifecycle(EObject, metaclass=MetaEClass):
     activateStep: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -430,6 +432,7 @@ class BalloonToken(EObject, metaclass=MetaEClass):
     data: str = Ecore.EAttribute(eType=Ecore.EString, default_value="{}")
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(self, *, data: str | None = None, **unknown: Never) -> None:
@@ -464,6 +467,7 @@ class InputClause(EObject, metaclass=MetaEClass):
     disjunctions: ModelList[Disjunction] = Ecore.EReference(containment=True, upper=-1)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -503,6 +507,7 @@ class Disjunction(EObject, metaclass=MetaEClass):
     literals: ModelList[Literal] = Ecore.EReference(containment=True, upper=-1)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -541,6 +546,7 @@ class Literal(EObject, metaclass=MetaEClass):
     negated: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -593,6 +599,7 @@ class TokenField(EObject, metaclass=MetaEClass):
     bound: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -641,6 +648,7 @@ class FieldMapping(EObject, metaclass=MetaEClass):
     tokenField: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -690,6 +698,7 @@ class QualityOfService(EObject, metaclass=MetaEClass):
     leaseDuration: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -740,6 +749,7 @@ class TopicPort(EObject, metaclass=MetaEClass):
     assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -782,6 +792,7 @@ class Dispatcher(EObject, metaclass=MetaEClass):
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=16)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -825,6 +836,7 @@ class ServerPort(EObject, metaclass=MetaEClass):
     page: pn.Page = Ecore.EReference(lower=1, required=True)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -882,6 +894,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
     timedOut: pn.Place | None = Ecore.EReference()
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -953,6 +966,7 @@ class ActionServerPort(EObject, metaclass=MetaEClass):
     mayReject: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -1030,6 +1044,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(

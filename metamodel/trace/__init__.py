@@ -18,6 +18,7 @@ from dineros.metamodel.base import (
     MetaEClass,
     ModelList,
     initialise,
+    notify_listeners,
     refuse_unknown,
     resolve_references,
     show,
@@ -57,6 +58,7 @@ class TraceModel(EObject, metaclass=MetaEClass):
     links: ModelList[TraceLink] = Ecore.EReference(containment=True, upper=-1)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(
@@ -110,6 +112,7 @@ class TraceLink(EObject, metaclass=MetaEClass):
     target: EObject = Ecore.EReference(lower=1, required=True)
 
     __setattr__ = refuse_unknown
+    notify = notify_listeners
     __repr__ = show
 
     def __init__(

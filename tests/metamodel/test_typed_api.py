@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from pyecore import ecore
+from pyecore.notification import EObserver
 from pyecore.resources import URI, ResourceSet
 
 from dineros.metamodel import generate, pn, sym
@@ -131,3 +132,20 @@ def test_opposites_and_containers_follow() -> None:
     assert list(page.objects) == [place, transition]
     assert list(place.outgoing) == [arc] == list(transition.incoming)
     assert repr(place) == "<pn.Place p>"
+
+
+def test_listeners_of_objects_and_resources_hear_of_changes(tmp_path: Path) -> None:
+    heard: list[tuple[str, object]] = []
+    observer = EObserver(notifyChanged=lambda change: heard.append((change.feature.name, change.new)))
+    place = pn.Place(id="p", tokens=1)
+    place.tokens = 2
+    observer.observe(place)
+    place.tokens = 3
+    assert heard == [("tokens", 3)]
+    net = pn.Net(id="n", pages=[pn.Page(id="page", objects=[other := pn.Place(id="other")])])
+    resource = ResourceSet().create_resource(URI(str(tmp_path / "net.xmi")))
+    resource.append(net)
+    observer.observe(resource)
+    other.tokens = 4
+    assert heard[1:] == [("tokens", 4)]
+    assert not pn.Place.eClass.eAllOperations()
