@@ -94,6 +94,8 @@ class LinearProgram:
         program: Any = highspy.Highs()  # type: ignore[no-untyped-call]
         program.setOptionValue("output_flag", False)
         program.setOptionValue("threads", 1)
+        # Undoing that may print a line on standard output, whatever is asked for; it saves no time here.
+        program.setOptionValue("presolve", "off")
         model = highspy.HighsLp()
         model.num_col_, model.num_row_ = self._columns, self._rows
         model.col_cost_ = model.col_lower_ = model.col_upper_ = np.zeros(self._columns)
