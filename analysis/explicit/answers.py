@@ -22,8 +22,8 @@ class Options(TypedDict, total=False):
     workers : int
         Threads; as many as there are processors unless given. Depth first goes one.
     order : {"breadth-first", "depth-first"}
-        Breadth first, the default, finds shortest ways; depth first is often sooner at a goal that is far
-        away.
+        Breadth first, the default, finds shortest ways, led by the state equation; depth first is often
+        sooner at a goal that is far away.
     reduction : str
         ``stubborn`` fires stubborn sets only: of a count it keeps the deadlocks only.
     most_if_unbounded : int

@@ -13,6 +13,8 @@ from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit.answers import ExplicitStateSpace, Options
 from dineros.analysis.explicit.goals import Goal
+from dineros.analysis.explicit.guidance import Guidance, guidance
+from dineros.analysis.explicit.layout import layout
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.memory import DEFAULT_SHARE, free_memory
 from dineros.analysis.nets.witness import WitnessError, replay
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
     from dineros.analysis.explicit.search import Search
 
 NO_END = 1 << 60
+
+NEAR = 20_000
+"""Markings in which a goal is looked for without guidance: that takes milliseconds."""
 
 
 def explore(net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Options]) -> ExplicitStateSpace:
@@ -62,6 +67,9 @@ def explore(net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Opti
 def find(net: CompiledNet, goal: Goal, budget: Budget = UNLIMITED, **options: Unpack[Options]) -> Outcome:
     """Search a witness of a goal, a shortest one unless depth first; budget and options as for `explore`.
 
+    Breadth first, what is not near is searched for with guidance, which needs a fraction of the markings.
+    Where time or memory then ends the search for a shorter one, a witness may be longer by a few steps.
+
     Examples
     --------
     >>> net = CompiledNet.build({"idle": 2, "busy": 0}, [("start", {"idle": 1}, {"busy": 1})])
@@ -70,7 +78,39 @@ def find(net: CompiledNet, goal: Goal, budget: Budget = UNLIMITED, **options: Un
     >>> find(net, Goal.where(net, [({"busy": 1}, ">", 2)])).status
     'unreachable'
     """
+    budget = budget.begun()
+    is_led = options.get("order") != "depth-first" and options.get("reduction") is None
+    if is_led and net.once(layout).is_bounded and (budget.states is None or budget.states > NEAR):
+        near = find_all(net, [goal], budget.share(most_states=NEAR), **options)[0]
+        if near.reason != "states":
+            return near
+        budget.stage("a bound on the length of ways")
+        known = guidance(net, goal)
+        if known is not None:
+            return _find_guided(net, goal, known, budget, options)
     return find_all(net, [goal], budget, **options)[0]
+
+
+def _find_guided(net: CompiledNet, goal: Goal, known: Guidance, budget: Budget, options: Options) -> Outcome:
+    """Search where a bound leads, and then for what is shorter than what was found.
+
+    The marking of a goal that is met first is the cheapest. A way to it is a shortest one, unless the bound
+    is below 0 there: then another may be shorter that costs more and goes less far below.
+    """
+    best: Outcome | None = None
+    wanted, most_cost = goal, None
+    at_first = known.bound(net.initial.tolist())
+    while True:
+        search = _search(net, [wanted], budget, options, known, most_cost)
+        search.run()
+        if 0 not in search.found:
+            return best or _not_found(search)
+        found = _witness(net, wanted, search.trace(search.found[0]))
+        best = found if best is None or len(found.stem) < len(best.stem) else best
+        excess = -known.bound(replay(net, found.stem)[-1])
+        if excess <= 0:
+            return best
+        wanted, most_cost = known.nearer(excess), known.unit * len(best.stem) - at_first - 1
 
 
 def find_all(
@@ -93,14 +133,25 @@ def find_all(
     for g, goal in enumerate(goals):
         if g in search.found:
             answers.append(_witness(net, goal, search.trace(search.found[g])))
-        elif search.reason is None:
-            answers.append(Outcome("unreachable", states=search.markings))
         else:
-            answers.append(Outcome("unknown", states=search.markings, reason=search.reason))
+            answers.append(_not_found(search))
     return answers
 
 
-def _search(net: CompiledNet, goals: Sequence[Goal], budget: Budget, options: Options) -> Search:
+def _not_found(search: Search) -> Outcome:
+    if search.reason is None:
+        return Outcome("unreachable", states=search.markings)
+    return Outcome("unknown", states=search.markings, reason=search.reason)
+
+
+def _search(
+    net: CompiledNet,
+    goals: Sequence[Goal],
+    budget: Budget,
+    options: Options,
+    known: Guidance | None = None,
+    most_cost: int | None = None,
+) -> Search:
     from dineros.analysis.explicit.search import Search
 
     workers = options.get("workers")
@@ -116,6 +167,8 @@ def _search(net: CompiledNet, goals: Sequence[Goal], budget: Budget, options: Op
         options.get("order", "breadth-first") == "depth-first",
         options.get("reduction") is not None,
         options.get("most_if_unbounded", NO_END) if goals else 0,
+        known,
+        most_cost,
     )
 
 

@@ -100,6 +100,11 @@ class Layout:
         )
 
     @property
+    def is_bounded(self) -> bool:
+        """Whether no place can outgrow its cell."""
+        return not any(cell.has_guard for cell in self.cells)
+
+    @property
     def masks(self) -> Int64Array:
         """By cell: the ones of its code."""
         return np.array([(1 << cell.bits) - 1 for cell in self.cells], dtype=np.int64)

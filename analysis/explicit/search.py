@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import Budget, Progress
+from dineros.analysis.explicit.agenda import Part, Rows, by_cost, closure, sets_by_cost
 from dineros.analysis.explicit.figures import largest_tokens, members
 from dineros.analysis.explicit.goals import Goal, goal_tables, normalized
+from dineros.analysis.explicit.guidance import Guidance
 from dineros.analysis.explicit.kernels.descent import descend
 from dineros.analysis.explicit.kernels.expansion import STRIDE, expand
 from dineros.analysis.explicit.kernels.markings import (
@@ -75,6 +77,11 @@ class Search:
         Whether to fire stubborn sets only.
     most_if_unbounded : int
         Markings at which a search ends that has seen that there is no end of them.
+    guidance : Guidance, optional
+        What leads the search for its only goal, if it goes breadth first and all places are bounded: what it
+        finds then costs the least.
+    most_cost : int, optional
+        What a way may cost, if guided.
     """
 
     net: CompiledNet
@@ -84,6 +91,8 @@ class Search:
     is_depth_first: bool = False
     reduction: bool = False
     most_if_unbounded: int = 0
+    guidance: Guidance | None = None
+    most_cost: int | None = None
     layout: Layout = field(init=False)
     reason: str | None = field(init=False, default=None)
     pumping: Pumping | None = field(init=False, default=None)
@@ -94,7 +103,7 @@ class Search:
         self._told = self._started
         self.budget.stage("the layout of markings")
         self.layout = self.net.once(layout)
-        self._is_guarded = any(cell.has_guard for cell in self.layout.cells)
+        self._is_guarded = not self.layout.is_bounded
         if self._is_guarded or self.is_depth_first:
             self.workers = 1
         self._keeps_parents = bool(self.goals) or self._is_guarded
@@ -117,8 +126,8 @@ class Search:
         )
         self._crew = [self._new_notes() for _ in range(self.workers)]
         self._frontier = zeros_apart(STRIDE * self.workers)
-        for me in range(self.workers):
-            self._frontier[me * STRIDE : me * STRIDE + 2] = me * self._storage.markings.rows
+        self._agenda = self._parts()
+        self._goes_on = True
         if self.is_depth_first:
             rows_at_most = self._storage.markings.rows
             self._stack = lazy_zeros(rows_at_most), lazy_zeros(rows_at_most, sets)
@@ -173,7 +182,6 @@ class Search:
         rebuild(self._shape, markings.store, markings.table, 0, 1)
         notes.control[COUNT] = 1
         check_goals(self._net_tables, self._goal_tables, markings.store, notes, 0)
-        self._frontier[1] = 1
 
     # rounds
 
@@ -228,14 +236,33 @@ class Search:
         for me, notes in enumerate(self._crew):
             left += int(notes.control[CHUNK_END] - notes.control[NEXT])
             left += max(0, int(self._frontier[me * STRIDE + 1] - self._frontier[me * STRIDE]))
-        if left:
+        part = next(self._agenda, None) if left == 0 else None
+        if part is None:
             return left
-        for me, notes in enumerate(self._crew):
-            row = self._frontier[me * STRIDE + 1]
-            end = me * self._storage.markings.rows + notes.control[COUNT]
-            self._frontier[me * STRIDE : me * STRIDE + 2] = row, end
-            left += int(end - row)
-        return left
+        for me, (start, end) in enumerate(zip(part.starts, part.ends, strict=True)):
+            self._frontier[me * STRIDE : me * STRIDE + 2] = start, end
+        self._goes_on = part.goes_on
+        self._net_tables = self._net_tables._replace(everything=part.transitions)
+        return sum(part.ends) - sum(part.starts)
+
+    def _parts(self) -> Iterator[Part]:
+        """Say what is expanded next, unless the search goes depth first."""
+        rows = self._storage.markings.rows
+        starts = [me * rows for me in range(self.workers)]
+
+        def ends() -> Rows:
+            return [
+                start + int(notes.control[COUNT]) for start, notes in zip(starts, self._crew, strict=True)
+            ]
+
+        def done() -> Rows:
+            return [int(row) for row in self._frontier[1::STRIDE]]
+
+        if self.guidance is None:
+            return closure(self._net_tables.everything, starts, ends, done)
+        wanted = [self._position[t] for goal in self.goals for t in goal.transitions]
+        costs = [self.guidance.costs[t] for t in self._order]
+        return by_cost(sets_by_cost(costs, wanted), starts, ends, done, self.most_cost)
 
     def _round(self, active: int) -> None:
         rows = self._slice
@@ -247,7 +274,9 @@ class Search:
             descend(self._shape, net, goals, stubborn, markings, self._crew[0], *self._stack, rows)
             return
         # Of a level that is large enough, the others are to have their share.
-        alone = 0 if active > 1 else EVERYTHING if self.workers == 1 else LEAST_FOR_THREADS
+        alone = EVERYTHING if self.workers == 1 else LEAST_FOR_THREADS
+        if active > 1 or not self._goes_on:
+            alone = 0
 
         def work(me: int) -> None:
             tables = net, goals, stubborn, markings, self._crew[me], self._frontier
