@@ -159,17 +159,31 @@ def initialise(self: EObject, values: dict[str, Any], unknown: dict[str, Any]) -
     """
     for name, value in unknown.items():
         refuse_unknown(self, name, value)
+    defaults = _defaults_of(type(self))
     for name, value in values.items():
         if value is None:
             continue
-        feature = features_of(type(self))[name]
-        if feature.many:
+        default = defaults[name]
+        if default is MANY:
             try:
                 getattr(self, name).extend(value)
             except (BadValueError, TypeError) as error:
-                raise _wrong_value(self, feature, value) from error
-        else:
-            setattr(self, name, value)
+                raise _wrong_value(self, features_of(type(self))[name], value) from error
+        elif value.__class__ is not default.__class__ or value != default:
+            refuse_unknown(self, name, value)
+
+
+MANY = object()
+"""Stands for the default of a feature with many values."""
+
+
+@remembered
+def _defaults_of(cls: type[EObject]) -> dict[str, object]:
+    """Return what the features of a model class are unless they are set."""
+    return {
+        name: MANY if feature.many else feature.get_default_value()
+        for name, feature in features_of(cls).items()
+    }
 
 
 def notify_listeners(changed: Any, notification: object) -> None:

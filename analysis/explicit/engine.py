@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 NO_END = 1 << 60
 
-NEAR = 20_000
+NEAR = 5_000
 """Markings in which a goal is looked for without guidance: that takes milliseconds."""
 
 
@@ -81,7 +81,8 @@ def find(net: CompiledNet, goal: Goal, budget: Budget = UNLIMITED, **options: Un
     budget = budget.begun()
     is_led = options.get("order") != "depth-first" and options.get("reduction") is None
     if is_led and net.once(layout).is_bounded and (budget.states is None or budget.states > NEAR):
-        near = find_all(net, [goal], budget.share(most_states=NEAR), **options)[0]
+        alone: Options = {**options, "workers": 1}
+        near = find_all(net, [goal], budget.share(most_states=NEAR), **alone)[0]
         if near.reason != "states":
             return near
         budget.stage("a bound on the length of ways")

@@ -233,6 +233,8 @@ def _joined_by_invariants(parts: list[_Part], invariants: Sequence[PlaceInvarian
 
 def _join(parts: list[_Part], y: PlaceInvariant) -> _Part | None:
     sums = [part.states @ np.array([y.weights.get(p, 0) for p in part.places]) for part in parts]
+    if len(parts) == 1 and (sums[0] == y.constant).all():
+        return None  # known already
     if not 0 < _combinations(sums, y.constant) <= LARGEST_CELL:
         return None
     smallest, largest = sum(int(s.min()) for s in sums), sum(int(s.max()) for s in sums)

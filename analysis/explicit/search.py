@@ -54,7 +54,7 @@ FIRST_SLICE, LARGEST_SLICE = 1 << 11, 1 << 24
 CALL_SECONDS = 0.1
 PROGRESS_SECONDS = 0.5
 #: Frontiers of fewer rows are not worth a thread.
-LEAST_FOR_THREADS = 1 << 11
+LEAST_FOR_THREADS = 1 << 13
 EVERYTHING = 1 << 60
 #: Words per marking for which kernels are compiled apart: 5 to 12 % faster; with more words, 2 to 8 %.
 LARGEST_SPECIAL_WIDTH = 2

@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.covering.goals import decide_goal
 from dineros.analysis.explicit import Order, find
 from dineros.analysis.explicit.answers import Reduction
 from dineros.analysis.explicit.engine import NO_END
 from dineros.analysis.explicit.goals import Goal, excludes
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.shortening import shortened
-from dineros.analysis.reductions import Property, reduce
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -43,6 +40,8 @@ def find_firing(net: CompiledNet, transition: int, budget: Budget = UNLIMITED) -
     Reduction by rules that preserve LTL without next keeps whether the transition ever fires; a trace of the
     reduced net is mapped back, and what it does not need is left out.
     """
+    from dineros.analysis.reductions import Property, reduce
+
     budget = budget.begun()
     name = net.transitions[transition]
     answer = search(net, Goal.enabled(net, transition), budget.share(most_bytes=QUICK), "breadth-first")
@@ -100,6 +99,9 @@ def search(net: CompiledNet, goal: Goal, budget: Budget, order: Order) -> Outcom
     answer = explore(budget.share(most_bytes=QUICK))
     # Of an unbounded net, more markings would prove nothing; the largest ones may.
     if answer.reason == "unbounded":
+        from dineros.analysis.covering.goals import decide_goal
+        from dineros.analysis.nets.coverability import coverability
+
         found = decide_goal(net, goal, budget.share(0.5))
         if found is not None:
             return found

@@ -16,7 +16,6 @@ from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.questions import reachability
 from dineros.analysis.questions.goals import find_marking
 from dineros.analysis.questions.reachability import find_firing
 from tests.analysis import classic_nets as classic
@@ -90,10 +89,11 @@ def test_what_would_be_too_many_conjunctions_is_asked_of_temporal_logic() -> Non
 
 
 def test_an_interruption_ends_all_searches(monkeypatch: pytest.MonkeyPatch) -> None:
+    from dineros.analysis import reductions
     from dineros.analysis.explicit import search
 
     monkeypatch.setattr(search, "PROGRESS_SECONDS", 0.0)
-    monkeypatch.setattr(reachability, "reduce", None)
+    monkeypatch.setattr(reductions, "reduce", None)
     told: list[Any] = []
 
     def stop(progress: Any) -> None:
