@@ -68,8 +68,8 @@ format: install ## Format the code, mend what ruff can
 
 .PHONY: benchmark
 benchmark: install ## Run every benchmark
-	@for script in benchmarks/[!_]*.py; do \
-		name=benchmarks.$$(basename "$$script" .py); echo "== $$name"; $(python) -m "$$name"; done
+	@for script in benchmarks/{models,analysis,running}/*.py; do \
+		name=$${script%.py}; name=$${name////.}; echo "== $$name"; $(python) -m "$$name"; done
 
 .PHONY: contest
 contest: install ## Run the nets of the Model Checking Contest in FOLDER; CONTEST_ARGS='--seconds 3'

@@ -1,4 +1,4 @@
-"""Another checkout beside this one: the rows of `benchmarks.state_spaces`, each by turns on both sides.
+"""Another checkout beside this one: rows of `benchmarks.analysis.state_spaces`, each by turns on both sides.
 
 Machines are shared and noisy: two tables made one after the other say little about a few percent. Here a row
 is measured on one side, then on the other, again and again, each time in a new process forked from one that
@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from benchmarks.state_spaces import EXPLICIT, LONG, NETS, machine
+from benchmarks.analysis.state_spaces import EXPLICIT, LONG, NETS, machine
 
 HERE = Path(__file__).resolve().parents[1]
 LEAST, MOST = 3, 41
@@ -29,7 +29,10 @@ TOLERATED = 1.05
 
 WORKER = """
 import json, os, resource, sys, time
-from benchmarks.state_spaces import NETS, count, warm_up
+try:
+    from benchmarks.analysis.state_spaces import NETS, count, warm_up
+except ModuleNotFoundError:  # where it stood before
+    from benchmarks.state_spaces import NETS, count, warm_up
 from tests.analysis import classic_nets as classic
 def used():
     own, ended = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)

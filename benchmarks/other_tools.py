@@ -23,7 +23,7 @@ import sys
 import time
 from typing import Any
 
-from benchmarks.state_spaces import NETS, SMALL, count, machine, warm_up
+from benchmarks.analysis.state_spaces import NETS, SMALL, count, machine, warm_up
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.memory import peak_memory
 from dineros.analysis.symbolic.levels import encode

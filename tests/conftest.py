@@ -12,7 +12,7 @@ import pytest
 from hypothesis import is_hypothesis_test, settings
 
 from dineros.cli.searching import QUIET_COMPILATION
-from tests.support.warm_commands import served
+from tests.support.programs.warm_commands import served
 
 WORKSPACE = Path(__file__).resolve().parents[1] / "case_study/workspace"
 
@@ -48,7 +48,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Serve quick commands at a socket; `tests.support.warm_commands.program` is one of them."""
+    """Serve quick commands at a socket; `tests.support.programs.warm_commands.program` is one of them."""
     with served(tmp_path_factory.mktemp("warm") / "socket") as place:
         yield place
 

@@ -17,7 +17,7 @@ import pytest
 from dineros.generators.workspace.building import remember
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.wheels import prefix_of_wheels
-from tests.support.on_ros import keep_for_others, require_tools
+from tests.support.programs.on_ros import keep_for_others, require_tools
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKSPACE = ROOT / "case_study" / "workspace"

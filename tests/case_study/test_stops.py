@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.endurance import flood, periodic, stops_and_kills
 from benchmarks.endurance.applications import APPLICATIONS
-from tests.support.on_ros import on_ros
+from tests.support.programs.on_ros import on_ros
 
 
 @pytest.mark.long

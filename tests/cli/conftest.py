@@ -10,8 +10,8 @@ from click.testing import CliRunner, Result
 
 from dineros.cli.main import main
 from dineros.metamodel.files import save
-from tests.support.commands import NETS
-from tests.support.talker import talker
+from tests.support.programs.commands import NETS
+from tests.support.systems.talker import talker
 
 Run = Callable[..., Result]
 

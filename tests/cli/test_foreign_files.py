@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Run
-from tests.support.commands import is_one_line_of_wrong_use
+from tests.support.programs.commands import is_one_line_of_wrong_use
 
 OPTIONS = {
     "trace": ["trace", "{file}"],

@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from tests.cli.conftest import Run
-from tests.support.layouter import LINE, VARIABLE
+from tests.support.programs.layouter import LINE, VARIABLE
 from tests.views.samples import lasso
 
 STARTS = {".svg": "<svg ", ".html": "<!doctype html>"}

@@ -19,13 +19,13 @@ from dineros.metamodel import sym
 from dineros.metamodel.elements import node_nets
 from dineros.metamodel.files import save
 from tests.cli.conftest import Run
-from tests.support.bags import write_bag
-from tests.support.door import door
-from tests.support.managed_systems import camera
-from tests.support.system_packages import require_for
-from tests.support.talker import talker
+from tests.support.programs.bags import write_bag
+from tests.support.programs.system_packages import require_for
+from tests.support.programs.warm_commands import program
+from tests.support.ros2_systems.managed_systems import camera
+from tests.support.systems.door import door
+from tests.support.systems.talker import talker
 from tests.support.traces import Trace
-from tests.support.warm_commands import program
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = main.list_commands(click.Context(main))

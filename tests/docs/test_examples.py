@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.support.markdown import blocks, commands, run_page
-from tests.support.on_ros import on_ros
-from tests.support.system_packages import require_for
+from tests.support.programs.on_ros import on_ros
+from tests.support.programs.system_packages import require_for
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [

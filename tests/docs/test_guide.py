@@ -18,7 +18,7 @@ import pytest
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import load
 from dineros.metamodel.settings import apply
-from tests.support.system_packages import needs
+from tests.support.programs.system_packages import needs
 from tests.views.axe import faults
 from tests.views.browser import chromium
 

@@ -14,7 +14,7 @@ from typing import Any
 from dineros.generators import Options, generate
 from dineros.metamodel import sym
 from dineros.metamodel.files import load
-from tests.support.on_ros import build_as_before, on_ros
+from tests.support.programs.on_ros import build_as_before, on_ros
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

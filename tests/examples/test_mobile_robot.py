@@ -28,8 +28,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import save
 from dineros.runtime.ros.process.environment import ros_environment
-from tests.support.launching import commands
-from tests.support.on_ros import on_ros
+from tests.support.programs.launching import commands
+from tests.support.programs.on_ros import on_ros
 from tests.support.type_checker import strict_mypy
 
 HOME = Path(__file__).resolve().parents[2] / "examples/mobile_robot"

@@ -14,7 +14,7 @@ from dineros.metamodel.files import save
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.views.editing.session import Session
 from tests.fuzz.judging import Outcome
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 Attempt = Callable[[bytes], Outcome]
 

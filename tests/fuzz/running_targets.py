@@ -218,7 +218,7 @@ def live_page(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt
 def _net(ending: ExitStack) -> Any:
     from dineros.runtime import Net
     from dineros.transformations.flattening.split import split
-    from tests.support.talker import talker
+    from tests.support.systems.talker import talker
 
     (part,) = (part for part in split(talker()) if part.node.id == "talker")
     return ending.enter_context(Net(part))

@@ -11,9 +11,9 @@ from dineros.metamodel.sym import TopicChannel
 from dineros.transformations.flattening.split import split
 from tests.fuzz.judging import run_command
 from tests.generators.models import kitchen
-from tests.support.bags import write_bag
-from tests.support.small import small_net, small_system
-from tests.support.talker import talker
+from tests.support.programs.bags import write_bag
+from tests.support.systems.small import small_net, small_system
+from tests.support.systems.talker import talker
 
 
 def made(*arguments: object) -> None:

@@ -169,7 +169,7 @@ def _clause(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     from dineros.metamodel.constraints import validate
     from dineros.metamodel.elements import find
     from dineros.metamodel.sym import Transition
-    from tests.support.talker import talker
+    from tests.support.systems.talker import talker
 
     def attempt(content: bytes) -> Outcome:
         model = talker()

@@ -11,7 +11,7 @@ import pytest
 from tests.fuzz.__main__ import watch
 from tests.fuzz.targets import KINDS
 from tests.runtime.bridges.broker import MOSQUITTO
-from tests.support.system_packages import require
+from tests.support.programs.system_packages import require
 
 ROOT = Path(__file__).resolve().parents[2]
 INPUTS = 30

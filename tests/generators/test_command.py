@@ -17,7 +17,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import save
 from tests.generators.models import add_transition, kitchen, remove_transition
-from tests.support.commands import is_one_line_of_wrong_use
+from tests.support.programs.commands import is_one_line_of_wrong_use
 
 Run = Callable[..., Result]
 

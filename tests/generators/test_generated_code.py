@@ -20,8 +20,8 @@ from dineros.metamodel import rtm
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import load
 from tests.generators.models import kitchen
-from tests.support.launching import described, of_kind
-from tests.support.talker import talker
+from tests.support.programs.launching import described, of_kind
+from tests.support.systems.talker import talker
 from tests.support.type_checker import strict_mypy
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -37,7 +37,7 @@ from dineros.metamodel.elements import find
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import load, save
 from tests.generators.models import kitchen
-from tests.support.deliveries import deliveries
+from tests.support.ros2_systems.deliveries import deliveries
 
 EVIL = (
     'x"""\nopen("MARK", "w")\n"""\r'

@@ -15,8 +15,8 @@ from dineros.generators import Options, generate
 from dineros.metamodel.records import read_trace, traces_of_runs
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.transformations.flattening.split import split
-from tests.support.on_ros import build_as_before, on_ros
-from tests.support.shop import DRIVER, PLANNER, shop
+from tests.support.programs.on_ros import build_as_before, on_ros
+from tests.support.systems.shop import DRIVER, PLANNER, shop
 from tests.support.type_checker import strict_mypy
 
 REPORTS = [{"data": "nut at 7"}, {"data": " at 0"}]

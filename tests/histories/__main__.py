@@ -18,10 +18,10 @@ from hypothesis import strategies as st
 from dineros.metamodel import sym
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 from tests.histories.comparing import features_of_model, variants
-from tests.support.action_models import action_models
-from tests.support.executor_models import executor_models
-from tests.support.history_models import history_models
-from tests.support.lifecycle_models import lifecycle_models
+from tests.support.ros2_systems.action_models import action_models
+from tests.support.ros2_systems.executor_models import executor_models
+from tests.support.ros2_systems.history_models import history_models
+from tests.support.ros2_systems.lifecycle_models import lifecycle_models
 
 FAMILIES = {
     "histories": history_models,

@@ -8,9 +8,9 @@ from dineros.metamodel import pn, sym
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 from tests.support.equal_behaviour import Comparison, compare
-from tests.support.reference_flattening import plain_net_of
-from tests.support.reference_histories import are_matched, quality_of
-from tests.support.reference_lifecycles import LifecycleInterpreter, is_kept
+from tests.support.references.flattening import plain_net_of
+from tests.support.references.histories import are_matched, quality_of
+from tests.support.references.lifecycles import LifecycleInterpreter, is_kept
 
 
 def variants(

@@ -12,12 +12,12 @@ from dineros.metamodel.build import flow, read
 from dineros.metamodel.elements import find
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant
-from tests.support.action_models import action_models
-from tests.support.deliveries import deliveries
 from tests.support.equal_behaviour import compare
 from tests.support.reachability import ReachabilityGraph
-from tests.support.reference_executors import ExecutorInterpreter
-from tests.support.reference_flattening import PlainNet, plain_net_of
+from tests.support.references.executors import ExecutorInterpreter
+from tests.support.references.flattening import PlainNet, plain_net_of
+from tests.support.ros2_systems.action_models import action_models
+from tests.support.ros2_systems.deliveries import deliveries
 
 FIGURES = {
     "no cancels, no refusals": (deliveries(1, cancels=0, rejects=False), 10),

@@ -19,9 +19,9 @@ from dineros.transformations.rules.catalogue import OverflowVariant, SignalVaria
 from tests.histories.comparing import variants
 from tests.histories.test_figures import periodic
 from tests.support.equal_behaviour import compare
-from tests.support.history_models import history_models
-from tests.support.reference_flattening import PlainNet, plain_net_of
-from tests.support.reference_histories import Interpreter
+from tests.support.references.flattening import PlainNet, plain_net_of
+from tests.support.references.histories import Interpreter
+from tests.support.ros2_systems.history_models import history_models
 
 
 @given(history_models())

@@ -18,10 +18,10 @@ from dineros.transformations.flattening.flatten import Flattened, flatten
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 from tests.histories.comparing import variants
 from tests.support.equal_behaviour import compare
-from tests.support.executor_cases import FIGURES, Case, case_model
-from tests.support.executor_models import executor_models
-from tests.support.reference_executors import ExecutorInterpreter
-from tests.support.reference_flattening import PlainNet, plain_net_of
+from tests.support.references.executors import ExecutorInterpreter
+from tests.support.references.flattening import PlainNet, plain_net_of
+from tests.support.ros2_systems.executor_cases import FIGURES, Case, case_model
+from tests.support.ros2_systems.executor_models import executor_models
 
 AWAITING = [(Case(awaits=True), (12, 15, 1)), (Case(awaits=True, client="own"), (14, 20, 0))]
 """In one exclusive group an answer that is awaited does not come; else one thread is enough for it."""

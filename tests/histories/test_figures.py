@@ -12,7 +12,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
-from tests.support.reference_histories import Interpreter
+from tests.support.references.histories import Interpreter
 
 
 def periodic(depth: int) -> sym.SystemModel:

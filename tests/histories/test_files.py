@@ -14,7 +14,7 @@ from dineros.metamodel.files import load, save
 from dineros.metamodel.files.pnml import pnml_bytes, read_pnml
 from dineros.metamodel.files.pnml.vocabulary import Version
 from tests.support.equality import differences
-from tests.support.executor_models import executor_models
+from tests.support.ros2_systems.executor_models import executor_models
 
 
 @pytest.mark.long

@@ -24,10 +24,10 @@ from dineros.transformations.rules.catalogue import OverflowVariant, SignalVaria
 from tests.histories.comparing import variants
 from tests.support.equal_behaviour import compare
 from tests.support.equality import differences
-from tests.support.lifecycle_models import lifecycle_models
-from tests.support.managed_systems import camera, talk
-from tests.support.reference_flattening import PlainNet, plain_net_of
-from tests.support.reference_lifecycles import LifecycleInterpreter
+from tests.support.references.flattening import PlainNet, plain_net_of
+from tests.support.references.lifecycles import LifecycleInterpreter
+from tests.support.ros2_systems.lifecycle_models import lifecycle_models
+from tests.support.ros2_systems.managed_systems import camera, talk
 
 Life = Callable[[], sym.Lifecycle | None]
 

@@ -9,9 +9,9 @@ from typing import NamedTuple, TypeAlias
 import pytest
 
 from dineros.transformations.flattening.flatten import flatten
-from tests.support.ovens import oven
 from tests.support.reachability import ReachabilityGraph
-from tests.support.reference_flattening import plain_net_of
+from tests.support.references.flattening import plain_net_of
+from tests.support.systems.ovens import oven
 
 Observed: TypeAlias = tuple[str, str]
 Step: TypeAlias = "tuple[Observed | None, Hashable]"

@@ -16,9 +16,9 @@ from dineros.metamodel.elements import places
 from dineros.metamodel.errors import DinerosError, ModelFileError
 from dineros.metamodel.files import save
 from dineros.transformations.flattening.bounding import bounded
-from tests.support.models import plain_nets
 from tests.support.reachability import ReachabilityGraph
-from tests.support.reference_flattening import PlainNet
+from tests.support.references.flattening import PlainNet
+from tests.support.systems.models import plain_nets
 
 
 def plain(net: pn.Net) -> PlainNet:

@@ -15,11 +15,11 @@ from dineros.metamodel.build import flow
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant
 from tests.support.equal_behaviour import compare
-from tests.support.executor_cases import Case, case_model
-from tests.support.ovens import oven
-from tests.support.reference_executors import ExecutorInterpreter
-from tests.support.reference_flattening import PlainNet, plain_net_of
-from tests.support.reference_histories import Interpreter
+from tests.support.references.executors import ExecutorInterpreter
+from tests.support.references.flattening import PlainNet, plain_net_of
+from tests.support.references.histories import Interpreter
+from tests.support.ros2_systems.executor_cases import Case, case_model
+from tests.support.systems.ovens import oven
 
 FIGURES = {
     "one request each": (oven(3, 1), 611),

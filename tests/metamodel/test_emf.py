@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from dineros.metamodel.generate import METAMODELS
-from tests.support.system_packages import needs
+from tests.support.programs.system_packages import needs
 
 ROOT = Path(__file__).resolve().parents[2]
 JARS = [Path(f"/usr/share/java/eclipse-emf-{part}.jar") for part in ("common", "ecore", "ecore-xmi")]

@@ -16,7 +16,7 @@ from dineros.metamodel.errors import (
     UnknownFeatureError,
 )
 from dineros.metamodel.settings import SettingError, apply
-from tests.support.models import plain_nets, system_models
+from tests.support.systems.models import plain_nets, system_models
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from dineros.metamodel.files import save
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import ros_environment
 from dineros.transformations.flattening.split import split
-from tests.support.on_ros import require_tools
+from tests.support.programs.on_ros import require_tools
 from tools.runtime_wheel import ROOT, build
 
 HEAVY = ("numba", "llvmlite", "scipy", "pyarrow", "highspy", "pysat", "distributed", "dask", "py_mini_racer")

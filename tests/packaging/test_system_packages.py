@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.system_packages import missing, needs, require
+from tests.support.programs.system_packages import missing, needs, require
 
 ROOT = Path(__file__).resolve().parents[2]
 

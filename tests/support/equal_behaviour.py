@@ -6,8 +6,8 @@ from collections import deque
 from dataclasses import dataclass
 
 from tests.support.reachability import Marking, ReachabilityGraph
-from tests.support.reference_flattening import PlainNet
-from tests.support.reference_histories import Interpreter, State
+from tests.support.references.flattening import PlainNet
+from tests.support.references.histories import Interpreter, State
 
 
 @dataclass(frozen=True)

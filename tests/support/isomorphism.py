@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Hashable
 from typing import TypeAlias
 
-from tests.support.reference_flattening import PlainNet
+from tests.support.references.flattening import PlainNet
 
 Vertex: TypeAlias = tuple[int, Hashable]
 Colours: TypeAlias = dict[Vertex, int]

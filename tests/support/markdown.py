@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.support import warm_commands
+from tests.support.programs import warm_commands
 
 _FENCE = re.compile(r'^```(\w*)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 
@@ -57,7 +57,7 @@ def run_page(markdown: str, folder: Path, warm: Path | None = None) -> Iterator[
     * What has a title is a file. ``python`` without one is run, all on a page in one interpreter. A ``text``
       block right behind it is what it prints.
     * ``console`` is run by bash, where ``dineros`` and ``python`` are ours; ``dineros`` is a fork
-      of what serves at the socket `warm`, if given (`tests.support.warm_commands`).
+      of what serves at the socket `warm`, if given (`tests.support.programs.warm_commands`).
     """
     with _levels_of_loggers_kept():
         yield from _run_blocks(markdown, folder, warm)

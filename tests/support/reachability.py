@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from tests.support.reference_flattening import Name, PlainNet
+from tests.support.references.flattening import Name, PlainNet
 
 Marking: TypeAlias = tuple[int, ...]
 

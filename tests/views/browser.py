@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tests.support.system_packages import require
+from tests.support.programs.system_packages import require
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, ConsoleMessage, Page

@@ -13,7 +13,7 @@ from dineros.views.nets import compare, save_picture, view_of
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.net_pane import net_content
 from dineros.views.traces.page import trace_page
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.axe import faults
 from tests.views.browser import Visit, wait_until
 from tests.views.editing.conftest import Edit, edit

@@ -15,7 +15,7 @@ from dineros.views.serving.handle import PageHandle
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.net_pane import net_content
 from dineros.views.traces.page import trace_page
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.browser import Visit, wait_until
 from tests.views.live.conftest import own_state, serve
 from tests.views.samples import CASE_STUDY, lasso, save_run

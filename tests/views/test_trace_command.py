@@ -11,8 +11,8 @@ from click.testing import CliRunner, Result
 from dineros.cli.main import main
 from dineros.metamodel.files import save
 from dineros.metamodel.records import Header, write_records
-from tests.support.commands import is_one_line_of_wrong_use
-from tests.support.talker import talker
+from tests.support.programs.commands import is_one_line_of_wrong_use
+from tests.support.systems.talker import talker
 from tests.views.samples import lasso, save_run
 
 Run = Callable[..., Result]

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from dineros.metamodel import pn, sym
 from dineros.metamodel.calls import goal_parts
 from dineros.metamodel.elements import places, transitions
-from tests.support.action_models import action_models
-from tests.support.executor_models import executor_models
-from tests.support.history_models import history_models
-from tests.support.lifecycle_models import lifecycle_models
+from tests.support.ros2_systems.action_models import action_models
+from tests.support.ros2_systems.executor_models import executor_models
+from tests.support.ros2_systems.history_models import history_models
+from tests.support.ros2_systems.lifecycle_models import lifecycle_models
 from tests.support.vandalism import vandalise
 
 VALUES: list[object] = [None, "", " ", "x y", "../up", "\u2028", "Ä", "class", "{", "a" * 300]

@@ -29,7 +29,9 @@ def trace_svg(views: Sequence[dict[str, Any]], theme: Theme = "light", **options
     DinerosError
         V8, which draws, is not installed or gives no answer.
     """
-    figure: str = evaluate(["static/trace/figure.js"], "figure", list(views), {"theme": theme, **options})
+    figure: str = evaluate(
+        ["static/trace/figures/figure.js"], "figure", list(views), {"theme": theme, **options}
+    )
     return figure
 
 

@@ -23,8 +23,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import DinerosError
 from examples.callbacks.models import PROGRAMS, program
-from tests.support.executor_cases import FIGURES, Case, case_model
-from tests.support.executor_models import executor_models
+from tests.support.ros2_systems.executor_cases import FIGURES, Case, case_model
+from tests.support.ros2_systems.executor_models import executor_models
 
 
 def both(subject: Subject, waiting: Waiting) -> Iterator[tuple[Callback, str, str]]:

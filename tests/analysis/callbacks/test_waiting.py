@@ -19,10 +19,10 @@ from dineros.metamodel.constraints import validate
 from dineros.metamodel.errors import DinerosError
 from examples.callbacks.models import PROGRAMS, asking, node, program, server, service, timer
 from tests.runtime.ros.test_callbacks import BLOCK, KEEPS, LOSES, RUN
-from tests.support.blocking_callbacks import some_waits_for_ever
-from tests.support.executor_cases import FIGURES, Case, case_model
-from tests.support.executor_models import executor_models
-from tests.support.reference_histories import TooManyStatesError
+from tests.support.references.histories import TooManyStatesError
+from tests.support.ros2_systems.blocking_callbacks import some_waits_for_ever
+from tests.support.ros2_systems.executor_cases import FIGURES, Case, case_model
+from tests.support.ros2_systems.executor_models import executor_models
 
 MONITOR = "callback OnTimer waits for the response of service level to client monitor, which waits for"
 CIRCLES = {

@@ -18,7 +18,7 @@ from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import DinerosError
 from examples.callbacks.models import PROGRAMS, program
 from tests.analysis.callbacks.test_waiting import CIRCLES
-from tests.support.executor_models import executor_models
+from tests.support.ros2_systems.executor_models import executor_models
 
 FEW = 300
 """Markings in which what is found is looked into."""

@@ -13,7 +13,7 @@ from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
-from tests.support.deliveries import deliveries
+from tests.support.ros2_systems.deliveries import deliveries
 
 
 def asked(model: sym.SystemModel) -> Report:

@@ -11,7 +11,7 @@ from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.semiflows import semiflows
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.metamodel.constraints import validate
-from tests.support.looping_clients import COUNTS, looping_clients
+from tests.support.systems.looping_clients import COUNTS, looping_clients
 
 
 @pytest.mark.parametrize(("clients", "services"), COUNTS)

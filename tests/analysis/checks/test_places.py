@@ -11,7 +11,7 @@ from dineros.analysis.nets.models import to_model
 from dineros.analysis.witnesses.findings import Report
 from tests.analysis.covering.plain import plain_search
 from tests.analysis.strategies import nets
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 ONE_SAFE = "the net is one-safe: no place ever holds more than one token"
 CHANGES = "no marking is stable: the tokens of every place can change"

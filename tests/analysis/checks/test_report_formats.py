@@ -15,7 +15,7 @@ from dineros.analysis.checks.report_formats import to_junit, to_sarif
 from dineros.analysis.witnesses.findings import Finding, Report, Step, Unknown, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.files import load, save
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 STEPS = (
     Step("Speak", "Speak fires", {"Words": -1, "Said": 1}),

@@ -13,7 +13,7 @@ from dineros.metamodel.elements import find
 from dineros.metamodel.settings import apply
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.flattening.split import split
-from tests.support.bakery import bakery
+from tests.support.systems.bakery import bakery
 
 
 def service(model: sym.SystemModel, id: str) -> sym.ServiceChannel:

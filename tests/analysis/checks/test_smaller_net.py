@@ -21,10 +21,10 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.elements import places as all_places
 from dineros.metamodel.errors import DinerosError
 from tests.analysis.properties.test_recurrence import turning_net
-from tests.support.calling_systems import calling_systems
-from tests.support.chatty_systems import chatty_systems
-from tests.support.looping_clients import COUNTS, looping_clients
-from tests.support.small_systems import small_system_models
+from tests.support.systems.calling_systems import calling_systems
+from tests.support.systems.chatty_systems import chatty_systems
+from tests.support.systems.looping_clients import COUNTS, looping_clients
+from tests.support.systems.small_systems import small_system_models
 
 PLACES = {fault.rule for fault in Places.faults}
 

@@ -18,7 +18,7 @@ from dineros.metamodel.settings import apply
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
 from dineros.transformations.flattening.split import split
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 CASE_STUDY = Path(__file__).parents[3] / "case_study" / "sorting.sym.xmi"
 Traces = dict[str, list[Record]]

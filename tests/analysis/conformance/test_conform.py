@@ -33,11 +33,11 @@ from dineros.metamodel.records.schema import Step
 from dineros.metamodel.settings import apply
 from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
 from tests.analysis.conformance.recording import recorded
-from tests.support.calling_systems import calling_systems
-from tests.support.chatty_systems import chatty_systems
-from tests.support.reference_runs import ReferenceRun
-from tests.support.small_systems import small_system_models
-from tests.support.talker import talker
+from tests.support.references.runs import ReferenceRun
+from tests.support.systems.calling_systems import calling_systems
+from tests.support.systems.chatty_systems import chatty_systems
+from tests.support.systems.small_systems import small_system_models
+from tests.support.systems.talker import talker
 
 CASE_STUDY = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
 MODELS = st.one_of(small_system_models(), chatty_systems(), calling_systems(circles=True))

@@ -15,7 +15,7 @@ from dineros.metamodel.records import Header, Record, decode_record, encode_fiel
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal.recording import ListRecorder
 from dineros.transformations.flattening.split import split
-from tests.support.deliveries import deliveries
+from tests.support.ros2_systems.deliveries import deliveries
 
 Records = dict[str, list[dict[str, Any]]]
 

@@ -27,10 +27,10 @@ from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
 from tests.analysis.conformance.recording import recorded
 from tests.analysis.conformance.test_conform import mutated
 from tests.histories.test_figures import periodic
-from tests.support.chatty_systems import chatty_systems
-from tests.support.executor_cases import Case, case_model
-from tests.support.history_models import history_models
-from tests.support.shared_histories import shared_histories
+from tests.support.ros2_systems.executor_cases import Case, case_model
+from tests.support.ros2_systems.history_models import history_models
+from tests.support.ros2_systems.shared_histories import shared_histories
+from tests.support.systems.chatty_systems import chatty_systems
 
 COMMON = settings(deadline=None, suppress_health_check=list(HealthCheck))
 MODELS = st.one_of(history_models(chatty_systems()), history_models())

@@ -37,7 +37,7 @@ from dineros.metamodel.records import (
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
 from dineros.transformations.flattening.split import split
-from tests.support.ovens import oven
+from tests.support.systems.ovens import oven
 
 COMMON = settings(deadline=None, max_examples=6, suppress_health_check=list(HealthCheck))
 Traces = Mapping[str, Sequence[Record]]

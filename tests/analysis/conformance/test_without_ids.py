@@ -20,11 +20,11 @@ from dineros.metamodel.elements import transitions
 from dineros.metamodel.records import Fire, Record, Reply, Request, Response, Serve, Stop, Take
 from dineros.metamodel.records.schema import Step
 from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
-from tests.support.calling_systems import calling_systems
-from tests.support.chatty_systems import chatty_systems
-from tests.support.reference_runs import ReferenceRun
-from tests.support.small_systems import small_system_models
-from tests.support.talker import talker
+from tests.support.references.runs import ReferenceRun
+from tests.support.systems.calling_systems import calling_systems
+from tests.support.systems.chatty_systems import chatty_systems
+from tests.support.systems.small_systems import small_system_models
+from tests.support.systems.talker import talker
 
 COMMON = settings(deadline=None, suppress_health_check=list(HealthCheck))
 SEEDS = st.integers(0, 2**20)

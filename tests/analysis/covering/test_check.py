@@ -14,7 +14,7 @@ from dineros.metamodel import sym
 from tests.analysis.covering.plain import plain_karp_miller, plain_search
 from tests.analysis.covering.unbounded_models import compare
 from tests.analysis.strategies import nets
-from tests.support.unbounded_systems import timer_and_logger, unbounded_systems
+from tests.support.systems.unbounded_systems import timer_and_logger, unbounded_systems
 
 
 @pytest.mark.long

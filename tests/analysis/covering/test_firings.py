@@ -19,7 +19,7 @@ from dineros.analysis.nets.witness import replay
 from dineros.metamodel import sym
 from tests.analysis.covering.plain import can_fire_by_karp_miller, plain_karp_miller, plain_search
 from tests.analysis.strategies import nets
-from tests.support.unbounded_systems import timer_and_logger, unbounded_systems
+from tests.support.systems.unbounded_systems import timer_and_logger, unbounded_systems
 
 MOST = 5_000
 

@@ -15,7 +15,7 @@ from dineros.analysis.nets.witness import replay
 from dineros.analysis.questions.goals import find_marking
 from tests.analysis.covering.plain import plain_search
 from tests.analysis.strategies import nets
-from tests.support.unbounded_systems import timer_and_logger
+from tests.support.systems.unbounded_systems import timer_and_logger
 
 RELATIONS: list[Relation] = ["<", "<=", "=", ">=", ">"]
 

@@ -14,7 +14,7 @@ from dineros.analysis.model.subject import base_subject
 from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import sym
 from tests.analysis.covering.plain import can_fire_by_karp_miller, plain_search
-from tests.support.unbounded_systems import each_of
+from tests.support.systems.unbounded_systems import each_of
 
 MOST = 100_000
 

@@ -19,7 +19,7 @@ from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.metamodel import sym
 from tests.analysis.logic.unbounded_lassos import compare
 from tests.analysis.strategies import nets
-from tests.support.unbounded_systems import unbounded_systems
+from tests.support.systems.unbounded_systems import unbounded_systems
 
 WORK = CompiledNet.build(
     {"on": 1, "work": 0, "hands": 1, "busy": 0, "done": 0},

@@ -18,7 +18,7 @@ from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import And, Atom, Formula, Not, Or
 from tests.analysis.logic.generated import PROPOSITIONS, Letter, random_ltl, random_word
 from tests.analysis.logic.reference_ltl import accepts_word
-from tests.support.system_packages import needs
+from tests.support.programs.system_packages import needs
 
 TWO = PROPOSITIONS[:2]
 

@@ -17,7 +17,7 @@ from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel import sym
-from tests.support.unbounded_systems import each_of
+from tests.support.systems.unbounded_systems import each_of
 
 MOST_MARKINGS, SECONDS = 3_000, 30.0
 Marking = tuple[int, ...]

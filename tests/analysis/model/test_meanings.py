@@ -12,7 +12,7 @@ from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Node
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import OverflowQueue, place, transition
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 
 class Mirror(Rule):

@@ -14,8 +14,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
 from dineros.metamodel.records import Drop, Lifecycle
-from tests.support.managed_systems import talk
-from tests.support.reference_lifecycles import LifecycleInterpreter
+from tests.support.references.lifecycles import LifecycleInterpreter
+from tests.support.ros2_systems.managed_systems import talk
 
 RULES = {fault.rule for fault in Presence.faults}
 PROVED = {proved for _, proved in Presence._KINDS.values()}

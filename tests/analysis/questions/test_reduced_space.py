@@ -21,7 +21,7 @@ from dineros.transformations.rules.catalogue import SignalVariant
 from tests.analysis.covering.plain import plain_search
 from tests.analysis.reductions.generated_nets import nets as nets_with_patterns
 from tests.analysis.strategies import nets
-from tests.support.small_systems import small_system_models
+from tests.support.systems.small_systems import small_system_models
 
 SIGNALS: list[SignalVariant] = ["none", "fully-enabled", "input-enabled", "io-enabled"]
 MOST = 3_000

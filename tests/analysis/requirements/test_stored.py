@@ -13,7 +13,7 @@ from dineros.analysis.requirements.stored import asked, property_named
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
-from tests.support.door import ask, door
+from tests.support.systems.door import ask, door
 
 
 def status(property: sym.Property) -> str:

@@ -20,8 +20,8 @@ from dineros.metamodel.settings import apply
 from dineros.transformations.language.copying import deep_copy
 from examples.callbacks.models import node, program, timer, topic
 from tests.runtime.ros.test_callbacks import BLOCK
-from tests.support.blocking_callbacks import some_waits_for_ever
-from tests.support.executor_cases import Case, case_model
+from tests.support.ros2_systems.blocking_callbacks import some_waits_for_ever
+from tests.support.ros2_systems.executor_cases import Case, case_model
 
 OWN = "Level.client.monitor.group=Level_monitor_group"
 MENDS = {

@@ -17,7 +17,7 @@ from dineros.analysis.suggestions.capacities import Capacity, suggest_capacities
 from dineros.metamodel import sym
 from tests.analysis.covering.plain import plain_search
 from tests.analysis.strategies import nets
-from tests.support.unbounded_systems import timer_and_logger, unbounded_systems
+from tests.support.systems.unbounded_systems import timer_and_logger, unbounded_systems
 
 MOST = 3_000
 ENOUGH = Budget(seconds=4)

@@ -14,7 +14,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
 from dineros.metamodel.lifecycles.start_order import managed_nodes
 from dineros.metamodel.settings import apply
-from tests.support.managed_systems import camera, talk
+from tests.support.ros2_systems.managed_systems import camera, talk
 
 RULES = {fault.rule for fault in Presence.faults}
 

@@ -46,7 +46,7 @@ from dineros.metamodel.files import save
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.metamodel.settings import apply
 from tests.cli.conftest import Run, run
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 if TYPE_CHECKING:
     from distributed import LocalCluster

@@ -23,7 +23,7 @@ from dineros.analysis.witnesses.records import witness_records
 from dineros.metamodel import pn, sym
 from dineros.metamodel.records import Drop, Header, decode_record, encode_record
 from tests.analysis.strategies import nets
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 MANY = settings(
     max_examples=20,

@@ -30,7 +30,7 @@ from dineros.metamodel.records import (
     encode_record,
 )
 from dineros.metamodel.records.schema import Step
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 CASE_STUDY = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
 

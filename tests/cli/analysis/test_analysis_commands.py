@@ -9,8 +9,8 @@ import pytest
 
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from tests.cli.conftest import Run
-from tests.support.commands import NETS, is_one_line_of_wrong_use, lines, uses
-from tests.support.processes import run_apart
+from tests.support.programs.commands import NETS, is_one_line_of_wrong_use, lines, uses
+from tests.support.programs.processes import run_apart
 
 SORTING = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
 KEYS = [

@@ -10,8 +10,8 @@ import pytest
 from dineros.metamodel.files import save
 from tests.cli.conftest import Run
 from tests.support.broken.small import system as small_system
-from tests.support.commands import is_one_line_of_wrong_use, uses
-from tests.support.processes import Ended, run_apart
+from tests.support.programs.commands import is_one_line_of_wrong_use, uses
+from tests.support.programs.processes import Ended, run_apart
 
 MIB = 1 << 20
 NUMBER = 2**31 - 1

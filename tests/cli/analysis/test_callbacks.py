@@ -10,7 +10,7 @@ import pytest
 from dineros.metamodel.files import save
 from examples.callbacks.models import battery
 from tests.cli.conftest import Run
-from tests.support.commands import is_one_line_of_wrong_use
+from tests.support.programs.commands import is_one_line_of_wrong_use
 
 TWO_THREADS = ("--set", "monitor.executor=multi", "--set", "monitor.threads=2")
 CIRCLE = [

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Run
-from tests.support.commands import is_one_line_of_wrong_use, lines, uses
+from tests.support.programs.commands import is_one_line_of_wrong_use, lines, uses
 
 
 @uses("cycle")

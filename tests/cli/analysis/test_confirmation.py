@@ -11,7 +11,7 @@ from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.nets.compiled import CompiledNet
 from tests.cli.conftest import Run
 from tests.support.broken_engines import break_diagrams
-from tests.support.commands import uses
+from tests.support.programs.commands import uses
 
 
 @uses("cycle")

@@ -11,8 +11,8 @@ from dineros.analysis.answers.budget import BudgetExceededError
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Fire, Header, read_records
 from tests.cli.conftest import Run
-from tests.support.commands import is_one_line_of_wrong_use, lines, uses
-from tests.support.processes import run_apart
+from tests.support.programs.commands import is_one_line_of_wrong_use, lines, uses
+from tests.support.programs.processes import run_apart
 
 SORTING = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
 

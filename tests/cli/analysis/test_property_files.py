@@ -10,7 +10,7 @@ import pytest
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.evidence import confirmation
 from tests.cli.conftest import Run
-from tests.support.commands import is_one_line_of_wrong_use, lines, uses
+from tests.support.programs.commands import is_one_line_of_wrong_use, lines, uses
 
 QUESTIONS = """<property-set xmlns="http://mcc.lip6.fr/">
   <property><id>ends-UpperBounds-00</id><formula><place-bound><place>b</place></place-bound></formula></property>

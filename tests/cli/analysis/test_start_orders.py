@@ -9,7 +9,7 @@ import pytest
 
 from dineros.metamodel.files import save
 from tests.cli.conftest import Run
-from tests.support.managed_systems import camera, talk
+from tests.support.ros2_systems.managed_systems import camera, talk
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ import pytest
 from dineros.metamodel import sym
 from dineros.metamodel.files import load, save
 from tests.cli.conftest import Run
-from tests.support.commands import is_one_line_of_wrong_use, lines
-from tests.support.door import ask, door
+from tests.support.programs.commands import is_one_line_of_wrong_use, lines
+from tests.support.systems.door import ask, door
 
 
 @pytest.fixture

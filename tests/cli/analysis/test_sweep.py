@@ -22,8 +22,8 @@ from dineros.metamodel import pn
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import save
 from tests.cli.conftest import Run
-from tests.support.commands import is_one_line_of_wrong_use
-from tests.support.processes import run_apart
+from tests.support.programs.commands import is_one_line_of_wrong_use
+from tests.support.programs.processes import run_apart
 
 
 @pytest.fixture

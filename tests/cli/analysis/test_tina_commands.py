@@ -15,8 +15,8 @@ import pytest
 from dineros.metamodel.records import Header, read_records
 from tests.analysis.tina.stand_ins import FAULTS, install
 from tests.cli.conftest import Run
-from tests.support.commands import is_one_line_of_wrong_use, lines, uses
-from tests.support.processes import run_apart
+from tests.support.programs.commands import is_one_line_of_wrong_use, lines, uses
+from tests.support.programs.processes import run_apart
 
 TINA = ("--engine", "tina")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from dineros.metamodel.records import Drop, Header, read_records
 from tests.cli.conftest import Run
-from tests.support.commands import NETS, lines
+from tests.support.programs.commands import NETS, lines
 
 
 def test_the_witnesses_of_a_check(run: Run, model: Path, tmp_path: Path) -> None:

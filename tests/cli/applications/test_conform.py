@@ -18,10 +18,10 @@ from dineros.metamodel.records import (
     write_records,
 )
 from tests.cli.conftest import Run
-from tests.support.bags import write_bag
-from tests.support.commands import is_one_line_of_wrong_use, lines, uses
-from tests.support.reference_runs import ReferenceRun
-from tests.support.talker import talker
+from tests.support.programs.bags import write_bag
+from tests.support.programs.commands import is_one_line_of_wrong_use, lines, uses
+from tests.support.references.runs import ReferenceRun
+from tests.support.systems.talker import talker
 
 
 def write(folder: Path, records: dict[str, list[Record]]) -> Path:

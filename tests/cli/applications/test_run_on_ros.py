@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from dineros.metamodel.files import save
-from tests.support.on_ros import on_ros
-from tests.support.talker import talker
+from tests.support.programs.on_ros import on_ros
+from tests.support.systems.talker import talker
 
 HANDLERS = """
 def configure(net):

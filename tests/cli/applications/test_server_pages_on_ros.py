@@ -10,8 +10,8 @@ import pytest
 
 from dineros.metamodel.files import save
 from dineros.metamodel.records import Request, Response, read_trace, traces_of_runs
-from tests.support.bakery import bakery
-from tests.support.on_ros import on_ros
+from tests.support.programs.on_ros import on_ros
+from tests.support.systems.bakery import bakery
 
 HANDLERS = """
 import asyncio

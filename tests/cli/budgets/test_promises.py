@@ -21,7 +21,7 @@ from dineros.cli.searching import Limits, Search, Whereabouts
 from dineros.cli.supervising import Watch
 from tests.cli.budgets.random_budgets import random_runs
 from tests.cli.conftest import Run
-from tests.support.commands import uses
+from tests.support.programs.commands import uses
 
 # The clock stands still until the search is stuck, and then time is up, however slow the machine is.
 STUCK = """

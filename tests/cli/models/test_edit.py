@@ -19,8 +19,8 @@ from dineros.metamodel.elements import find
 from dineros.metamodel.files import load, save
 from dineros.views.serving.handle import PageHandle
 from tests.cli.conftest import Run
-from tests.support.commands import is_one_line_of_wrong_use
-from tests.support.talker import talker
+from tests.support.programs.commands import is_one_line_of_wrong_use
+from tests.support.systems.talker import talker
 from tests.views.editing.pages import Tab
 
 PROGRAM = (

@@ -9,7 +9,7 @@ import pytest
 
 from dineros.transformations.rules.catalogue import FAMILIES, name_of
 from tests.cli.conftest import Run
-from tests.support.system_packages import needs
+from tests.support.programs.system_packages import needs
 
 WATCHDOG = Path(__file__).resolve().parents[3] / "examples/watchdog_rules.py"
 

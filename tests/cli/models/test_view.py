@@ -12,8 +12,8 @@ from dineros.metamodel import pn
 from dineros.metamodel.files import save
 from dineros.views.nets import FORMATS
 from tests.cli.conftest import Run
-from tests.support.commands import is_one_line_of_wrong_use
-from tests.support.talker import talker
+from tests.support.programs.commands import is_one_line_of_wrong_use
+from tests.support.systems.talker import talker
 
 STARTS = {".svg": b"<svg ", ".png": b"\x89PNG", ".html": b"<!DOCTYPE html>"}
 

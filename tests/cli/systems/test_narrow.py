@@ -9,7 +9,7 @@ import pytest
 
 from dineros.observation.importing.given import given_beside, read_given
 from tests.cli.conftest import Run
-from tests.support.bags import service_event, write_bag
+from tests.support.programs.bags import service_event, write_bag
 from tests.support.traces import Trace
 
 GIVEN = """

@@ -10,7 +10,7 @@ import pytest
 
 from dineros.observation.importing.given import given_beside, read_given
 from tests.cli.conftest import Run
-from tests.support.bags import write_bag
+from tests.support.programs.bags import write_bag
 from tests.support.traces import MILLISECOND, Trace, program
 
 GIVEN = """

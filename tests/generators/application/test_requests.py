@@ -16,7 +16,7 @@ from dineros.metamodel import sym
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
 from dineros.transformations.flattening.split import split
-from tests.support.ovens import oven
+from tests.support.systems.ovens import oven
 
 
 def recorded(model: sym.SystemModel, folder: Path, seconds: float) -> Path:

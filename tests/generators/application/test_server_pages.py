@@ -15,7 +15,7 @@ from dineros.metamodel.records import Publish, Serve, read_trace, traces_of_runs
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
 from dineros.transformations.flattening.split import split
-from tests.support.bakery import bakery
+from tests.support.systems.bakery import bakery
 
 
 def test_clients_and_publishers_on_a_server_page_are_there_per_instance() -> None:

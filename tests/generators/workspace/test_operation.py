@@ -10,7 +10,7 @@ import subprocess
 from pathlib import Path
 
 from dineros.generators import Options, generate
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 UNIT = "src/greeting_bringup/systemd/greeting_bringup.service"
 

@@ -11,7 +11,7 @@ from dineros.metamodel.errors import Location
 from dineros.metamodel.positions import remember
 from tests.support.broken import CASES, small
 from tests.support.broken.cases import Case
-from tests.support.models import plain_nets, system_models
+from tests.support.systems.models import plain_nets, system_models
 
 
 @pytest.mark.parametrize("make", [small.plain, small.system, small.runtime, small.flat])

@@ -17,7 +17,7 @@ from dineros.metamodel.editing.editor import Editor
 from dineros.metamodel.elements import find
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.xmi import xmi_bytes
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 
 class Bench:

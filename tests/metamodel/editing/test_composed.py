@@ -29,8 +29,8 @@ from dineros.metamodel.elements import arcs, elements, find, pages
 from dineros.metamodel.files import load
 from dineros.transformations.flattening.flatten import flatten
 from tests.support.equality import differences
-from tests.support.small_systems import small_system_models
-from tests.support.talker import talker
+from tests.support.systems.small_systems import small_system_models
+from tests.support.systems.talker import talker
 
 CASE_STUDY = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
 

@@ -23,7 +23,7 @@ from dineros.metamodel.elements import find
 from dineros.metamodel.errors import DinerosError, ModelFileError
 from dineros.metamodel.files import load, save
 from tests.metamodel.editing.random_commands import Drawer
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 ROOT = Path(__file__).resolve().parents[3]
 CASE_STUDY = ROOT / "case_study/sorting.sym.xmi"

@@ -26,8 +26,8 @@ from dineros.metamodel.files import load
 from dineros.metamodel.files.xmi import xmi_bytes
 from tests.metamodel.editing.random_commands import Drawer
 from tests.support.equality import differences
-from tests.support.small_systems import small_system_models
-from tests.support.talker import talker
+from tests.support.systems.small_systems import small_system_models
+from tests.support.systems.talker import talker
 
 CASE_STUDY = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
 

@@ -9,7 +9,7 @@ import pytest
 from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files import save
 from dineros.metamodel.files.atomic import take_away_leftovers, write_atomically
-from tests.support.small import small_net
+from tests.support.systems.small import small_net
 
 
 def test_a_file_is_written_and_nothing_else_is_left(tmp_path: Path) -> None:

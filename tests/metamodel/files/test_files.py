@@ -9,7 +9,7 @@ from dineros.metamodel.elements import find
 from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files import SUFFIXES, load, load_any, save
 from tests.support.equality import differences
-from tests.support.small import small_net, small_system
+from tests.support.systems.small import small_net, small_system
 
 
 @pytest.mark.parametrize("suffix", [".xmi", ".sym", ".sym.xmi", ".XMI", ".pnml"])

@@ -15,7 +15,7 @@ from dineros.metamodel.elements import find
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import load_any, save
 from dineros.metamodel.pn import Net, Transition
-from tests.support.small import small_net, small_system
+from tests.support.systems.small import small_net, small_system
 
 SUFFIXES = ["xmi", "pnml", "net"]
 quick = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])

@@ -19,8 +19,8 @@ from dineros.observation.systems import (
     RecordedService,
     RecordedTopic,
 )
-from tests.support.foreign import TEXT, port, robot, trigger
-from tests.support.talker import talker
+from tests.support.systems.foreign import TEXT, port, robot, trigger
+from tests.support.systems.talker import talker
 
 NODES = (
     ObservedNode("/a", publishers=(port("/x", depth=5),), servers=(trigger("/s"),)),

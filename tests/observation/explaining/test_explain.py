@@ -27,10 +27,10 @@ from dineros.observation.systems import (
     event_name,
 )
 from tests.observation.explaining.reference import MILLISECOND, Message, Reference, TooLargeError, mutants
-from tests.support.chatty_systems import chatty_systems
-from tests.support.executor_models import executor_models
-from tests.support.history_models import history_models
-from tests.support.small_systems import small_system_models
+from tests.support.ros2_systems.executor_models import executor_models
+from tests.support.ros2_systems.history_models import history_models
+from tests.support.systems.chatty_systems import chatty_systems
+from tests.support.systems.small_systems import small_system_models
 
 
 def recorded(*topics: str) -> list[RecordedTopic]:

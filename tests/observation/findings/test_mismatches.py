@@ -7,7 +7,7 @@ from dataclasses import replace
 from dineros.observation.findings.mismatches import mismatches
 from dineros.observation.findings.types import unknown_types
 from dineros.observation.systems import USUAL, ObservedNode, ObservedSystem
-from tests.support.foreign import LATCHED, SENSOR, port, robot, trigger
+from tests.support.systems.foreign import LATCHED, SENSOR, port, robot, trigger
 
 
 def found(*nodes: ObservedNode) -> dict[str, str]:

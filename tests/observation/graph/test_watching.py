@@ -20,7 +20,7 @@ from dineros.observation.systems import ObservedNode, ObservedSystem
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import ros_environment
 from dineros.runtime.ros.process.memory import remove_abandoned
-from tests.support.foreign import robot, running
+from tests.support.systems.foreign import robot, running
 
 HOME = Path(__file__).resolve().parent
 PATIENCE = 60.0

@@ -30,8 +30,8 @@ from dineros.observation.systems import (
     RecordedTopic,
     TopicEndpoint,
 )
-from tests.support.blocking_callbacks import some_waits_for_ever
-from tests.support.foreign import FOREIGN, TEXT, TRIGGER, port, robot, trigger
+from tests.support.ros2_systems.blocking_callbacks import some_waits_for_ever
+from tests.support.systems.foreign import FOREIGN, TEXT, TRIGGER, port, robot, trigger
 
 QUALITIES = st.builds(
     Quality,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from dineros.observation.importing.building import to_model
-from tests.support.foreign import NESTED, given, robot, search
+from tests.support.systems.foreign import NESTED, given, robot, search
 
 
 @pytest.mark.long

@@ -21,7 +21,7 @@ from dineros.observation.systems import (
     TopicEndpoint,
     event_name,
 )
-from tests.support.blocking_callbacks import some_waits_for_ever
+from tests.support.ros2_systems.blocking_callbacks import some_waits_for_ever
 
 MILLISECOND = 1_000_000
 TEXT = "std_msgs/msg/String"

@@ -9,7 +9,7 @@ import pytest
 
 from dineros.observation.recordings import Observed, Recording, RecordingError
 from dineros.observation.systems import SERVICE_EVENTS, RecordedService
-from tests.support.bags import service_event, write_bag
+from tests.support.programs.bags import service_event, write_bag
 
 SENT, RECEIVED, ANSWERED, TAKEN = range(4)
 TOPIC = "/plan/_service_event"

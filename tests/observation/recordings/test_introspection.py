@@ -20,7 +20,7 @@ from dineros.observation.recordings import Observed, Recording, RecordingError
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import ros_environment
 from dineros.runtime.ros.process.memory import remove_abandoned
-from tests.support.foreign import running
+from tests.support.systems.foreign import running
 
 HERE = Path(__file__).resolve().parent
 TOPICS = {
@@ -53,7 +53,7 @@ def recorded(path: Path, seconds: float) -> Path:
         environment = ros_environment(path / "ros", domain)
         topics = [f"{name}={kind}" for name, kind in TOPICS.items()]
         recorder = subprocess.Popen(
-            [sys.executable, "-m", "tests.support.recorder", str(path / "bag"), *topics],
+            [sys.executable, "-m", "tests.support.programs.recorder", str(path / "bag"), *topics],
             env={**environment, "PYTHONPATH": os.fspath(HERE.parents[2])},
             stdout=subprocess.PIPE,
             text=True,

@@ -14,7 +14,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import Quality
 from dineros.observation.recordings import Recording, RecordingError
 from dineros.observation.systems import RecordedTopic
-from tests.support.bags import STRING, write_bag
+from tests.support.programs.bags import STRING, write_bag
 
 STORAGES = ("mcap", "sqlite3")
 ENDLESS = QosTime(2_147_483_647, 4_294_967_295)

@@ -14,7 +14,7 @@ from dineros.observation.systems import RecordedTopic
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import ros_environment
 from dineros.runtime.ros.process.memory import remove_abandoned
-from tests.support.foreign import NESTED, SECOND, given, record, robot, running, search
+from tests.support.systems.foreign import NESTED, SECOND, given, record, robot, running, search
 
 pytest.importorskip("rclpy")
 
@@ -54,7 +54,7 @@ def narrow(messages: Messages, mended: bool) -> Narrowed:
 
 @pytest.mark.long
 def test_the_mended_robot_conforms_and_every_callback_ends(tmp_path: Path) -> None:
-    """Some seconds of it; `benchmarks/foreign_robot.py` has over 10,000 messages."""
+    """Some seconds of it; `benchmarks/running/foreign_robot.py` has over 10,000 messages."""
     messages = recorded(tmp_path, TOPICS, "--mended")
     model = to_model(robot(mended=True), given(mended=True)).model
     topics = [RecordedTopic(topic, "") for topic in sorted(TOPICS)]

@@ -15,7 +15,7 @@ from dineros.metamodel.settings import apply
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder, resume_journal
 from dineros.transformations.flattening.split import split
-from tests.support.managed_systems import camera, talk
+from tests.support.ros2_systems.managed_systems import camera, talk
 
 
 def application(model: sym.SystemModel, folder: Path) -> LocalApplication:

@@ -31,7 +31,7 @@ from dineros.runtime.application.supervisor import (
 from dineros.runtime.nodes.core import NOT_ACTIVE
 from dineros.runtime.nodes.steering import Outlook, SteeredNet, SteeringError
 from dineros.transformations.flattening.split import split
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 PAUSED = Outlook("halted", "for a test", {"Button": True}, ["Say"])
 

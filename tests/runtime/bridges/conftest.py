@@ -13,8 +13,8 @@ from dineros.runtime.bridges.security import Tls
 from dineros.runtime.nodes.net import Net
 from dineros.transformations.flattening.split import split
 from tests.runtime.bridges.broker import MOSQUITTO, Broker
-from tests.support.system_packages import require
-from tests.support.talker import talker
+from tests.support.programs.system_packages import require
+from tests.support.systems.talker import talker
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from dineros.runtime.bridges.values import SignalValueError, read_truth
 from dineros.runtime.nodes.net import Net
 from dineros.transformations.flattening.split import split
 from tests.runtime.bridges.broker import PATIENCE, Broker, free_port
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 
 class TestMqtt:

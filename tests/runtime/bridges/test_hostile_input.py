@@ -304,7 +304,7 @@ import socket, sys, time
 from dineros.runtime.bridges.rest import RestPoll, RestServer
 from dineros.runtime.nodes.net import Net
 from dineros.transformations.flattening.split import split
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 def peak():
     with open("/proc/self/status") as file:

@@ -33,7 +33,7 @@ from dineros.runtime.nets.ports import (
 )
 from dineros.transformations.flattening.split import split
 from tests.runtime.tiny import events
-from tests.support.deliveries import deliveries
+from tests.support.ros2_systems.deliveries import deliveries
 
 
 def parts(**options: Any) -> dict[str, rtm.RuntimeModel]:

@@ -14,7 +14,7 @@ from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.node import Node
 from dineros.transformations.flattening.split import split
 from tests.runtime.channels.test_services import serving
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 DIGITS = "9" * 5000
 

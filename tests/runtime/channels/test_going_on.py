@@ -26,7 +26,7 @@ from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.node import Node
 from dineros.transformations.flattening.split import split
 from tests.runtime.channels.test_local import talk
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 
 def part(id: str, model: sym.SystemModel | None = None) -> Net:

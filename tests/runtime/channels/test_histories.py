@@ -24,8 +24,8 @@ from dineros.transformations.flattening.split import split
 from tests.histories.test_figures import periodic
 from tests.runtime.channels.test_local import Recorders, talk
 from tests.runtime.tiny import events
-from tests.support.history_models import history_models
-from tests.support.small_systems import small_system_models
+from tests.support.ros2_systems.history_models import history_models
+from tests.support.systems.small_systems import small_system_models
 
 
 def histories(tokens: int, writer: int = 10, reader: int = 10, **port: object) -> sym.SystemModel:

@@ -21,8 +21,8 @@ from dineros.runtime.nets.ports import ClientPort, Message, ServerPort
 from dineros.transformations.flattening.split import split
 from tests.runtime.nets.reference_rule import references
 from tests.runtime.tiny import case_study, events
-from tests.support.ovens import oven
-from tests.support.small_systems import small_system_models
+from tests.support.systems.ovens import oven
+from tests.support.systems.small_systems import small_system_models
 
 
 def talk(

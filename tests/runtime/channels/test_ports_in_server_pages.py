@@ -16,7 +16,7 @@ from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder, resume_journal
 from dineros.runtime.nets.structure import read_structure
 from dineros.transformations.flattening.split import split
-from tests.support.bakery import bakery, shared
+from tests.support.systems.bakery import bakery, shared
 
 NODES = ("ann", "bob", "shop", "oven", "board", "printer")
 

@@ -19,7 +19,7 @@ from dineros.runtime.nets.ports import ClientPort, Message
 from dineros.transformations.flattening.split import split
 from tests.runtime.channels.test_services import Asked, Wire, place_counts, server_model
 from tests.runtime.tiny import events, token_type
-from tests.support.ovens import oven
+from tests.support.systems.ovens import oven
 
 
 class Forgetful(Wire):

@@ -17,7 +17,7 @@ from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.node import Node
 from dineros.transformations.flattening.split import split
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 STATE = cast("SavedState", {"marking": {"Words": [[1, {}]]}, "signals": {}})
 

@@ -41,10 +41,10 @@ from dineros.runtime.journal.outlined import Outlined
 from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nets.ports import Ports
 from dineros.transformations.flattening.split import split
-from tests.support.calling_systems import calling_systems
-from tests.support.chatty_systems import chatty_systems
-from tests.support.small_systems import small_system_models
-from tests.support.talker import talker
+from tests.support.systems.calling_systems import calling_systems
+from tests.support.systems.chatty_systems import chatty_systems
+from tests.support.systems.small_systems import small_system_models
+from tests.support.systems.talker import talker
 
 CASE_STUDY = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
 

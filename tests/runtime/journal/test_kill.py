@@ -24,8 +24,8 @@ from dineros.metamodel.files import load
 from dineros.metamodel.records import Fire, Record, Start, read_trace, traces_of_runs
 from dineros.metamodel.settings import apply
 from dineros.runtime.journal import rebuild_at
-from tests.support.mortal_nodes import CASE_STUDY
-from tests.support.socket_transport import Broker
+from tests.support.programs.socket_transport import Broker
+from tests.support.ros2_systems.mortal_nodes import CASE_STUDY
 
 ROOT = Path(__file__).resolve().parents[3]
 KILLS = 50
@@ -38,7 +38,7 @@ class Nodes:
 
     def __init__(self, folder: Path, broker: Path) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "tests.support.mortal_nodes", str(folder), str(broker)],
+            [sys.executable, "-m", "tests.support.ros2_systems.mortal_nodes", str(folder), str(broker)],
             cwd=ROOT,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

@@ -15,9 +15,9 @@ from dineros.runtime.journal.recording import ListRecorder
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.structure import read_structure
 from tests.runtime.nets.reference_rule import ReferenceNet, references
-from tests.support.history_models import history_models
-from tests.support.models import system_models
-from tests.support.small_systems import small_system_models
+from tests.support.ros2_systems.history_models import history_models
+from tests.support.systems.models import system_models
+from tests.support.systems.small_systems import small_system_models
 
 MODELS = st.one_of(small_system_models(), system_models(), history_models(small_system_models()))
 

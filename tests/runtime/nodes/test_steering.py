@@ -16,8 +16,8 @@ from dineros.runtime.firing.handlers import Firing
 from dineros.runtime.nodes.core import NOT_ACTIVE
 from dineros.runtime.nodes.steering import Outlook, SteeredNet, SteeringError
 from dineros.transformations.flattening.split import split
-from tests.support.managed_systems import talk
-from tests.support.talker import talker
+from tests.support.ros2_systems.managed_systems import talk
+from tests.support.systems.talker import talker
 
 
 def until(condition: Callable[[], bool]) -> None:

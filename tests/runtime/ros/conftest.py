@@ -25,7 +25,7 @@ from dineros.runtime.ros.process.memory import remove_abandoned
 from dineros.transformations.flattening.split import split
 from tests.runtime.ros.post import post
 from tests.runtime.ros.sockets import bound_addresses
-from tests.support.on_ros import require_tools
+from tests.support.programs.on_ros import require_tools
 
 ROOT = Path(__file__).resolve().parents[3]
 WORKSPACE = ROOT / "build/tests/post_workspace"

@@ -1,24 +1,26 @@
 """Small models, each of them valid but for one constraint."""
 
 from tests.support.broken import (
-    actions,
     bounds,
-    callbacks,
     clauses,
-    histories,
     names,
     nets,
     node_nets,
+    sizes,
+    token_types,
+    tokens,
+)
+from tests.support.broken.cases import Case
+from tests.support.broken.communication import (
+    actions,
+    callbacks,
+    histories,
     ports,
     requests,
     results,
     services,
-    sizes,
-    token_types,
-    tokens,
     topics,
 )
-from tests.support.broken.cases import Case
 
 FAMILIES = (
     bounds,

@@ -13,12 +13,12 @@ from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
-from tests.support.calling_systems import calling_systems
 from tests.support.isomorphism import are_isomorphic
-from tests.support.models import system_models
 from tests.support.reachability import ReachabilityGraph, TooManyMarkingsError
-from tests.support.reference_flattening import PlainNet, plain_net_of, reference_flattening
-from tests.support.small_systems import small_system_models
+from tests.support.references.flattening import PlainNet, plain_net_of, reference_flattening
+from tests.support.systems.calling_systems import calling_systems
+from tests.support.systems.models import system_models
+from tests.support.systems.small_systems import small_system_models
 
 SIGNALS: tuple[SignalVariant, ...] = get_args(SignalVariant)
 OVERFLOW: tuple[OverflowVariant, ...] = get_args(OverflowVariant)

@@ -10,7 +10,7 @@ from dineros.metamodel.elements import find, places, transitions
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 from tests.support.reachability import ReachabilityGraph
-from tests.support.reference_flattening import plain_net_of
+from tests.support.references.flattening import plain_net_of
 
 SIZES: dict[SignalVariant, tuple[int, int]] = {
     "none": (149, 127),

@@ -23,11 +23,11 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
-from tests.support.calling_systems import calling_systems
 from tests.support.reachability import Marking, ReachabilityGraph, TooManyMarkingsError
-from tests.support.reference_flattening import Name, plain_net_of
-from tests.support.small import small_system
-from tests.support.small_systems import small_system_models
+from tests.support.references.flattening import Name, plain_net_of
+from tests.support.systems.calling_systems import calling_systems
+from tests.support.systems.small import small_system
+from tests.support.systems.small_systems import small_system_models
 
 VARIANTS = st.tuples(st.sampled_from(get_args(SignalVariant)), st.sampled_from(get_args(OverflowVariant)))
 Variant = tuple[SignalVariant, OverflowVariant]

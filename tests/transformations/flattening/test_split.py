@@ -18,13 +18,13 @@ from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import elements, find, node_net_of, node_nets, places
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.transformations.flattening.split import CoverageError, file_names, split
-from tests.support.calling_systems import calling_systems
-from tests.support.deliveries import deliveries
 from tests.support.equality import differences
-from tests.support.models import system_models
-from tests.support.reference_runs import ReferenceRun
-from tests.support.small import small_system
-from tests.support.small_systems import small_system_models
+from tests.support.references.runs import ReferenceRun
+from tests.support.ros2_systems.deliveries import deliveries
+from tests.support.systems.calling_systems import calling_systems
+from tests.support.systems.models import system_models
+from tests.support.systems.small import small_system
+from tests.support.systems.small_systems import small_system_models
 
 
 def own_elements(model: pn.Net) -> dict[str, pn.Element]:

@@ -21,9 +21,9 @@ from dineros.transformations.flattening.flatten import KEPT, flatten
 from dineros.transformations.flattening.trace_files import save_trace, trace_path
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
-from tests.support.bakery import bakery
-from tests.support.calling_systems import calling_systems
-from tests.support.small_systems import small_system_models
+from tests.support.systems.bakery import bakery
+from tests.support.systems.calling_systems import calling_systems
+from tests.support.systems.small_systems import small_system_models
 
 VARIANTS = st.tuples(st.sampled_from(get_args(SignalVariant)), st.sampled_from(get_args(OverflowVariant)))
 

@@ -9,7 +9,7 @@ from dineros.transformations.language.engine import Engine, require_makers
 from dineros.transformations.language.errors import RuleError
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
 from dineros.transformations.language.rule import Rule
-from tests.support.office import (
+from tests.support.systems.office import (
     Badge,
     BadgeForEach,
     Counted,

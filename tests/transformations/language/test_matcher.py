@@ -14,7 +14,7 @@ from dineros.transformations.language.engine import Engine
 from dineros.transformations.language.expressions import Comparison, Expression, Path, as_expression
 from dineros.transformations.language.matcher import Extents, Matcher
 from dineros.transformations.language.patterns import Absent, Index, Node
-from tests.support.office import Badge, Company, Department, Manager, Person, companies
+from tests.support.systems.office import Badge, Company, Department, Manager, Person, companies
 
 CLASSES = {"Company": Company, "Person": Person, "Manager": Manager, "Department": Department, "Badge": Badge}
 # Class, feature, class of its values.

@@ -17,7 +17,7 @@ from dineros.transformations.language.expressions import Expression, Text
 from dineros.transformations.language.functions import ancestor, count, either, first, number, position
 from dineros.transformations.language.patterns import Absent, Index, Node
 from dineros.transformations.language.rule import Rule
-from tests.support.office import (
+from tests.support.systems.office import (
     COMPANY,
     Badge,
     BadgeForEach,

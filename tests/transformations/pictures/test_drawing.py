@@ -28,7 +28,7 @@ from dineros.transformations.rules.catalogue import (
     summary_of,
 )
 from dineros.transformations.rules.notation import arc, place, transition
-from tests.support.system_packages import needs
+from tests.support.programs.system_packages import needs
 
 RULES = [rule for family in FAMILIES for rule in family.rules]
 needs_graphviz = needs("graphviz")

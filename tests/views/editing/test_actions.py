@@ -12,7 +12,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import load, save
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.browser import Visit, wait_until
 from tests.views.editing.conftest import Edit
 from tests.views.editing.driving import Hand

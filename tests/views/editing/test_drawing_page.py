@@ -15,7 +15,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import load
 from tests.support.equality import differences
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 ROOT = Path(__file__).resolve().parents[3]
 

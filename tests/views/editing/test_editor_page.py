@@ -14,7 +14,7 @@ from playwright.sync_api import expect
 from dineros.metamodel.files import load, save
 from dineros.views.editing.contents import model_json
 from tests.support.equality import differences
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.browser import Visit, wait_until
 from tests.views.editing.conftest import Edit
 from tests.views.editing.driving import Hand

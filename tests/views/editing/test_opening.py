@@ -11,7 +11,7 @@ from playwright.sync_api import expect
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import find, label
 from dineros.metamodel.files import load, save
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.browser import Visit, wait_until
 from tests.views.editing.conftest import Edit
 from tests.views.editing.driving import Hand

@@ -9,7 +9,7 @@ import pytest
 
 from dineros.metamodel.files import load, save
 from dineros.views.traces.reading import build
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.browser import Visit, wait_until
 from tests.views.editing.conftest import Edit
 from tests.views.editing.driving import Hand

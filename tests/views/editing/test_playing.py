@@ -28,7 +28,7 @@ from dineros.transformations.flattening.split import split
 from dineros.views.editing.session import Session
 from dineros.views.traces.reading import build
 from tests.metamodel.editing.random_commands import NASTY
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 CASE_STUDY = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
 

@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import expect
 
 from dineros.metamodel.files import save
-from tests.support.on_ros import on_ros
-from tests.support.talker import talker
+from tests.support.programs.on_ros import on_ros
+from tests.support.systems.talker import talker
 from tests.views.browser import Visit, wait_until
 from tests.views.editing.conftest import Edit
 from tests.views.editing.driving import Hand

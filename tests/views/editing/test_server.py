@@ -24,7 +24,7 @@ from dineros.views.editing.contents import model_json
 from dineros.views.editing.description import description_for
 from dineros.views.editing.session import Session
 from tests.metamodel.editing.random_commands import NASTY, Drawer
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.editing.conftest import Edit
 from tests.views.editing.pages import PageModel, Tab
 

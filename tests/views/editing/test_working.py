@@ -18,7 +18,7 @@ from dineros.metamodel.files import load, save
 from dineros.views.editing.working.node_logs import MOST_BYTES, NodeLogs
 from dineros.views.editing.working.orders import order_of
 from tests.metamodel.editing.random_commands import NASTY
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.editing.conftest import Edit
 from tests.views.editing.pages import Tab
 

@@ -22,14 +22,14 @@ from dineros.views.javascript.client import evaluate
     ],
 )
 def test_conditions_are_read_and_said_in_one_form(text: str, kind: str, said: str) -> None:
-    found = evaluate(["static/trace/conditions.js"], "parseCondition", text)
+    found = evaluate(["static/trace/explaining/conditions.js"], "parseCondition", text)
     assert (found["kind"], found["text"]) == (kind, said)
-    assert evaluate(["static/trace/conditions.js"], "parseCondition", said) == found
+    assert evaluate(["static/trace/explaining/conditions.js"], "parseCondition", said) == found
 
 
 @pytest.mark.parametrize("text", ["", "  ", "!fired(T)", "A > B", "f(x)", "= 3"])
 def test_other_texts_are_no_conditions(text: str) -> None:
-    assert evaluate(["static/trace/conditions.js"], "parseCondition", text) is None
+    assert evaluate(["static/trace/explaining/conditions.js"], "parseCondition", text) is None
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,10 @@ from dineros.views.javascript.modules import linked, name_of
 
 ENTRIES = (
     "edit/page.js",
-    "net/elk.js",
+    "net/layout/elk.js",
     "net/page.js",
-    "net/worker.js",
-    "trace/figure.js",
+    "net/layout/worker.js",
+    "trace/figures/figure.js",
     "trace/live.js",
     "trace/main.js",
 )

@@ -22,7 +22,7 @@ from dineros.runtime.nodes.steering import Outlook, SteeredNet
 from dineros.transformations.flattening.split import split
 from dineros.views.live.steering import Steering
 from dineros.views.serving.handle import PageHandle
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.browser import Visit, wait_until
 
 NewVisit = Callable[..., Visit]

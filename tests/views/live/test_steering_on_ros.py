@@ -17,8 +17,8 @@ from playwright.sync_api import expect
 from dineros.analysis.conformance import conform
 from dineros.metamodel.files import save
 from dineros.metamodel.records import Record, Signal, Start, read_trace, traces_of_runs
-from tests.support.on_ros import on_ros
-from tests.support.talker import talker
+from tests.support.programs.on_ros import on_ros
+from tests.support.systems.talker import talker
 from tests.views.browser import Visit
 
 NewVisit = Callable[..., Visit]

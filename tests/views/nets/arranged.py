@@ -13,7 +13,7 @@ from dineros.metamodel.build import flow
 from dineros.views.nets import ViewModel
 from dineros.views.nets.contents.model import Box, Node
 from dineros.views.nets.placement.picture import Picture
-from tests.support.small_systems import small_system_models
+from tests.support.systems.small_systems import small_system_models
 from tests.views.nets.geometry import box_area, node_area, overlap
 
 Point: TypeAlias = tuple[float, float]

@@ -9,7 +9,7 @@ from case_study.build import build
 from dineros.metamodel import elements, pn, sym
 from dineros.metamodel.build import flow, inhibit, read
 from dineros.transformations.flattening.split import split
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 
 EDITED = Path(__file__).with_name("edited.pnml")
 

@@ -27,8 +27,8 @@ from dineros.views.traces.building import TraceBuilder
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.facts import Facts, facts_of, prototype
 from dineros.views.traces.merging import merge
-from tests.support.bakery import bakery
-from tests.support.ovens import oven
+from tests.support.systems.bakery import bakery
+from tests.support.systems.ovens import oven
 from tests.views.samples import CASE_STUDY, Scribe, lasso, run
 
 

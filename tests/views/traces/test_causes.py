@@ -15,7 +15,7 @@ from dineros.metamodel.files import save
 from dineros.metamodel.records import Fire, Header, read_records
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.figures import trace_svg
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.browser import Visit
 from tests.views.samples import Scribe, lasso
 from tests.views.traces.test_building import built

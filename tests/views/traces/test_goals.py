@@ -14,7 +14,7 @@ from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.facts import facts_of
 from dineros.views.traces.figures import trace_svg
 from dineros.views.traces.goals import ENDS
-from tests.support.deliveries import deliveries
+from tests.support.ros2_systems.deliveries import deliveries
 
 Happening = tuple[str, str, dict[str, Any]]
 

@@ -13,7 +13,7 @@ from dineros.views.traces.facts import facts_of
 from dineros.views.traces.figures import trace_svg
 from dineros.views.traces.net_pane import net_content
 from dineros.views.traces.page import trace_page
-from tests.support.managed_systems import camera
+from tests.support.ros2_systems.managed_systems import camera
 from tests.views.browser import Visit
 from tests.views.samples import Scribe
 

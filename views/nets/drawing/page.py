@@ -57,7 +57,7 @@ def to_html(view: ViewModel) -> str:
         view=data_markup(view.to_json()),
         positioned=data_markup(layout(view)),
         elk=_packed_elk(),
-        layout=Markup(linked("net/worker.js")),
+        layout=Markup(linked("net/layout/worker.js")),
         script=Markup(script),
         policy=content_policy([script], workers=True),
     )

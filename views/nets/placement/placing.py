@@ -8,7 +8,7 @@ from dineros.views.nets.placement.picture import Picture
 
 SCRIPTS = (
     "vendor/elk/elk.bundled.js",
-    *(f"static/net/{name}.js" for name in ("elk", "stored", "renderer", "figure")),
+    *(f"static/net/{name}.js" for name in ("layout/elk", "layout/stored", "renderer", "figure")),
 )
 """All that nets ask V8 for: what is loaded once serves layout and drawing."""
 

@@ -1,7 +1,7 @@
 // What can be done with what is chosen, beyond drawing: each with its key, and all of them in one list.
 
 import { shifts } from "./aligning.js";
-import { askForPage, askForTemplate } from "./asking.js";
+import { askForPage, askForTemplate } from "./forms/asking.js";
 
 /** @import { Editor } from "./page.js" */
 /** @import { Way } from "./aligning.js" */

@@ -2,7 +2,7 @@
 
 import { byId, isInField } from "../elements.js";
 import { actionFor } from "./actions.js";
-import { askForAction, search } from "./asking.js";
+import { askForAction, search } from "./forms/asking.js";
 import { toolsFor } from "./tools.js";
 
 /** @import { Editor } from "./page.js" */

@@ -3,17 +3,17 @@
 import { byId } from "../elements.js";
 import { ACTIONS, focusedElement } from "./actions.js";
 import { showMarks, showPath, showState } from "./around.js";
-import { askForAction, search } from "./asking.js";
-import { Canvas } from "./canvas.js";
+import { Canvas } from "./canvas/canvas.js";
+import { Places } from "./canvas/places.js";
 import { Clipboard } from "./clipboard.js";
 import { Connection } from "./connection.js";
-import { showActions, showForm } from "./form.js";
+import { askForAction, search } from "./forms/asking.js";
+import { showActions, showForm } from "./forms/form.js";
 import { heed } from "./keys.js";
 import { Model } from "./model.js";
 import { Pen } from "./pen.js";
-import { Places } from "./places.js";
-import { Player, refusedInGame } from "./play.js";
-import { Worker } from "./work.js";
+import { Player, refusedInGame } from "./running/play.js";
+import { Worker } from "./running/work.js";
 
 /** @import { Command, Done, Message, Point, Refused } from "./types.js" */
 

@@ -1,9 +1,9 @@
 // The tool in hand: what a click or Enter makes with it, and where.
 
 import { byId } from "../elements.js";
-import { moveTo } from "./canvas.js";
-import { middle } from "./geometry.js";
-import { askFor } from "./making.js";
+import { moveTo } from "./canvas/canvas.js";
+import { middle } from "./canvas/geometry.js";
+import { askFor } from "./forms/making.js";
 import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
 
 /** @import { Editor } from "./page.js" */

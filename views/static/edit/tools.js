@@ -1,7 +1,7 @@
 // The tools for a sheet: choosing, arcs, and one for each class that can stand there, by the metamodel.
 
 import { make } from "../elements.js";
-import { typesFor } from "./making.js";
+import { typesFor } from "./forms/making.js";
 
 /** @import { Model } from "./model.js" */
 

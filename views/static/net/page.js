@@ -6,13 +6,13 @@ import { lookUp } from "../maps.js";
 import { read, written } from "./address.js";
 import { bindKeys, bindPointer, bindTools } from "./controls.js";
 import { describe, listChanges } from "./detail.js";
-import { laidOut } from "./engine.js";
 import { netFigure } from "./figure.js";
 import { areaOf, linesOf, outer, shownFor } from "./joined.js";
+import { laidOut } from "./layout/engine.js";
+import { around } from "./layout/shown.js";
 import { Pan } from "./pan.js";
 import { DrawnNet } from "./renderer.js";
 import { Search } from "./search.js";
-import { around } from "./shown.js";
 import { spoken } from "./words.js";
 
 /** @import { Box, Edge, Item, Picture, Placed, View } from "./types.js" */

@@ -1,8 +1,8 @@
 // The keyboard.
 
 import { byId, isInField, make } from "../elements.js";
-import { nextCause } from "./cause_detail.js";
 import { lastAtMost } from "./data.js";
+import { nextCause } from "./explaining/cause_detail.js";
 
 /** @import { App } from "./page.js" */
 

@@ -1,17 +1,17 @@
 // The page: one cursor for lanes, detail and net.
 
 import { byId, make } from "../elements.js";
-import { Breakpoints } from "./breakpoints.js";
-import { causeButton } from "./cause_detail.js";
 import { Data, laneKey, lastAtMost, seconds } from "./data.js";
-import { detailOf } from "./detail.js";
-import { figure } from "./figure.js";
+import { Breakpoints } from "./explaining/breakpoints.js";
+import { causeButton } from "./explaining/cause_detail.js";
+import { detailOf } from "./explaining/detail.js";
+import { figure } from "./figures/figure.js";
 import { bindKeys } from "./keys.js";
+import { isLane } from "./lanes/scale.js";
+import { LanesView } from "./lanes/view.js";
 import { NetPane } from "./net_pane.js";
-import { isLane } from "./scale.js";
 import { THEMES } from "./themes.js";
 import { Tools } from "./tools.js";
-import { LanesView } from "./view.js";
 
 /** @import { Choice, Content, Divergence, ThemeName } from "./types.js" */
 

@@ -3,7 +3,7 @@
 import { byId, make } from "../elements.js";
 import { saveFile } from "../saving.js";
 import { lastAtMost } from "./data.js";
-import { nodeColour, nodeLetter } from "./shapes.js";
+import { nodeColour, nodeLetter } from "./lanes/shapes.js";
 
 /** @import { App } from "./page.js" */
 /** @import { Step } from "./types.js" */

@@ -2,7 +2,7 @@
 
 import type { Picture } from "../net/types.js";
 import type { Data } from "./data.js";
-import type { Scale } from "./scale.js";
+import type { Scale } from "./lanes/scale.js";
 
 export type Point = [x: number, y: number];
 export type Group = "property" | "lifecycle" | "signals" | "topics" | "services" | "actions" | "transitions";

@@ -12,8 +12,8 @@ from lxml import etree
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.pnml import pnml_bytes, read_pnml
 from tests.support.equality import differences
-from tests.support.models import plain_nets, system_models
-from tests.support.odd_models import odd_models
+from tests.support.systems.models import plain_nets, system_models
+from tests.support.systems.odd_models import odd_models
 
 VALUES = st.sampled_from(
     ["", " ", "-1", "0", "99999999999", "1e400", "nan", "x", "root", "pn.Arc", "sym.NodeNet"]

@@ -16,12 +16,12 @@ from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files import load, save
 from dineros.metamodel.files.pnml import pnml_bytes, read_pnml, write_pnml
 from dineros.metamodel.files.pnml.vocabulary import Version
-from tests.support.calling_systems import calling_systems
-from tests.support.deliveries import deliveries
 from tests.support.equality import differences
-from tests.support.models import plain_nets, system_models
-from tests.support.odd_models import odd_models
 from tests.support.pnml import again, document, read_net, read_text
+from tests.support.ros2_systems.deliveries import deliveries
+from tests.support.systems.calling_systems import calling_systems
+from tests.support.systems.models import plain_nets, system_models
+from tests.support.systems.odd_models import odd_models
 
 versions = st.sampled_from(["0.1", "0.2"])
 

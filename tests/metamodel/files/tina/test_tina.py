@@ -11,8 +11,8 @@ from dineros.metamodel.errors import DinerosError, ModelFileError
 from dineros.metamodel.files.tina import net_from_text, net_text, read_net, write_net
 from dineros.metamodel.positions import location_of
 from tests.support.equality import differences
-from tests.support.models import plain_nets
-from tests.support.small import small_net, small_system
+from tests.support.systems.models import plain_nets
+from tests.support.systems.small import small_net, small_system
 
 PATH = Path("example.net")
 

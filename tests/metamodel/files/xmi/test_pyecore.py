@@ -13,7 +13,7 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.files.schema import PACKAGES
 from dineros.metamodel.files.xmi import read_xmi, write_xmi
 from tests.support.equality import differences
-from tests.support.models import plain_nets, system_models
+from tests.support.systems.models import plain_nets, system_models
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files.xmi import read_xmi, write_xmi, xmi_bytes
 from dineros.metamodel.positions import location_of
 from tests.support.equality import differences
-from tests.support.models import plain_nets, system_models
-from tests.support.small import small_net, small_system
+from tests.support.systems.models import plain_nets, system_models
+from tests.support.systems.small import small_net, small_system
 
 HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 SPACES = 'xmi:version="2.0" xmlns:xmi="http://www.omg.org/XMI" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'

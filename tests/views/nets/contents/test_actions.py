@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dineros.transformations.flattening.split import split
 from dineros.views.nets.contents.building import view_of
-from tests.support.deliveries import deliveries
+from tests.support.ros2_systems.deliveries import deliveries
 
 
 def test_an_action_is_a_channel_with_its_slots() -> None:

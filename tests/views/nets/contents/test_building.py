@@ -10,10 +10,10 @@ from dineros.metamodel import elements, pn, sym
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.flattening.split import split
 from dineros.views.nets import ViewModel, view_of
-from tests.support.bakery import bakery
-from tests.support.managed_systems import camera
-from tests.support.ovens import oven
-from tests.support.talker import talker
+from tests.support.ros2_systems.managed_systems import camera
+from tests.support.systems.bakery import bakery
+from tests.support.systems.ovens import oven
+from tests.support.systems.talker import talker
 from tests.views.nets.samples import case_study, every_sign, models
 
 

@@ -24,7 +24,7 @@ from dineros.views.nets import (
     view_of,
     with_badges,
 )
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.nets.samples import case_study
 
 
@@ -74,7 +74,7 @@ def test_python_and_pages_agree_on_neighbourhoods(data: st.DataObject) -> None:
     ids = data.draw(st.lists(st.sampled_from(known), min_size=1, max_size=3, unique=True))
     steps = data.draw(st.integers(0, 4))
     expected = json.loads(json.dumps(around(view, ids, steps).to_json()))
-    found = evaluate(["static/net/shown.js"], "around", view.to_json(), ids, steps)
+    found = evaluate(["static/net/layout/shown.js"], "around", view.to_json(), ids, steps)
     assert found == expected
 
 

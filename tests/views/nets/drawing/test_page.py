@@ -11,7 +11,7 @@ import pytest
 
 from dineros.views.javascript.modules import linked
 from dineros.views.nets import collapse, compare, view_of
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.nets.arranged import displaced
 from tests.views.nets.drawing.page_parts import area, centres, drawn, opened, positioned, saved, shown
 from tests.views.nets.samples import arranged_study, case_study

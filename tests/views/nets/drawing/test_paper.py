@@ -20,7 +20,7 @@ from dineros.views.nets import (
     view_of,
 )
 from dineros.views.nets.contents.operations import expand
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.nets.samples import case_study, every_sign
 
 POINTS = 72 / 25.4

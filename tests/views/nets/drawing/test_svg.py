@@ -17,7 +17,7 @@ from dineros.views.nets.contents.measures import text_width, wrap
 from dineros.views.nets.contents.model import Signal
 from dineros.views.nets.drawing.legend import legend_svg
 from dineros.views.nets.placement.picture import Picture
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.nets.samples import case_study, every_sign, models
 
 NAMESPACE = "{http://www.w3.org/2000/svg}"

@@ -13,7 +13,7 @@ from dineros.metamodel.files import load
 from dineros.views.javascript import client
 from dineros.views.nets import around, collapse, layout, view_of
 from dineros.views.nets.placement import placing
-from tests.support.small_systems import small_system_models
+from tests.support.systems.small_systems import small_system_models
 from tests.views.nets.geometry import faults, label_overlaps
 from tests.views.nets.samples import arranged, case_study, models
 

@@ -14,7 +14,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.files import load, save
 from dineros.views.nets import ViewModel, collapse, compare, layout, view_of
 from dineros.views.nets.placement.picture import Picture, PlacedEdge
-from tests.support.talker import talker
+from tests.support.systems.talker import talker
 from tests.views.nets.arranged import at, covered, displaced, nested_nets, scale_of, stands, systems
 from tests.views.nets.geometry import crossed, enters, faults, label_overlaps
 from tests.views.nets.samples import arranged_study, case_study

@@ -1,0 +1,154 @@
+"""The command ``dineros`` as a fork of a process that has imported the engines, which is most of its time.
+
+It is a process of its own, with the arguments, folder, environment and open files of whoever called it, and
+its exit status. Cold starts are tested by the pages in `COLD` (`tests/docs/test_examples.py`), and wherever a
+test starts ``python -m dineros.cli.main``.
+
+>>> python tests/support/programs/warm_commands.py SOCKET                         # waits for commands
+>>> python tests/support/programs/warm_commands.py SOCKET validate model.sym.xmi  # is one of them
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import socket
+import sys
+from contextlib import contextmanager
+
+TYPE_CHECKING = False  # as type checkers know it from `typing`, which takes long to import, too
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+    from typing import Any
+
+STANDARD = (0, 1, 2)
+_READ = 1 << 20
+
+
+def main(path: str, arguments: list[str]) -> int:
+    """Serve commands at a socket until standard input ends; with arguments, be a command."""
+    if arguments:
+        return _ask(path, arguments)
+    _prepare()
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(path)
+        listening.listen()
+        signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for those that answer
+        print("ready", flush=True)
+        while True:
+            readable, _, _ = select.select([sys.stdin, listening], [], [])
+            if sys.stdin in readable:
+                return 0
+            connection, _ = listening.accept()
+            if os.fork() == 0:
+                signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+                listening.close()
+                _answer(connection)
+                os._exit(0)
+            connection.close()
+
+
+@contextmanager
+def served(path: Path) -> Iterator[Path]:
+    """Serve commands at a socket."""
+    import subprocess
+
+    command = [sys.executable, "-P", __file__, str(path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:
+        assert server.stdin and server.stdout
+        assert server.stdout.readline() == "ready\n"
+        yield path
+        server.stdin.close()
+
+
+def program(place: Path) -> str:
+    """Return a script that is the command ``dineros``, a fork of what serves at a socket."""
+    return f'#!/bin/sh\nexec "{sys.executable}" -I -S "{__file__}" "{place}" "$@"\n'
+
+
+def _ask(path: str, arguments: list[str]) -> int:
+    """Have a command run with the open files of this process; return its exit status."""
+    folder = os.getcwd()  # noqa: PTH109 - `pathlib` takes as long to import as all of this
+    asked = {"arguments": arguments, "folder": folder, "environment": dict(os.environ)}
+    with socket.socket(socket.AF_UNIX) as connection:
+        connection.connect(path)
+        socket.send_fds(connection, [b"\0"], STANDARD)
+        connection.sendall(json.dumps(asked).encode())
+        connection.shutdown(socket.SHUT_WR)
+        return int(connection.recv(16))
+
+
+def _prepare() -> None:
+    """Import what commands import, in the way they do it."""
+    import gc
+    import pkgutil
+    from importlib import import_module
+
+    from dineros import analysis
+    from dineros.cli import commands
+    from dineros.cli.quick_start import start_quickly
+
+    start_quickly()
+    for package in (commands, analysis):
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            import_module(module.name)
+    gc.collect()
+    gc.freeze()  # a fork that looks at all objects copies their memory
+
+
+def _answer(connection: socket.socket) -> None:
+    """Run the command that a connection asks for; end it when nobody waits for it any more."""
+    _, files, _, _ = socket.recv_fds(connection, 1, len(STANDARD))
+    asked = json.loads(b"".join(iter(lambda: connection.recv(_READ), b"")))
+    child = os.fork()
+    if child == 0:
+        connection.close()
+        _become(asked, files)
+    for file in files:
+        os.close(file)
+    for file in STANDARD:
+        os.close(file)
+    watched = os.pidfd_open(child)
+    hung_up = select.poll()
+    hung_up.register(connection, 0)  # hang-ups alone
+    hung_up.register(watched, select.POLLIN)
+    if watched not in dict(hung_up.poll()):
+        os.kill(child, signal.SIGKILL)
+    _, status = os.waitpid(child, 0)
+    status = os.waitstatus_to_exitcode(status)
+    connection.sendall(str(status if status >= 0 else 128 - status).encode())
+
+
+def _become(asked: dict[str, Any], files: list[int]) -> None:
+    """Be the command that was asked for, to the end."""
+    import atexit
+    import threading
+
+    from dineros.cli.main import main as dineros
+
+    for file, place in zip(files, STANDARD, strict=True):
+        os.dup2(file, place)
+        os.close(file)
+    os.chdir(asked["folder"])
+    os.environ.clear()
+    os.environ.update(asked["environment"])
+    sys.argv[1:] = asked["arguments"]
+    sys.path[0] = asked["folder"]  # as `python -m` has it
+    status: object = 1
+    try:
+        dineros()
+    except SystemExit as ended:
+        status = ended.code
+    finally:  # as `multiprocessing` ends a fork; taking all modules down would copy their memory
+        threading._shutdown()  # type: ignore[attr-defined]
+        atexit._run_exitfuncs()
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        os._exit(status if isinstance(status, int) else 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], sys.argv[2:]))

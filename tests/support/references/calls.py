@@ -1,0 +1,121 @@
+"""The calls of services, as the interpreter of `reference_histories` plays them: how many there are where.
+
+A call is sent, kept by the server until an instance takes it, served, answered, and over. A server keeps a
+number of requests, whoever they are of; what comes to a server that keeps as many is lost. A client that has
+given up is ready at once, and what it asked goes on without it: nobody's request is served all the same, and
+its answer goes nowhere; a server that is full may forget it for one that comes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from dineros.metamodel import sym
+
+if TYPE_CHECKING:
+    from tests.support.references.histories import Interpreter, State
+
+
+class ServicePlayer:
+    """Adds to an interpreter what can happen to the calls of one service.
+
+    Parameters
+    ----------
+    play : Interpreter
+        Whose events these are.
+    service : sym.ServiceChannel
+        The service.
+    """
+
+    def __init__(self, play: Interpreter, service: sym.ServiceChannel) -> None:
+        self.play, self.service = play, service
+        numbers = range(1, play._instances(service) + 1)
+        self.busy = {number: play._slot((service, number)) for number in numbers}
+        self.calls = [(client, copy) for client in service.clients for copy in play._copies(client.request)]
+        gives_up = any(client.timeout is not None for client, _ in self.calls)
+        asked = sum(client.outstanding for client, _ in self.calls)
+        self.can_lose = gives_up or asked > service.depth
+        self.kept: list[int] = []
+        self.nobodys: int | None = None
+        if gives_up:
+            self._nobody()
+        for client, copy in self.calls:
+            self._client(client, copy)
+
+    def is_full(self, state: State) -> bool:
+        """Tell whether the server keeps as many requests as it can."""
+        return sum(state[slot] for slot in self.kept) == self.service.depth
+
+    def _nobody(self) -> None:
+        """Play the calls whose clients have given up: they are served, and nobody gets the answer."""
+        prefix = f"{self.service.id}.late"
+        self.nobodys = self.play._slot((self.service, "late"))
+        self.nobodys_at = {number: self.play._slot((self.service, "late", number)) for number in self.busy}
+        self.kept.append(self.nobodys)
+        for number in self.busy:
+            self._serve(prefix, number, self.nobodys, self.nobodys_at[number], None)
+
+    def _client(self, client: sym.ClientPort, copy: int) -> None:
+        play, service = self.play, self.service
+        page = client.request.page
+        assert page is not None
+        caller = play._home.get(page)
+        name = client.client if caller is None else f"{caller.id}[{copy}].{client.client}"
+        prefix = f"{service.id}.client.{name}"
+        ready = play._slot((service, name, "ready"), client.outstanding)
+        kept, answered = (play._slot((service, name, word)) for word in ("kept", "answered"))
+        self.kept.append(kept)
+        served = {number: play._slot((service, name, number)) for number in self.busy}
+        request, response = play._place(client.request, copy), play._place(client.response, copy)
+        play._requests.add(request)
+        waiting = {"requests": kept, "responses": answered}
+        sent = kept
+        if self.can_lose:
+            sent, lost = (play._slot((service, name, word)) for word in ("sent", "lost"))
+            waiting["lost"] = lost
+            play._happens(f"{prefix}.in", lambda s: s[sent] > 0 and not self.is_full(s), {sent: -1, kept: 1})
+            play._happens(f"{prefix}.drop", lambda s: s[sent] > 0 and self.is_full(s), {sent: -1, lost: 1})
+            if self.nobodys is not None:
+                late = self.nobodys
+                play._happens(
+                    f"{prefix}.instead",
+                    lambda s: s[sent] > 0 and s[late] > 0 and self.is_full(s),
+                    {sent: -1, kept: 1, late: -1},
+                )
+        play._happens(
+            f"{prefix}.req",
+            lambda s: s[request] > 0 and s[ready] > 0,
+            {request: -1, ready: -1, sent: 1},
+        )
+        for number in self.busy:
+            self._serve(prefix, number, kept, served[number], answered)
+        play._happens(f"{prefix}.res", lambda s: s[answered] > 0, {answered: -1, ready: 1, response: 1})
+        if client.timeout is None:
+            return
+        told = {} if client.timedOut is None else {play._place(client.timedOut, copy): 1}
+        assert self.nobodys is not None
+        goes_on = {"requests": {self.nobodys: 1}}
+        for number, slot in served.items():
+            waiting[f"inUse[{number}]"] = slot
+            goes_on[f"inUse[{number}]"] = {self.nobodys_at[number]: 1}
+        for word, slot in waiting.items():
+            play._happens(
+                f"{prefix}.giveUp.{word}",
+                lambda s, slot=slot: s[slot] > 0,  # type: ignore[misc]
+                {slot: -1, ready: 1, **told, **goes_on.get(word, {})},
+            )
+
+    def _serve(self, prefix: str, number: int, kept: int, served: int, answered: int | None) -> None:
+        """Let an instance take a request, and answer it."""
+        play, busy, server = self.play, self.busy[number], self.service.server
+        entry, exit_ = play._place(server.entry, number), play._place(server.exit, number)
+        play._happens(
+            f"{prefix}.call[{number}]",
+            lambda s: s[kept] > 0 and s[busy] == 0,
+            {kept: -1, busy: 1, served: 1, entry: 1},
+        )
+        play._happens(
+            f"{prefix}.return[{number}]",
+            lambda s: s[exit_] > 0 and s[served] > 0,
+            {exit_: -1, busy: -1, served: -1, **({} if answered is None else {answered: 1})},
+        )

@@ -1,0 +1,57 @@
+// The field of a clause: names of signals are completed, and what is wrong is said where it stands.
+
+import { make } from "../../elements.js";
+import { completing } from "./complete.js";
+
+/** @import { Refused } from "../types.js" */
+
+const KEYWORDS = new Set(["true", "false", "and", "or", "not"]);
+
+/**
+ * Gives a field what clauses need.
+ *
+ * @param {HTMLInputElement} input
+ * @param {string[]} signals what can be spoken of
+ * @param {(text: string) => Promise<Refused | null>} wrong what is wrong with a text
+ * @returns {HTMLElement[]} what stands below the field
+ */
+export function clauseHelp(input, signals, wrong) {
+  const said = make("div", { class: "where", role: "status", hidden: true });
+  const check = async () => {
+    const text = input.value;
+    said.hidden = said.hidden || !list.hidden;
+    if (!list.hidden) return; // a name is being typed
+    const refused = text.trim() ? await wrong(text) : null;
+    if (input.value !== text) return; // something else was typed meanwhile
+    input.setAttribute("aria-invalid", String(refused !== null));
+    said.hidden = refused === null;
+    if (refused === null) return;
+    const { column, reason, hint } = refused;
+    said.replaceChildren(
+      ...(column === undefined ? [] : [make("pre", {}, `${text}\n${" ".repeat(column - 1)}^`)]),
+      make("span", {}, hint ? `${reason} (${hint})` : reason),
+    );
+  };
+  const list = completing(input, {
+    id: "clause-signals",
+    label: "signals",
+    word: /"[^"]*$|[\p{L}\p{N}_.-]*$/u,
+    fitting(typed) {
+      const word = typed.replace(/^"/, "");
+      const isWithin = (/** @type {string} */ name) => name.toLowerCase().includes(word.toLowerCase());
+      return word ? signals.filter((name) => isWithin(name) && name !== word) : [];
+    },
+    first: 0,
+    written: quoted,
+    taken: check,
+  });
+  input.addEventListener("input", check);
+  input.addEventListener("blur", check);
+  return [list, said];
+}
+
+/** A name as clauses read it. @type {(name: string) => string} */
+const quoted = (name) =>
+  /^[\p{L}\p{N}_]+(?:[.-]+[\p{L}\p{N}_]+)*$/u.test(name) && !KEYWORDS.has(name)
+    ? name
+    : `"${name.replace(/[\\"]/g, "\\$&")}"`;
