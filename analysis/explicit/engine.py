@@ -109,7 +109,7 @@ def _find_guided(net: CompiledNet, goal: Goal, known: Guidance, budget: Budget, 
         found = _witness(net, wanted, search.trace(search.found[0]))
         best = found if best is None or len(found.stem) < len(best.stem) else best
         excess = -known.bound(replay(net, found.stem)[-1])
-        if excess <= 0:
+        if excess <= 0 or not options.get("is_shortest", True):
             return best
         wanted, most_cost = known.nearer(excess), known.unit * len(best.stem) - at_first - 1
 

@@ -226,7 +226,9 @@ class _Road:
         """Search markings one by one, for each goal or for a run that never meets the condition."""
         if self.goals is None:
             return self._by_temporal_logic(budget)
-        return _nearest((search(self.net, goal, budget, self.order) for goal in self.goals), EXPLICIT)
+        return _nearest(
+            (search(self.net, goal, budget, self.order, self.is_shortest) for goal in self.goals), EXPLICIT
+        )
 
     def _by_temporal_logic(self, budget: Budget) -> Outcome:
         """Ask for a run on which the condition never holds: a counterexample leads to it."""
@@ -251,7 +253,7 @@ class _Road:
         goals = goals_of(smaller.net, smaller.formula, NetNames(smaller.net))
         if goals is None:
             return self._search(budget)
-        answer = _nearest((search(smaller.net, goal, budget, self.order) for goal in goals), REDUCED)
+        answer = _nearest((search(smaller.net, goal, budget, self.order, False) for goal in goals), REDUCED)
         if answer.trace is None:
             return answer
         index = {name: number for number, name in enumerate(self.net.transitions)}

@@ -51,7 +51,7 @@ def find_firing(net: CompiledNet, transition: int, budget: Budget = UNLIMITED) -
         return answer
     reduction = reduce(net, {Property.LTL_WITHOUT_NEXT}, observed_transitions=[name])
     smaller = reduction.net
-    answer = search(smaller, Goal.enabled(smaller, name), budget, "breadth-first")
+    answer = search(smaller, Goal.enabled(smaller, name), budget, "breadth-first", is_shortest=False)
     if answer.trace is None:
         return answer
     index = {name: number for number, name in enumerate(net.transitions)}
@@ -88,12 +88,23 @@ def way_to_firing(space: SymbolicStateSpace, transition: int) -> tuple[int, ...]
     return (*_to_goal(space.net, Goal.enabled(space.net, transition), way), transition)
 
 
-def search(net: CompiledNet, goal: Goal, budget: Budget, order: Order) -> Outcome:
-    """Search for a goal explicitly: for a shortest trace first, on an unbounded net also for a proof."""
+def search(net: CompiledNet, goal: Goal, budget: Budget, order: Order, is_shortest: bool = True) -> Outcome:
+    """Search for a goal explicitly: for a shortest trace first, on an unbounded net also for a proof.
+
+    Where a shortest one is not asked for, any that the search meets first will do.
+    """
 
     def explore(share: Budget) -> Outcome:
         reduction: Reduction | None = "stubborn" if goal.is_deadlock else None
-        return find(net, goal, share, reduction=reduction, order=order, most_if_unbounded=most_if_unbounded)
+        return find(
+            net,
+            goal,
+            share,
+            reduction=reduction,
+            order=order,
+            is_shortest=is_shortest,
+            most_if_unbounded=most_if_unbounded,
+        )
 
     most_if_unbounded = NEAR_IF_UNBOUNDED
     answer = explore(budget.share(most_bytes=QUICK))

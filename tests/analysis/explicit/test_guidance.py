@@ -175,6 +175,9 @@ def test_ways_beyond_the_cheapest_marking(runs: list[int]) -> None:
             runs.clear()
             answer = find(net, goal, Budget(MEMORY), workers=1)
             again += len(runs) > 2
+            runs.clear()
+            assert find(net, goal, Budget(MEMORY), is_shortest=False).status == answer.status
+            assert len(runs) <= 2, "any way will do"
             assert (None if answer.trace is None else len(answer.trace)) == best
     assert again > 10
 
