@@ -7,12 +7,17 @@ import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import is_hypothesis_test, settings
 
 from dineros.cli.searching import QUIET_COMPILATION
 from tests.support.programs.warm_commands import served
+from tests.views.browser import chromium
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 WORKSPACE = Path(__file__).resolve().parents[1] / "case_study/workspace"
 
@@ -51,6 +56,13 @@ def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Serve quick commands at a socket; `tests.support.programs.warm_commands.program` is one of them."""
     with served(tmp_path_factory.mktemp("warm") / "socket") as place:
         yield place
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator["Browser"]:
+    """Return a browser that all tests of a worker share: there can be only one in a process."""
+    with chromium() as started:
+        yield started
 
 
 settings.register_profile("ci", max_examples=40, deadline=None, derandomize=True, print_blob=True)

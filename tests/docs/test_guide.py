@@ -12,6 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -20,7 +21,9 @@ from dineros.metamodel.files import load
 from dineros.metamodel.settings import apply
 from tests.support.programs.system_packages import needs
 from tests.views.axe import faults
-from tests.views.browser import chromium
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -147,7 +150,7 @@ def test_nothing_advises_to_clean_the_shared_memory_of_running_systems() -> None
 
 
 @pytest.mark.long
-def test_the_guide_builds_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
+def test_the_guide_builds_and_loads_nothing_from_elsewhere(tmp_path: Path, browser: Browser) -> None:
     # Not --quiet: it keeps --strict from seeing the warnings.
     build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
     result = subprocess.run(build, cwd=ROOT, capture_output=True, text=True, check=False)
@@ -159,9 +162,8 @@ def test_the_guide_builds_and_loads_nothing_from_elsewhere(tmp_path: Path) -> No
             r'<(?:script|img|iframe|link)\b[^>]*?\b(?:src|href)="([^"]+)"', page.read_text("utf-8")
         )
         assert [address for address in loaded if re.match(r"(?:https?:)?//", address)] == []
-    with chromium() as browser:
-        for scheme, name in itertools.product(("light", "dark"), ("views", "rules/services", "metamodels")):
-            tab = browser.new_page(color_scheme=scheme)  # type: ignore[arg-type]
-            tab.goto((tmp_path / f"{name}.html").as_uri())
-            assert faults(tab) == [], (scheme, name)
-            tab.close()
+    for scheme, name in itertools.product(("light", "dark"), ("views", "rules/services", "metamodels")):
+        tab = browser.new_page(color_scheme=scheme)  # type: ignore[arg-type]
+        tab.goto((tmp_path / f"{name}.html").as_uri())
+        assert faults(tab) == [], (scheme, name)
+        tab.close()

@@ -1,4 +1,4 @@
-"""A browser for all tests of pages, and pages that must show no error."""
+"""Pages that must show no error."""
 
 from __future__ import annotations
 
@@ -7,17 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.views.browser import Visit, chromium
+from tests.views.browser import Visit
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """Return a browser that all tests of a worker share."""
-    with chromium() as started:
-        yield started
 
 
 @pytest.fixture
