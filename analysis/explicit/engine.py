@@ -107,6 +107,7 @@ def _find_guided(net: CompiledNet, goal: Goal, known: Guidance, budget: Budget, 
         if 0 not in search.found:
             return best or _not_found(search)
         found = _witness(net, wanted, search.trace(search.found[0]))
+        del search  # its markings make room for those of the next one
         best = found if best is None or len(found.stem) < len(best.stem) else best
         excess = -known.bound(replay(net, found.stem)[-1])
         if excess <= 0 or not options.get("is_shortest", True):
