@@ -85,6 +85,8 @@ class ModelList(Generic[T]):
 
 
 _NUMBERS = (EDouble, EDoubleObject)
+_MANY = object()
+"""Stands for the default of a feature with many values."""
 
 
 def remembered(function: F) -> F:
@@ -164,7 +166,7 @@ def initialise(self: EObject, values: dict[str, Any], unknown: dict[str, Any]) -
         if value is None:
             continue
         default = defaults[name]
-        if default is MANY:
+        if default is _MANY:
             try:
                 getattr(self, name).extend(value)
             except (BadValueError, TypeError) as error:
@@ -173,15 +175,11 @@ def initialise(self: EObject, values: dict[str, Any], unknown: dict[str, Any]) -
             refuse_unknown(self, name, value)
 
 
-MANY = object()
-"""Stands for the default of a feature with many values."""
-
-
 @remembered
 def _defaults_of(cls: type[EObject]) -> dict[str, object]:
     """Return what the features of a model class are unless they are set."""
     return {
-        name: MANY if feature.many else feature.get_default_value()
+        name: _MANY if feature.many else feature.get_default_value()
         for name, feature in features_of(cls).items()
     }
 

@@ -102,6 +102,17 @@ class Goal:
             )
         )
 
+    def alternatives(self, net: CompiledNet) -> list[tuple[Comparison, ...]]:
+        """Conjunctions of which any will do: those given, or what enables a transition."""
+        enabling = [
+            (
+                *(Comparison({place: 1}, ">=", weight) for place, weight in net.pre.row(t)),
+                *(Comparison({place: 1}, "<", weight) for place, weight in net.inhibitor.row(t)),
+            )
+            for t in self.transitions
+        ]
+        return [*enabling, *self.conjunctions]
+
     def holds(self, net: CompiledNet, marking: Sequence[int]) -> bool:
         """Whether a marking is one that is looked for."""
         if self.is_deadlock:
@@ -119,12 +130,9 @@ def excludes(net: CompiledNet, known: Coverability, goal: Goal) -> bool:
     """
     if known.maximal is None or goal.is_deadlock:
         return False
-    rows = [
-        [Comparison({place: 1}, ">=", weight) for place, weight in net.pre.row(t)] for t in goal.transitions
-    ]
     return all(
         any(not _can_hold(comparison, largest) for comparison in conjunction)
-        for conjunction in [*rows, *goal.conjunctions]
+        for conjunction in goal.alternatives(net)
         for largest in known.maximal
     )
 

@@ -7,6 +7,9 @@ its *cost*; it is never negative. As the costs of a way add up to its length les
 search that takes markings in the order of their costs is A* led by h, and what lies off the way costs too
 much to be seen.
 
+`dineros.analysis.covering.distance` bounds the same way for nets without bounds: there many programs are
+solved for one target, from marking to marking; here one, for any conjunction, whose weights must be whole.
+
 References
 ----------
 P. E. Hart, N. J. Nilsson, B. Raphael, *A formal basis for the heuristic determination of minimum cost paths*,
@@ -24,17 +27,14 @@ import numpy as np
 
 from dineros.analysis.explicit.goals import Comparison, Constraint, Goal, normalized
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.linear_programs import LinearProgram
+from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
 
 #: Steps that a bound must see for the search to be led: nearer goals are found at once.
 LEAST_BOUND = 4
-#: Common denominators of weights that are tried.
-DENOMINATORS = (1, 2, 3, 4, 6, 8, 12)
 #: Different costs, each of which has markings looked at once more.
 MOST_COSTS = 24
 #: Entries of the program's matrix that may be looked at: a second at most.
 MOST_WORK = 100_000_000
-NEARLY_WHOLE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -79,47 +79,28 @@ class Guidance:
 def guidance(net: CompiledNet, goal: Goal) -> Guidance | None:
     """Return the bound that sees the most firings from the initial marking.
 
-    None where there is none in small whole numbers, or the goal is near, or no conjunction, or excluded.
+    None where there is none in whole numbers, or the goal is near, or no conjunction, or excluded.
     """
-    conjunction = _conjunction(net, goal)
-    constraints = normalized(Goal(conjunctions=(conjunction,))) if conjunction else []
-    if len(constraints) != 1:
+    alternatives = goal.alternatives(net)
+    constraints = normalized(Goal(conjunctions=tuple(alternatives)))
+    if len(alternatives) != 1 or len(constraints) != 1:
         return None
-    found = _dual(net, constraints[0])
-    for unit in DENOMINATORS if found is not None else ():
-        exact = np.array(found) * unit
-        whole = np.rint(exact)
-        if np.abs(exact - whole).max() < NEARLY_WHOLE:
-            break
-    else:
+    (conjunction,), (terms,) = alternatives, constraints
+    found = _dual(net, terms)
+    if found is None:
         return None
-    factors = [int(factor) for factor in whole]
-    weights = {place: factor for place, factor in enumerate(factors[len(constraints[0]) :]) if factor}
+    factors, unit = in_whole_numbers(found)
+    weights = dict(enumerate(factors[len(terms) :]))
     value = 0
-    for factor, (terms, least) in zip(factors, constraints[0], strict=False):
+    for factor, (term, least) in zip(factors, terms, strict=False):
         value += factor * least
-        for place, weight in terms:
-            weights[place] = weights.get(place, 0) + factor * weight
-    made = Guidance(
-        net, conjunction, {place: weight for place, weight in weights.items() if weight}, value, unit
-    )
+        for place, weight in term:
+            weights[place] += factor * weight
+    made = Guidance(net, conjunction, {place: w for place, w in weights.items() if w}, value, unit)
     # The program was solved in floating point: here is what the search rests on.
-    is_bound = min(factors) >= 0 and min(made.costs) >= 0
+    is_bound = all(number >= 0 for number in (*factors, *made.costs))
     is_useful = made.bound(net.initial.tolist()) >= LEAST_BOUND * unit and len(set(made.costs)) <= MOST_COSTS
     return made if is_bound and is_useful else None
-
-
-def _conjunction(net: CompiledNet, goal: Goal) -> tuple[Comparison, ...]:
-    """Return a goal as one conjunction; an empty one where it is none."""
-    if len(goal.conjunctions) == 1:
-        return goal.conjunctions[0]
-    if len(goal.transitions) != 1:
-        return ()
-    (transition,) = goal.transitions
-    return (
-        *(Comparison({place: 1}, ">=", weight) for place, weight in net.pre.row(transition)),
-        *(Comparison({place: 1}, "<", weight) for place, weight in net.inhibitor.row(transition)),
-    )
 
 
 def _dual(net: CompiledNet, constraints: Sequence[Constraint]) -> list[float] | None:

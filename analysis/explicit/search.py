@@ -115,7 +115,7 @@ class Search:
         self._prepare()
         self._slice, self._next_look = FIRST_SLICE, 0
         self._pool = ThreadPoolExecutor(self.workers - 1) if self.workers > 1 else None
-        sets = len(self._net_tables.everything)
+        sets = len(self._net_tables.fired)
         self._storage = Storage(
             self.budget.memory,
             self.workers,
@@ -159,7 +159,7 @@ class Search:
         ]
 
     def _new_notes(self) -> Notes:
-        sets = len(self._net_tables.everything)
+        sets = len(self._net_tables.fired)
         notes = Notes(
             control=zeros_apart(CONTROL_SIZE),
             ever=zeros_apart(sets),
@@ -242,7 +242,7 @@ class Search:
         for me, (start, end) in enumerate(zip(part.starts, part.ends, strict=True)):
             self._frontier[me * STRIDE : me * STRIDE + 2] = start, end
         self._goes_on = part.goes_on
-        self._net_tables = self._net_tables._replace(everything=part.transitions)
+        self._net_tables = self._net_tables._replace(fired=part.transitions)
         return sum(part.ends) - sum(part.starts)
 
     def _parts(self) -> Iterator[Part]:
@@ -259,7 +259,7 @@ class Search:
             return [int(row) for row in self._frontier[1::STRIDE]]
 
         if self.guidance is None:
-            return closure(self._net_tables.everything, starts, ends, done)
+            return closure(self._net_tables.fired, starts, ends, done)
         wanted = [self._position[t] for goal in self.goals for t in goal.transitions]
         costs = [self.guidance.costs[t] for t in self._order]
         return by_cost(sets_by_cost(costs, wanted), starts, ends, done, self.most_cost)

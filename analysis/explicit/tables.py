@@ -29,7 +29,7 @@ class NetTables(NamedTuple):
     lookup_word: Any  #: word of the enabled set
     lookup_offset: Any  #: where in `allowed` its row of masks starts
     allowed: Any  #: sets of transitions
-    everything: Any  #: the set of all transitions
+    fired: Any  #: the set of transitions that are fired: all, unless a search is led
     delta: Any  #: transition x word: what firing adds
     moves: Any  #: by transition: whether it changes the marking
     guards: Any  #: by word of a marking
@@ -158,7 +158,7 @@ def net_tables(net: CompiledNet, layout: Layout, order: Sequence[int]) -> NetTab
         lookup_word=ints(lookup_word),
         lookup_offset=ints(lookup_offset),
         allowed=np.concatenate([*allowed, ints([])]),
-        everything=transition_set(range(len(order)), len(order)),
+        fired=transition_set(range(len(order)), len(order)),
         delta=np.array(changes, dtype=np.int64).reshape(len(order), layout.words),
         moves=np.array([bool(net.delta[t]) for t in order], dtype=np.bool_),
         guards=layout.guards,

@@ -15,14 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
-from math import lcm
 
 import numpy as np
 
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.linear_programs import LinearProgram
+from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
 from dineros.analysis.nets.semiflows import semiflows
+from dineros.analysis.nets.siphons import unmarked_siphon
 from dineros.analysis.nets.structure import PlaceInvariant
 
 
@@ -84,11 +83,12 @@ def _bound_by_programs(
             sought += 1
             seek(place)
     # The weighting of another place does not bound one as well as its own may: as many are sought once more,
-    # where the most tokens seem possible.
+    # where the most tokens seem possible, and all to which no token comes.
     values = {place: bound.value for place in unknown if (bound := bounds[place]) is not None}
-    for place in sorted(values, key=lambda place: -values[place])[:sought]:
-        if values[place] > 1:
-            seek(place)
+    most = sorted(values, key=lambda place: -values[place])[:sought]
+    never = [place for place in unmarked_siphon(net) if values.get(place, 0) > 0]
+    for place in dict.fromkeys([*(place for place in most if values[place] > 1), *never]):
+        seek(place)
 
 
 def flows_and_bounds(net: CompiledNet) -> tuple[Sequence[PlaceInvariant] | None, Sequence[Bound | None]]:
@@ -124,9 +124,8 @@ def _use(net: CompiledNet, bounds: list[Bound | None], weights: dict[int, int]) 
 
 def integer_weights(proposed: Sequence[float]) -> dict[int, int]:
     """Weights in proportion to those a linear program proposes, by place, without zeros."""
-    weights = {p: Fraction(w).limit_denominator(1_000) for p, w in enumerate(proposed) if w > 1e-9}
-    scale = lcm(*(weight.denominator for weight in weights.values()))
-    return {p: int(weight * scale) for p, weight in weights.items()}
+    whole, _ = in_whole_numbers(proposed)
+    return {p: weight for p, weight in enumerate(whole) if weight > 0}
 
 
 def weighted_sum(net: CompiledNet, weights: dict[int, int]) -> int:

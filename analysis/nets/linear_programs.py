@@ -11,7 +11,9 @@ Computation 10(1), 2018.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from functools import cached_property
+from math import lcm
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,17 @@ FloatArray = NDArray[np.float64]
 #: Work that the solutions of one program may take together: some seconds. It counts entries looked at, a
 #: row and a column for each step of the simplex method.
 MOST_WORK = 400_000_000
+LARGEST_DENOMINATOR = 1_000
+
+
+def in_whole_numbers(proposed: Sequence[float]) -> tuple[list[int], int]:
+    """Return numbers in proportion to those that a program proposes, and what stands for 1.
+
+    They are near the proposed ones; whether they do what those should is for the caller to see.
+    """
+    exact = [Fraction(value).limit_denominator(LARGEST_DENOMINATOR) for value in proposed]
+    unit = lcm(*(value.denominator for value in exact))
+    return [int(value * unit) for value in exact], unit
 
 
 class LinearProgram:

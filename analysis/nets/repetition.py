@@ -11,16 +11,12 @@ T. Murata, *Petri nets: properties, analysis and applications*, Proc. IEEE 77(4)
 
 from __future__ import annotations
 
-from fractions import Fraction
-from math import lcm
-
 import numpy as np
 
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.linear_programs import LinearProgram
+from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
 
 #: Denominators that weights of places are looked for with.
-LARGEST_DENOMINATOR = 1_000
 
 
 def repeatable_transitions(net: CompiledNet) -> frozenset[int]:
@@ -59,6 +55,5 @@ def _proposed_weights(net: CompiledNet) -> list[int]:
     )
     if found is None:
         return [0] * places
-    exact = [Fraction(weight).limit_denominator(LARGEST_DENOMINATOR) for weight in found[:places]]
-    common = lcm(*(weight.denominator for weight in exact))
-    return [int(weight * common) for weight in exact]
+    whole, _ = in_whole_numbers(found[:places])
+    return whole

@@ -91,6 +91,24 @@ def largest_trap(net: CompiledNet, places: Iterable[int]) -> Places:
     return tuple(sorted(trap))
 
 
+def unmarked_siphon(net: CompiledNet) -> Places:
+    """Return the largest siphon without tokens: the places to which none ever comes by the arcs alone."""
+    missing = [len(net.pre.row(t)) for t in range(len(net.transitions))]
+    marked: set[int] = set()
+    todo = [place for place, tokens in enumerate(net.initial) if tokens]
+    todo += [place for t, number in enumerate(missing) if number == 0 for place, _ in net.post.row(t)]
+    while todo:
+        place = todo.pop()
+        if place in marked:
+            continue
+        marked.add(place)
+        for t in net.consumers[place]:
+            missing[t] -= 1
+            if missing[t] == 0:
+                todo += [other for other, _ in net.post.row(t)]
+    return tuple(place for place in range(len(net.places)) if place not in marked)
+
+
 def commoner(net: CompiledNet, limit: int = 1_000) -> Commoner:
     """Check Commoner's condition: every minimal siphon contains a trap that is initially marked.
 

@@ -8,6 +8,9 @@ import networkx as nx
 
 from dineros.analysis.nets.compiled import CompiledNet
 
+REFERENCE_LIMIT = 2_000
+"""Markings of generated nets that a plain search goes through."""
+
 
 class ReferenceCounts(NamedTuple):
     """Exact counts of a reachability graph."""
@@ -36,6 +39,22 @@ def reference_search(net: CompiledNet, limit: int = 1_000_000) -> ReferenceCount
             return None
     largest = tuple(max(column) for column in zip(*seen, strict=True))
     return ReferenceCounts(len(seen), arcs, deadlocks, largest, max(map(sum, seen)))
+
+
+def distances(net: CompiledNet) -> dict[tuple[int, ...], int]:
+    """Reachable markings with their distances, or nothing if there are too many."""
+    start = tuple(net.initial.tolist())
+    distance, frontier = {start: 0}, [start]
+    for marking in frontier:
+        for t in range(len(net.transitions)):
+            if net.is_enabled(t, marking):
+                successor = tuple(net.fire(t, marking))
+                if successor not in distance:
+                    distance[successor] = distance[marking] + 1
+                    frontier.append(successor)
+        if len(distance) > REFERENCE_LIMIT:
+            return {}
+    return distance
 
 
 def reachability_graph(net: CompiledNet) -> nx.MultiDiGraph[tuple[int, ...]]:

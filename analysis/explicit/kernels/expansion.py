@@ -48,7 +48,7 @@ def enabled_in(net, store, row, enabled):  # type: ignore[no-untyped-def]
         net.allowed,
     )
     for s in range(enabled.size):
-        enabled[s] = net.everything[s]
+        enabled[s] = net.fired[s]
     for k in range(word.size):
         code = (store[row, word[k]] >> shift[k]) & mask[k]
         if is_wide[k]:
@@ -112,7 +112,7 @@ def expand(  # type: ignore[no-untyped-def]
     base = me * markings.rows
     workers = frontier.size // STRIDE
     transitions = delta.shape[0]
-    sets = net.everything.size
+    sets = net.fired.size
     enabled = np.empty(sets, dtype=np.int64)
     tokens = np.empty(stubborn.places, dtype=np.int64)
     sums = np.empty(goals.least.size, dtype=np.int64)

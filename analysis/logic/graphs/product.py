@@ -82,7 +82,7 @@ class Product:
         self.room = (transitions + 1) * degree
         self.scratch = Scratch(
             np.zeros(transitions + 1, dtype=np.int64),
-            np.zeros_like(self.tables.everything),
+            np.zeros_like(self.tables.fired),
             np.zeros(degree, dtype=np.int64),
             np.zeros(self.conditions.fired_atoms.size, dtype=np.int64),
             np.zeros(max(1, self.conditions.combined_code.size), dtype=np.int64),

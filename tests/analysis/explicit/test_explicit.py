@@ -5,13 +5,12 @@ from __future__ import annotations
 import itertools
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit import (
-    Comparison,
     Goal,
     Order,
     explore,
@@ -23,15 +22,9 @@ from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.witness import WitnessError, replay
 from tests.analysis import classic_nets as classic
 from tests.analysis.reference_case_study import MARKINGS, SIGNAL_VARIANTS, reference_case_study
-from tests.analysis.reference_search import ReferenceCounts, reference_search
-from tests.analysis.strategies import nets
+from tests.analysis.reference_search import REFERENCE_LIMIT, ReferenceCounts, distances, reference_search
+from tests.analysis.strategies import SLOW, goals, nets
 
-REFERENCE_LIMIT = 2_000
-SLOW = settings(
-    max_examples=25,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
-)
 WAYS: list[tuple[int, Order]] = [(1, "breadth-first"), (2, "breadth-first"), (1, "depth-first")]
 MEMORY = 1 << 26
 
@@ -48,37 +41,6 @@ def counts(net: CompiledNet, workers: int = 1, order: Order = "breadth-first") -
     return ReferenceCounts(
         space.markings, space.arcs, space.deadlocks, space.largest_place, space.largest_total
     )
-
-
-def levels(net: CompiledNet) -> dict[tuple[int, ...], int]:
-    """Reachable markings with their distances, or nothing if there are too many."""
-    start = tuple(net.initial.tolist())
-    distance, frontier = {start: 0}, [start]
-    for marking in frontier:
-        for t in range(len(net.transitions)):
-            if net.is_enabled(t, marking):
-                successor = tuple(net.fire(t, marking))
-                if successor not in distance:
-                    distance[successor] = distance[marking] + 1
-                    frontier.append(successor)
-        if len(distance) > REFERENCE_LIMIT:
-            return {}
-    return distance
-
-
-@st.composite
-def goals(draw: st.DrawFn, net: CompiledNet) -> Goal:
-    kind = draw(st.sampled_from(["enabled", "deadlock", "where"]))
-    if kind == "deadlock":
-        return Goal.deadlock()
-    if kind == "enabled":
-        return Goal.enabled(net, *draw(st.lists(st.sampled_from(net.transitions), min_size=1, max_size=2)))
-    weights = st.dictionaries(st.integers(0, len(net.places) - 1), st.integers(-2, 2), min_size=1, max_size=3)
-    comparison = st.builds(
-        Comparison, weights, st.sampled_from(["<", "<=", "=", "!=", ">=", ">"]), st.integers(-2, 5)
-    )
-    rows = draw(st.lists(st.lists(comparison, min_size=1, max_size=2), min_size=1, max_size=2))
-    return Goal(conjunctions=tuple(map(tuple, rows)))
 
 
 @pytest.mark.usefixtures("threads_at_once")
@@ -101,7 +63,7 @@ def test_counts_agree_with_reference_on_generated_nets(net: CompiledNet, way: tu
 def test_witnesses_are_shortest_on_generated_nets(data: st.DataObject) -> None:
     net = data.draw(nets())
     wanted = data.draw(st.lists(goals(net), min_size=1, max_size=3))
-    distance = levels(net)
+    distance = distances(net)
     if not distance:
         return
     for reduction in (None, "stubborn"):
@@ -123,7 +85,7 @@ def test_witnesses_are_shortest_on_generated_nets(data: st.DataObject) -> None:
 def test_depth_first_finds_what_is_there(data: st.DataObject) -> None:
     net = data.draw(nets())
     wanted = data.draw(st.lists(goals(net), min_size=1, max_size=3))
-    distance = levels(net)
+    distance = distances(net)
     if not distance:
         return
     for reduction in (None, "stubborn"):
@@ -139,7 +101,7 @@ def test_depth_first_finds_what_is_there(data: st.DataObject) -> None:
 @given(nets(), st.sampled_from(["breadth-first", "depth-first"]))
 @SLOW
 def test_stubborn_sets_keep_all_deadlocks(net: CompiledNet, order: Order) -> None:
-    distance = levels(net)
+    distance = distances(net)
     if distance:
         space = explore(net, Budget(MEMORY), reduction="stubborn", order=order, workers=1)
         assert space.complete and space.markings <= len(distance)
@@ -149,7 +111,7 @@ def test_stubborn_sets_keep_all_deadlocks(net: CompiledNet, order: Order) -> Non
 @given(nets())
 @SLOW
 def test_dead_transitions_on_generated_nets(net: CompiledNet) -> None:
-    distance = levels(net)
+    distance = distances(net)
     if distance:
         expected = [any(net.is_enabled(t, m) for m in distance) for t in range(len(net.transitions))]
         assert explore(net, Budget(MEMORY), workers=1).enabled.tolist() == expected
@@ -291,7 +253,7 @@ def test_goals_of_many_shapes_at_once() -> None:
     net = reference_case_study((1, 0, 0), "none")
     wanted = [Goal((t,)) for t in range(len(net.transitions))]
     distance: dict[int, int] = {}
-    for marking, steps in levels(net).items():
+    for marking, steps in distances(net).items():
         for t in range(len(net.transitions)):
             if net.is_enabled(t, marking):
                 distance.setdefault(t, steps)

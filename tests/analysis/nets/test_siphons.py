@@ -12,6 +12,7 @@ from dineros.analysis.nets.siphons import (
     largest_trap,
     minimal_siphons,
     minimal_traps,
+    unmarked_siphon,
 )
 from tests.analysis.reductions.brute_force import Graph
 from tests.analysis.reductions.generated_nets import nets
@@ -90,3 +91,11 @@ def test_weights_and_inhibitors_allow_no_conclusion() -> None:
 
 def test_a_net_without_transitions_is_not_called_free_of_deadlocks() -> None:
     assert commoner(CompiledNet.build({"p": 1}, [])).conclusion is None
+
+
+@settings(max_examples=150, deadline=None)
+@given(nets())
+def test_the_unmarked_siphon_is_the_union_of_siphons_without_tokens(net: CompiledNet) -> None:
+    unmarked = {place for place, tokens in enumerate(net.initial) if not tokens}
+    siphons = (siphon for siphon in _closed_sets(net, traps=False) if siphon <= unmarked)
+    assert set(unmarked_siphon(net)) == set().union(*siphons)

@@ -64,6 +64,14 @@ def test_linear_programs_bound_as_tightly_as_semiflows(net: CompiledNet) -> None
         assert bound is None or other is None or other.value <= bound.value
 
 
+def test_a_place_that_never_gets_a_token_is_bounded_by_its_own_weighting() -> None:
+    net = CompiledNet.build(
+        {"p": 0, "q": 2, "r": 0}, [("take", {"r": 1}, {}), ("make", {"p": 1, "r": 1}, {"q": 2})]
+    )
+    bounds = place_bounds(net)
+    assert [bound.value for bound in bounds if bound is not None] == [0, 2, 0]
+
+
 @given(nets())
 @settings(max_examples=100, deadline=None)
 def test_proportional_places_are_proportional(net: CompiledNet) -> None:
