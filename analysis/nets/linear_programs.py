@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 #: Work that the solutions of one program may take together: some seconds. It counts entries looked at, a
 #: row and a column for each step of the simplex method.
 MOST_WORK = 400_000_000
-LARGEST_DENOMINATOR = 1_000
+LARGEST_DENOMINATOR, NEARLY_ZERO = 1_000, 1e-9
 
 
 def in_whole_numbers(proposed: Sequence[float]) -> tuple[list[int], int]:
@@ -33,9 +33,16 @@ def in_whole_numbers(proposed: Sequence[float]) -> tuple[list[int], int]:
 
     They are near the proposed ones; whether they do what those should is for the caller to see.
     """
-    exact = [Fraction(value).limit_denominator(LARGEST_DENOMINATOR) for value in proposed]
-    unit = lcm(*(value.denominator for value in exact))
-    return [int(value * unit) for value in exact], unit
+    exact = {
+        number: Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+        for number, value in enumerate(proposed)
+        if abs(value) > NEARLY_ZERO  # as most are
+    }
+    unit = lcm(*(value.denominator for value in exact.values()))
+    whole = [0] * len(proposed)
+    for number, value in exact.items():
+        whole[number] = int(value * unit)
+    return whole, unit
 
 
 class LinearProgram:
