@@ -48,8 +48,18 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
         else:
             model = files.load(path)
     note(f"read {path}")
+    _show_remarks(model, path)
     _change(model, path, settings)
     return model
+
+
+def _show_remarks(model: pn.Net, path: Path) -> None:
+    """Print in one line what the reader took in another way than the format says."""
+    from dineros.metamodel.files.remarks import remarks_of
+
+    remarks = remarks_of(model)
+    if remarks and invocation().verbosity >= 0:
+        warn(f"{path}: note: this is not standard PNML; read as a P/T net: {'; '.join(remarks)}")
 
 
 def _change(model: pn.Net, path: Path, settings: Iterable[str]) -> None:

@@ -98,6 +98,25 @@ class CollectedModelFileError(ModelFileError):
         self.errors = tuple(errors)
 
 
+def raise_collected(errors: Iterable[ModelFileError]) -> None:
+    """Raise the errors of one or more files, in the order of files and lines; do nothing if there are none.
+
+    Raises
+    ------
+    ModelFileError
+        The one error; `CollectedModelFileError` for more than one.
+    """
+    files: dict[str, int] = {}
+
+    def place(error: ModelFileError) -> tuple[int, int]:
+        where = error.location or Location()
+        return files.setdefault(str(where.file), len(files)), where.line or 0
+
+    ordered = sorted(errors, key=place)
+    if ordered:
+        raise ordered[0] if len(ordered) == 1 else CollectedModelFileError(ordered)
+
+
 class UnknownFeatureError(DinerosError, AttributeError):
     """A model class has no feature of this name."""
 

@@ -52,7 +52,7 @@ FOLDERS = {
         "editing",
     ],
     "metamodel/files": [
-        *("reading", "xml", "atomic", "confined", "watching", "schema"),
+        *("reading", "remarks", "xml", "atomic", "confined", "watching", "schema"),
         *("pnml", "tina", "net_formats", "xmi", "programs"),
     ],
     "metamodel/constraints": ["index", "wording", "constraint", "circles", "families", "listing"],

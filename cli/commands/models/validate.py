@@ -11,6 +11,7 @@ from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.models import load_named, violations_of
 from dineros.cli.options import command, json_option, model_argument, settings_option
 from dineros.metamodel.errors import counted
+from dineros.metamodel.files.remarks import remarks_of
 
 if TYPE_CHECKING:
     from dineros.metamodel.constraints import Violation
@@ -59,6 +60,7 @@ def validate(
                 "model": str(model),
                 "errors": errors,
                 "warnings": warnings,
+                **({"notes": list(remarks)} if (remarks := remarks_of(net)) else {}),
                 "violations": [_as_json(violation) for violation in violations],
             }
         )

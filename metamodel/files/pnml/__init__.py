@@ -1,6 +1,7 @@
 """PNML, the XML format of Petri nets (ISO/IEC 15909-2), with the DiNeROS extension.
 
-A file of plain PNML becomes a `pn.Net`; one that uses the extension (``toolspecific`` blocks of the tool
+A file of plain PNML becomes a `pn.Net` (package `plain` says which forms of other tools are read); one that
+uses the extension (``toolspecific`` blocks of the tool
 ``de.tudresden.inf.st.pnml.distributedPN``, versions 0.1 and 0.2) a `sym.SystemModel`. The module `normalise`
 says what happens to files that keep a distributed model on one page. What PNML and the extension cannot say
 is written into blocks of our own (module `own`), so that a model loses nothing on its way through a file.
@@ -34,6 +35,7 @@ def read_pnml(path: Path | str, content: bytes | None = None) -> pn.Net:
     ------
     ModelFileError
         The file cannot be read, is no PNML file of one P/T net, or is wrong inside; with line and hint.
+        `CollectedModelFileError` where more than one thing is wrong.
     ClauseError
         An input clause is no boolean expression.
     """
@@ -42,6 +44,7 @@ def read_pnml(path: Path | str, content: bytes | None = None) -> pn.Net:
     from dineros.metamodel.files.pnml.read import read_records
     from dineros.metamodel.files.pnml.source import Source
     from dineros.metamodel.files.reading import collector_paused
+    from dineros.metamodel.files.remarks import remember_remarks
     from dineros.metamodel.files.xml import parse, parse_bytes
     from dineros.metamodel.positions import remember_file
 
@@ -51,6 +54,7 @@ def read_pnml(path: Path | str, content: bytes | None = None) -> pn.Net:
         records = read_records(tree.getroot(), source)
         normalise(records, source)
         net = Builder(records, source).build()
+    remember_remarks(net, source.notes)
     remember_file(net, Path(path))
     return net
 

@@ -8,7 +8,7 @@ from dineros.metamodel import pn, positions, rtm, sym
 from dineros.metamodel.errors import with_article
 from dineros.metamodel.files.pnml.channels import ChannelReader
 from dineros.metamodel.files.pnml.extension import ExtensionReader, keep_leftover
-from dineros.metamodel.files.pnml.layout import is_inhibitor_mark, read_layout
+from dineros.metamodel.files.pnml.layout import read_layout
 from dineros.metamodel.files.pnml.own import Decoder, class_named
 from dineros.metamodel.files.pnml.records import (
     ArcRecord,
@@ -16,10 +16,8 @@ from dineros.metamodel.files.pnml.records import (
     NodeRecord,
     PageRecord,
     Record,
-    item_text,
 )
-from dineros.metamodel.files.pnml.source import Source, child, local, text_of
-from dineros.metamodel.files.pnml.vocabulary import tag
+from dineros.metamodel.files.pnml.source import Source, local
 
 _PLAIN: dict[str, type[pn.Element]] = {
     "net": pn.Net,
@@ -128,8 +126,8 @@ class Builder:
                 outer.pages.append(element)
             elif isinstance(outer, pn.Page):
                 outer.objects.append(element)
-            if isinstance(element, pn.Place) and record.xml is not None:
-                self._marking(element, record.xml)
+            if isinstance(element, pn.Node) and isinstance(record, NodeRecord):
+                self._values(element, record)
             kind = "page" if isinstance(record, PageRecord) else record.kind
             if isinstance(record, NodeRecord) and record.ref is not None:
                 kind = "reference"
@@ -179,38 +177,23 @@ class Builder:
 
     # ------------------------------------------------------------------------------------- core features
 
-    def _marking(self, place: pn.Place, xml: etree._Element) -> None:
-        marking = child(xml, "initialMarking")
-        if marking is not None and (text := text_of(marking)):
-            place.tokens = self._source.integer(text, marking, "the initial marking", 0)
+    def _values(self, node: pn.Node, record: NodeRecord) -> None:
+        if isinstance(node, pn.Place):
+            node.tokens, node.capacity = record.tokens or 0, record.capacity
+        elif isinstance(node, pn.Transition) and record.interval is not None:
+            low, high, low_open, high_open = record.interval
+            node.interval = pn.TimeInterval(
+                earliest=low, latest=high, earliestExcluded=low_open, latestExcluded=high_open
+            )
 
     def _arc(self, record: ArcRecord) -> None:
         arc = self._make(record, pn.Arc)
-        assert isinstance(arc, pn.Arc) and record.xml is not None and record.page is not None
+        assert isinstance(arc, pn.Arc) and record.page is not None
         page, source, target = (self._models[id] for id in (record.page.id, record.source, record.target))
         assert isinstance(page, pn.Page) and isinstance(source, pn.Node) and isinstance(target, pn.Node)
         arc.page, arc.source, arc.target = page, source, target
-        arc.kind = self._arc_kind(record)  # type: ignore[assignment]
-        inscription = child(record.xml, "inscription")
-        if inscription is not None and (text := item_text(record.xml, "inscription")):
-            arc.weight = self._source.integer(text, inscription, "the weight", 1)
+        arc.kind, arc.weight = record.kind, record.weight  # type: ignore[assignment]
         self._finish(record, arc, "arc")
 
-    def _arc_kind(self, record: ArcRecord) -> str:
-        assert record.xml is not None
-        if record.read:
-            return "read"
-        if any(is_inhibitor_mark(block) for block in record.xml.iterchildren(tag=tag("toolspecific"))):
-            return "inhibitor"
-        xml = child(record.xml, "type")
-        if xml is None:
-            return "normal"
-        kind = (xml.get("value") or text_of(xml)).strip()
-        if kind not in _ARC_TYPES:
-            hint = f"types are {', '.join(_ARC_TYPES)}"
-            raise self._source.error(f"{kind!r} is no type of an arc", xml, id=record.id, hint=hint)
-        return _ARC_TYPES[kind]
 
-
-_ARC_TYPES = {"normal": "normal", "inhibitor": "inhibitor", "read": "read", "test": "read"}
 _DONE = {"arc": ("kind",)}

@@ -43,6 +43,8 @@ def read_layout(xml: etree._Element, model: pn.Element, source: Source) -> None:
             labels.setdefault(kind, inner)
         elif kind == "toolspecific" and _is_foreign(inner):
             model.toolInfos.append(tool_info(inner))
+    if model.name is None and (text := xml.get("name", "").strip()):
+        model.name = text
     for label_kind, name in LABELS.items():
         if name in labels and len(labels[name]) > (child(labels[name], "text") is not None):
             _read_label(labels[name], label_kind, model, source)

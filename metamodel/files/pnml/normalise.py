@@ -10,13 +10,12 @@ from __future__ import annotations
 from collections import Counter
 from typing import TypeAlias
 
-from dineros.metamodel.errors import near_matches
+from dineros.metamodel.errors import ModelFileError, near_matches
 from dineros.metamodel.files.pnml.records import (
     ArcRecord,
     NetRecord,
     NodeRecord,
     PageRecord,
-    item_text,
     move,
 )
 from dineros.metamodel.files.pnml.source import Source
@@ -34,7 +33,8 @@ def normalise(net: NetRecord, source: Source) -> None:
         An arc has no source or target, or an element names another node than the node page it stands on.
     """
     _join_read_arcs(net)
-    ends = {arc: (_end(arc, arc.source, net, source), _end(arc, arc.target, net, source)) for arc in net.arcs}
+    ends = _ends(net, source)
+    source.refuse_errors()
     _group_nodes(net, ends, source)
     _group_subnets(net)
     _place_arcs(net, ends)
@@ -47,16 +47,23 @@ def _join_read_arcs(net: NetRecord) -> None:
         arc = net.ids.get(half.extension.mark("half") or "")
         if not isinstance(arc, ArcRecord) or arc.extension.mark("kind") != "read":
             continue
-        if (arc.source, arc.target, _weight(arc)) == (half.target, half.source, _weight(half)):
-            arc.read = True
+        if (arc.source, arc.target, arc.weight) == (half.target, half.source, half.weight):
+            arc.kind = "read"
             joined.add(half)
     net.arcs = [arc for arc in net.arcs if arc not in joined]
     for half in joined:
         del net.ids[half.id]
 
 
-def _weight(arc: ArcRecord) -> str:
-    return (item_text(arc.xml, "inscription") if arc.xml is not None else None) or "1"
+def _ends(net: NetRecord, source: Source) -> Ends:
+    """Return the nodes that each arc joins, and complain about ends that are not there."""
+    ends: Ends = {}
+    for arc in net.arcs:
+        try:
+            ends[arc] = _end(arc, arc.source, net, source), _end(arc, arc.target, net, source)
+        except ModelFileError as error:
+            source.errors.append(error)
+    return ends
 
 
 def _end(arc: ArcRecord, id: str, net: NetRecord, source: Source) -> NodeRecord:

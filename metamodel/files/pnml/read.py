@@ -2,9 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from lxml import etree
 
-from dineros.metamodel.errors import near_matches
+from dineros.metamodel.errors import ModelFileError, counted, near_matches
+from dineros.metamodel.files.pnml.plain.checks import NetWide, check_attributes, check_element, check_parts
+from dineros.metamodel.files.pnml.plain.dialect import only_net
+from dineros.metamodel.files.pnml.plain.known import ELEMENTS
+from dineros.metamodel.files.pnml.plain.values import (
+    capacity_of,
+    check_labels,
+    interval_of,
+    kind_of,
+    label_text,
+    tokens_of,
+    weight_of,
+)
 from dineros.metamodel.files.pnml.records import (
     ArcRecord,
     Extension,
@@ -13,7 +27,7 @@ from dineros.metamodel.files.pnml.records import (
     PageRecord,
     Record,
 )
-from dineros.metamodel.files.pnml.source import Source, canonical, child, children, local, text_of
+from dineros.metamodel.files.pnml.source import Source, canonical, child, children, local
 from dineros.metamodel.files.pnml.vocabulary import (
     ACTION,
     ALL_FIELDS,
@@ -22,8 +36,6 @@ from dineros.metamodel.files.pnml.vocabulary import (
     NODE_PAGE,
     OWN,
     OWN_VERSION,
-    PNML,
-    PTNET,
     SERVICE,
     TOPIC,
     TRANSITION_TYPES,
@@ -33,121 +45,164 @@ from dineros.metamodel.files.pnml.vocabulary import (
 from dineros.metamodel.files.xml import line_of
 
 _CHANNELS = {TOPIC: "topic", SERVICE: "service", ACTION: "action"}
-_PARTS = {
-    "net": {"name", "graphics", "toolspecific", "page", "nodePage"},
-    "page": {
-        "name", "graphics", "toolspecific", "page", "nodePage",
-        "place", "transition", "referencePlace", "referenceTransition", "arc",
-    },
-    "place": {"name", "graphics", "toolspecific", "initialMarking"},
-    "transition": {"name", "graphics", "toolspecific"},
-    "referencePlace": {"name", "graphics", "toolspecific"},
-    "referenceTransition": {"name", "graphics", "toolspecific"},
-    "arc": {"name", "graphics", "toolspecific", "inscription", "type"},
-}  # fmt: skip
+_NODES = ("place", "transition", "referencePlace", "referenceTransition")
 
 
 def read_records(root: etree._Element, source: Source) -> NetRecord:
-    """Read the one net of a file.
+    """Read the one net of a file; what is wrong inside is complained about, `source.refuse_errors` raises it.
 
     Raises
     ------
     ModelFileError
-        The file is no PNML file of one P/T net, an element has no id or one that is taken, or holds something
-        that a P/T net does not have.
+        The file is no PNML file of one P/T net.
     """
-    net = _only_net(root, source)
+    net = only_net(root, source)
+    if not (net.get("id") or "").strip():
+        source.note("the net got an id")
+        known = {xml.get("id") for xml in net.iter()}
+        net.set(
+            "id", next(id for id in map("net{}".format, ("", *range(2, len(known) + 3))) if id not in known)
+        )
     record = PageRecord(_id(net, source), net, None, _extension(net, source), kind="net")
-    result = NetRecord(record)
-    result.ids[record.id] = record
-    stack = [record]
-    while stack:
-        page = stack.pop()
-        inner = _read_page(page, result, source)
-        stack.extend(inner[::-1])
-    if not record.objects:
-        raise source.error("the net has no page", net, hint="put its elements into a <page>")
-    result.extended = any(each.extension.blocks for each in [*result.ids.values(), *result.arcs])
-    for node in record.nodes():
-        if node.ref is not None:
-            _check_reference(node, result, source)
-    return result
+    return _Reader(record, source).read()
 
 
-def _only_net(root: etree._Element, source: Source) -> etree._Element:
-    if root.tag != tag("pnml"):
-        hint = f'the root is <pnml xmlns="{PNML}">'
-        raise source.error(f"is not PNML: the root is <{local(root)}>{_namespace(root)}", root, hint=hint)
-    nets = [inner for inner in children(root) if _core(inner, "net")]
-    if len(nets) != 1:
-        where = nets[1] if nets else root
-        raise source.error(f"holds {len(nets) or 'no'} nets", where, hint="a model is one <net>")
-    kind = source.attribute(nets[0], "type").strip()
-    if kind != PTNET:
-        raise source.error(f"the net type {kind!r} is not supported", nets[0], hint=f"P/T nets are {PTNET}")
-    return nets[0]
+class _Reader:
+    """Reads pages, then nodes, then arcs, and goes on after errors."""
 
+    def __init__(self, root: PageRecord, source: Source) -> None:
+        self._source = source
+        self._net = NetRecord(root)
+        self._net.ids[root.id] = root
+        self._checks = NetWide(source)
+        self._arcs: list[tuple[etree._Element, PageRecord]] = []
+        self._taken: list[tuple[Record, etree._Element]] = []
+        """Arcs whose id another element has, and that element."""
+        self._loose = PageRecord("", None, root, kind="page")
+        """Holds what stands outside of pages."""
 
-def _namespace(xml: etree._Element) -> str:
-    namespace = etree.QName(xml).namespace
-    return f" in the namespace {namespace!r}" if namespace else " without a namespace"
+    def read(self) -> NetRecord:
+        root, source = self._net.root, self._source
+        assert root.xml is not None
+        check_attributes(root.xml, "net", source)
+        stack = [root]
+        while stack:
+            stack.extend(self._page(stack.pop())[::-1])
+        self._place_loose()
+        for xml, page in self._arcs:
+            self._collect(self._arc, xml, page)
+        if self._taken:
+            first, xml = self._taken[0]
+            lines = "" if first.xml is None else f" (lines {line_of(first.xml)} and {line_of(xml)})"
+            taken = (
+                f"{counted(len(self._taken), 'arc id')} taken by another element, such as {first.id!r}{lines}"
+            )
+            source.note(f"{taken}, replaced")
+        self._checks.finish()
+        if not root.objects and not source.errors:
+            hint = "put its elements into a <page>"
+            raise source.error("the net has no page", root.xml, hint=hint)
+        net = self._net
+        net.extended = any(each.extension.blocks for each in [*net.ids.values(), *net.arcs])
+        for node in root.nodes():
+            if node.ref is not None:
+                self._collect(_check_reference, node, net, source)
+        return net
 
+    def _collect(self, read: Callable[..., object], *given: object) -> None:
+        try:
+            read(*given)
+        except ModelFileError as error:
+            self._source.errors.append(error)
 
-def _core(xml: etree._Element, name: str) -> bool:
-    return bool(xml.tag == tag(name))
+    def _page(self, page: PageRecord) -> list[PageRecord]:
+        assert page.xml is not None
+        inner: list[PageRecord] = []
+        for xml in children(page.xml):
+            if check_element(xml, ELEMENTS["net" if page.kind == "net" else "page"], page.xml, self._source):
+                self._collect(self._part, xml, page, inner)
+        return inner
+
+    def _part(self, xml: etree._Element, page: PageRecord, inner: list[PageRecord]) -> None:
+        kind = local(xml)
+        if kind == "name":
+            page.name = label_text(xml, self._source) or page.name
+        elif kind in ("page", "nodePage"):
+            check_attributes(xml, "page", self._source)
+            record = PageRecord(_id(xml, self._source), xml, page, _extension(xml, self._source))
+            record.kind = _page_kind(record, kind, self._source)
+            record.name = (record.extension.mark("name") or "").strip() or None
+            inner.append(record)
+            page.objects.append(record)
+            self._register(record)
+        elif kind == "arc":
+            self._arcs.append((xml, page))
+        elif kind in _NODES:
+            self._node(xml, kind, page)
+
+    def _node(self, xml: etree._Element, kind: str, page: PageRecord) -> None:
+        source = self._source
+        check_parts(xml, kind, source)
+        if page is self._net.root:
+            page = self._loose
+        node = NodeRecord(_id(xml, source), xml, page, Extension(), kind)
+        page.objects.append(node)
+        self._register(node)
+        self._collect(self._node_says, node, xml, kind)
+        self._collect(check_labels, xml, source)
+
+    def _node_says(self, node: NodeRecord, xml: etree._Element, kind: str) -> None:
+        source = self._source
+        node.extension = _extension(xml, source)
+        if kind.startswith("reference"):
+            node.ref = source.attribute(xml, "ref")
+        elif kind == "transition":
+            node.kind = _transition_kind(node, source)
+            if not node.is_channel:
+                self._checks.transition(xml)
+                node.interval = interval_of(xml, source)
+        else:
+            self._checks.place(xml)
+            node.tokens = tokens_of(xml, source)
+            node.capacity = capacity_of(xml, source)
+
+    def _arc(self, xml: etree._Element, page: PageRecord) -> None:
+        source = self._source
+        check_parts(xml, "arc", source)
+        start, end = source.attribute(xml, "source"), source.attribute(xml, "target")
+        id = (xml.get("id") or "").strip() and xml.get("id")
+        if not id:
+            source.note("arcs without an id got one")
+            id = self._net.unique(f"{start}-{end}")
+        elif id in self._net.ids:
+            self._taken.append((self._net.ids[id], xml))
+            id = self._net.unique(id)
+        page = self._loose if page is self._net.root else page
+        arc = ArcRecord(id, xml, page, _extension(xml, source), start, end)
+        self._net.arcs.append(arc)
+        self._net.ids[id] = arc
+        arc.weight, arc.kind = weight_of(xml, source), kind_of(xml, source)
+        check_labels(xml, source)
+
+    def _place_loose(self) -> None:
+        """Put a page around what stands in the net itself."""
+        page, net = self._loose, self._net
+        if not page.objects:
+            return
+        self._source.note("elements outside of pages")
+        page.id = net.unique("page")
+        net.ids[page.id] = page
+        net.root.objects.insert(0, page)
+
+    def _register(self, record: Record) -> None:
+        first = self._net.ids.setdefault(record.id, record)
+        if first is not record:
+            hint = f"by line {line_of(first.xml) if first.xml is not None else '?'}"
+            raise self._source.error(f"the id {record.id!r} is taken", record.xml, id=record.id, hint=hint)
 
 
 def _id(xml: etree._Element, source: Source) -> str:
     return source.attribute(xml, "id")
-
-
-def _read_page(page: PageRecord, net: NetRecord, source: Source) -> list[PageRecord]:
-    assert page.xml is not None
-    inner: list[PageRecord] = []
-    allowed = _PARTS["net" if page.kind == "net" else "page"]
-    for xml in children(page.xml):
-        kind = local(xml)
-        _check_part(xml, allowed, page.xml, source)
-        if kind == "name":
-            page.name = text_of(xml) or page.name
-        elif kind in ("page", "nodePage"):
-            record = PageRecord(_id(xml, source), xml, page, _extension(xml, source))
-            record.kind = _page_kind(record, kind, source)
-            record.name = (record.extension.mark("name") or "").strip() or None
-            inner.append(record)
-            page.objects.append(record)
-            _register(record, net, source)
-        elif kind == "arc":
-            ends = source.attribute(xml, "source"), source.attribute(xml, "target")
-            arc = ArcRecord(_id(xml, source), xml, page, _extension(xml, source), *ends)
-            net.arcs.append(arc)
-            _register(arc, net, source)
-        elif kind in _PARTS:
-            node = NodeRecord(_id(xml, source), xml, page, _extension(xml, source), kind)
-            if kind.startswith("reference"):
-                node.ref = source.attribute(xml, "ref")
-            elif kind == "transition":
-                node.kind = _transition_kind(node, source)
-            page.objects.append(node)
-            _register(node, net, source)
-        if kind in _PARTS and kind not in ("net", "page"):
-            for part in children(xml):
-                _check_part(part, _PARTS[kind], xml, source)
-    return inner
-
-
-def _check_part(xml: etree._Element, allowed: set[str], outer: etree._Element, source: Source) -> None:
-    if local(xml) not in allowed or not _core(xml, local(xml)):
-        near = near_matches(local(xml), allowed)
-        hint = near or "what other tools need belongs into a <toolspecific> block"
-        raise source.error(f"<{local(xml)}> is no part of the <{local(outer)}> of a P/T net", xml, hint=hint)
-
-
-def _register(record: Record, net: NetRecord, source: Source) -> None:
-    first = net.ids.setdefault(record.id, record)
-    if first is not record:
-        line = line_of(first.xml) if first.xml is not None else "?"
-        raise source.error(f"the id {record.id!r} is taken", record.xml, id=record.id, hint=f"by line {line}")
 
 
 def _check_reference(node: NodeRecord, net: NetRecord, source: Source) -> None:

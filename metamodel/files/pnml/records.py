@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from lxml import etree
 
+from dineros.metamodel.files.pnml.plain.values import Interval
 from dineros.metamodel.files.pnml.source import child, children, local, text_of
 
 
@@ -55,6 +56,10 @@ class NodeRecord(Record):
 
     kind: str = "place"
     ref: str | None = None
+    tokens: int | None = None
+    """Of a place: the initial marking, None where the file says none."""
+    capacity: int | None = None
+    interval: Interval | None = None
 
     @property
     def is_channel(self) -> bool:
@@ -118,7 +123,8 @@ class ArcRecord(Record):
 
     source: str = ""
     target: str = ""
-    read: bool = False
+    weight: int = 1
+    kind: str = "normal"
 
 
 @dataclass(eq=False, slots=True)

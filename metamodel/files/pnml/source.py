@@ -10,7 +10,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from dineros.metamodel.errors import Location, ModelFileError
+from dineros.metamodel.errors import Location, ModelFileError, raise_collected
 from dineros.metamodel.files.pnml.vocabulary import NAMESPACES, tag
 from dineros.metamodel.files.xml import line_of
 
@@ -30,6 +30,51 @@ class Source:
 
     def __init__(self, path: Path | str) -> None:
         self.path = path
+        self.errors: list[ModelFileError] = []
+        """What is wrong so far; `refuse_errors` raises it."""
+        self.notes: list[str] = []
+        """What was taken in another way than the standard says."""
+        self._class: tuple[str, int | None] | None = None
+
+    def note(self, text: str) -> None:
+        """Remember, once, what was taken as what."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+    def use_class(self, name: str, element: etree._Element) -> None:
+        """Note the class of some tokens; P/T nets have one.
+
+        Raises
+        ------
+        ModelFileError
+            Tokens of another class were read before.
+        """
+        first, line = self._class or (name, line_of(element))
+        self._class = first, line
+        if first != name:
+            what = f"tokens of two classes: {shortened(first)} on line {line}, {shortened(name)} here"
+            raise self.error(what, element, hint="only nets with tokens of one class are read")
+
+    def complain(
+        self,
+        message: str,
+        element: etree._Element | None,
+        *,
+        id: str | None = None,
+        hint: str | None = None,
+    ) -> None:
+        """Remember an error about an XML element, so that all errors of a file are reported together."""
+        self.errors.append(self.error(message, element, id=id, hint=hint))
+
+    def refuse_errors(self) -> None:
+        """Raise what was complained about, in the order of the file.
+
+        Raises
+        ------
+        ModelFileError
+            There was one complaint; `CollectedModelFileError` where there were more.
+        """
+        raise_collected(self.errors)
 
     def location(self, element: etree._Element | None) -> Location:
         """Return file and line of an XML element."""

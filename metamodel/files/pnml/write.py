@@ -171,11 +171,13 @@ class Writer:
         layout = self._head(xml, arc, "inscription")
         if arc.weight != 1 or layout.has_label("inscription"):
             layout.text(xml, "inscription", weight)
-        if str(arc.kind) == "inhibitor":
+        if str(arc.kind) == "inhibitor":  # said in the three forms that tools look for
+            xml.set("type", "inhibitor")
+            etree.SubElement(xml, tag("type"), value="inhibitor")
             etree.SubElement(xml, tag("toolspecific"), tool=EDITOR, version="1.0", type="inhibitor")
         said = {"source", "target", "weight"} | ({"kind"} if str(arc.kind) != "read" else set())
         self._finish(xml, arc, layout, said, "arc")
-        if str(arc.kind) == "read":  # PNML has no read arcs: a pair that our blocks join again
+        if str(arc.kind) == "read":  # a pair of normal arcs, right for every reader; our blocks join it again
             self._half(arc, page, weight)
 
     def _half(self, arc: pn.Arc, page: etree._Element, weight: str) -> None:

@@ -11,10 +11,10 @@ from urllib.parse import unquote
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import (
     ClauseError,
-    CollectedModelFileError,
     Location,
     ModelFileError,
     near_matches,
+    raise_collected,
     with_article,
 )
 from dineros.metamodel.files.net_formats import SUFFIXES_OF_NETS, net_format
@@ -67,13 +67,7 @@ class XmiReader:
         return document.root
 
     def _raise_errors(self) -> None:
-        errors = [
-            error
-            for document in self._documents.values()
-            for error in sorted(document.errors, key=lambda e: e.location.line or 0 if e.location else 0)
-        ]
-        if errors:
-            raise errors[0] if len(errors) == 1 else CollectedModelFileError(errors)
+        raise_collected(error for document in self._documents.values() for error in document.errors)
 
     def _read(self, document: Document) -> None:
         suffix = document.path.suffix.lower()

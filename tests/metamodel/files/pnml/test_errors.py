@@ -24,7 +24,7 @@ def inside(content: str) -> str:
 BAD = {
     # the file as a whole
     "no PNML": ("<svg/>", "the root is <svg> without a namespace", 1),
-    "old namespace": ('<pnml xmlns="old"/>', "in the namespace 'old'", 1),
+    "old namespace": ('<pnml xmlns="old"/>', "holds no nets", 1),
     "no net": (f'<pnml xmlns="{PNML}"/>', "holds no nets", 1),
     "two nets": (
         f'<pnml xmlns="{PNML}"><net id="a" type="{PTNET}"/>\n<net id="b" type="{PTNET}"/></pnml>',
@@ -36,9 +36,7 @@ BAD = {
         "symmetricnet' is not supported",
         2,
     ),
-    "no net type": (f'<pnml xmlns="{PNML}">\n<net id="a"/></pnml>', "<net> has no type", 2),
     "no page": (document("<name><text>n</text></name>"), "the net has no page", 3),
-    "place outside of a page": (document('<place id="p"/>'), "<place> is no part of the <net>", 4),
     # ids and references
     "no id": (inside("<place/>"), "<place> has no id", 6),
     "blank id": (inside('<place id=" "/>'), "<place> has no id", 6),
@@ -120,9 +118,14 @@ BAD = {
         6,
     ),
     # what a P/T net does not have
-    "capacity": (inside('<place id="q"><capacity/></place>'), "<capacity> is no part of the <place>", 6),
+    "capacity": (inside('<place id="q"><capacity/></place>'), "the capacity is empty", 6),
     "other namespace": (inside('<place id="q" xmlns="urn:x"/>'), "<place> is no part of the <page>", 6),
-    "value in a label": (inside('<place id="q"><name><value/></name></place>'), "no part of a label", 6),
+    "number in a label": (inside('<place id="q"><name><number/></name></place>'), "no part of a label", 6),
+    "two texts in a label": (
+        inside('<place id="q"><name><text>a</text>\n<value>b</value></name></place>'),
+        "<name> has two texts, on lines 6 and 7",
+        7,
+    ),
     "arc type": (
         inside('<arc id="a" source="p" target="t"><type value="reset"/></arc>'),
         "'reset' is no type",

@@ -1,0 +1,121 @@
+"""Refusing what a P/T net does not have, so that nothing that concerns the behaviour is dropped."""
+
+from __future__ import annotations
+
+import re
+
+from lxml import etree
+
+from dineros.metamodel.errors import near_matches
+from dineros.metamodel.files.pnml.plain.known import (
+    ATTRIBUTES,
+    ELEMENTS,
+    HARMLESS_NAMESPACES,
+    LEFT_OUT,
+    MEANINGS,
+)
+from dineros.metamodel.files.pnml.plain.values import label_text, only
+from dineros.metamodel.files.pnml.source import Source, children, local, shortened
+from dineros.metamodel.files.pnml.vocabulary import tag
+from dineros.metamodel.files.xml import line_of
+
+_NO_INVARIANT = re.compile(r"<\s*=?\s*inf")
+_HINT = "it may change the behaviour; remove it if it does not"
+
+
+def check_attributes(xml: etree._Element, kind: str, source: Source) -> None:
+    """Complain about each attribute that is not known for this kind of element."""
+    allowed = ATTRIBUTES[kind]
+    for each in xml.attrib:
+        name = str(each)
+        if name in allowed:
+            if name in LEFT_OUT:
+                source.note(LEFT_OUT[name])
+        elif not name.startswith(HARMLESS_NAMESPACES):
+            hint = MEANINGS.get(name) or near_matches(name, allowed) or _HINT
+            what = f"<{local(xml)}> {xml.get('id')!r} has an unknown attribute {shortened(name)}"
+            source.complain(what, xml, id=xml.get("id"), hint=hint)
+
+
+def check_element(
+    xml: etree._Element, allowed: frozenset[str], outer: etree._Element, source: Source
+) -> bool:
+    """Return whether an element may stand in another; complain if not."""
+    kind = local(xml)
+    if kind in allowed and xml.tag == tag(kind):
+        if kind in LEFT_OUT:
+            source.note(LEFT_OUT[kind])
+        return True
+    if kind in allowed:
+        hint: str | None = f"its namespace is {etree.QName(xml).namespace!r}, not that of PNML"
+    else:
+        hint = MEANINGS.get(kind) or near_matches(kind, allowed) or _HINT
+    source.complain(f"<{kind}> is no part of the <{local(outer)}> of a P/T net", xml, hint=hint)
+    return False
+
+
+def check_parts(xml: etree._Element, kind: str, source: Source) -> None:
+    """Complain about each attribute and element of a node or an arc that is not known."""
+    check_attributes(xml, kind, source)
+    allowed = ELEMENTS[kind]
+    for part in children(xml):
+        check_element(part, allowed, xml, source)
+
+
+class NetWide:
+    """What has no effect if it is the same for all transitions: priorities, and whether they take time.
+
+    `transition` sees each of them, `finish` complains where two differ.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._priorities: list[tuple[str | None, etree._Element]] = []
+        self._timed: list[tuple[str | None, etree._Element]] = []
+
+    def place(self, xml: etree._Element) -> None:
+        """Refuse an invariant on the age of tokens."""
+        invariant = xml.get("invariant")
+        if invariant is not None and not _NO_INVARIANT.fullmatch(invariant.strip()):
+            what = f"place {xml.get('id')!r} has the invariant {shortened(invariant)}"
+            hint = "only '< inf' is read: tokens have no age here"
+            self._source.complain(what, xml, id=xml.get("id"), hint=hint)
+
+    def transition(self, xml: etree._Element) -> None:
+        """Refuse urgency, and remember priority and timing.
+
+        Raises
+        ------
+        ModelFileError
+            Priority or timing is given twice.
+        """
+        if xml.get("urgent", "false").strip().lower() not in ("false", "0", ""):
+            what = f"transition {xml.get('id')!r} is urgent"
+            self._source.complain(what, xml, id=xml.get("id"), hint="urgent transitions are not understood")
+        self._priorities.append((self._said(xml, "priority"), xml))
+        self._timed.append((self._said(xml, "timed"), xml))
+
+    def _said(self, xml: etree._Element, name: str) -> str | None:
+        label = only(xml, name, self._source)
+        said = label_text(label, self._source) if label is not None else xml.get(name)
+        return None if said is None else said.strip().lower()
+
+    def finish(self) -> None:
+        """Complain about priorities that differ, and about immediate transitions beside timed ones."""
+        inside = any(said is not None and xml.get("priority") is None for said, xml in self._priorities)
+        hint = "a net with priorities can be written as .net or .xmi"
+        self._differ(self._priorities, "1" if inside else "0", "the priority {}", hint)
+        hint = "immediate transitions go first, which is a priority: remove what is not meant"
+        self._differ(self._timed, "false", "timed = {}", hint)
+
+    def _differ(
+        self, said: list[tuple[str | None, etree._Element]], default: str, words: str, hint: str
+    ) -> None:
+        values = [(default if value is None else value, xml) for value, xml in said]
+        first = next(iter(values), None)
+        other = next((each for each in values if first is not None and each[0] != first[0]), None)
+        if first is None or other is None:
+            return
+        one, two = (f"{xml.get('id')!r} has {words.format(value)}" for value, xml in (first, other))
+        message = f"transition {two}, and {one} on line {line_of(first[1])}"
+        self._source.complain(message, other[1], id=other[1].get("id"), hint=hint)

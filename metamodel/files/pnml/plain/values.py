@@ -1,0 +1,261 @@
+"""What one place, transition or arc says: its marking, capacity, firing interval, weight and type.
+
+Read are the forms of the standard and those of other tools that mean the same beyond doubt. A doubled or
+contradictory value is an error that names both lines.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from lxml import etree
+
+from dineros.metamodel.errors import ModelFileError, with_article
+from dineros.metamodel.files.pnml.layout import is_inhibitor_mark
+from dineros.metamodel.files.pnml.plain.known import TEXTS
+from dineros.metamodel.files.pnml.source import Source, children, local, shortened
+from dineros.metamodel.files.pnml.vocabulary import tag
+from dineros.metamodel.files.xml import line_of
+
+_TYPES = {
+    "normal": "normal",
+    "inhibitor": "inhibitor",
+    "read": "read",
+    "test": "read",
+    "timed": "normal",
+    "transport": "normal",
+    "tapnInhibitor": "inhibitor",
+}
+"""Types of arcs; those of nets with time are what they are without: what their intervals say is checked."""
+_REFUSED_TYPES = {
+    "reset": "a reset arc takes all tokens, which arcs here cannot say",
+    "stopwatch": "stopwatch arcs stop a clock, which arcs here cannot say",
+    "stopwatch-inhibitor": "stopwatch arcs stop a clock, which arcs here cannot say",
+}
+_UNTIMED = re.compile(r"\[0,\s*inf\)(:\d+)?")
+"""An interval of ages that says nothing, with the number of a transport arc."""
+_UNBOUNDED = frozenset({"0", "-1", "inf", "infinity", "∞", "w", "omega"})
+"""How tools write that a place has no capacity."""
+_OPEN = {
+    "closed": (False, False),
+    "open": (True, True),
+    "closed-open": (False, True),
+    "open-closed": (True, False),
+}
+_COLOURED = re.compile(r"[^,]+,\s*\d+(?:\s*,\s*[^,]+,\s*\d+)*")
+
+
+class Interval(NamedTuple):
+    """A firing interval: bounds in the file's unit of time, `latest` None where it is unbounded."""
+
+    earliest: float
+    latest: float | None
+    earliest_excluded: bool
+    latest_excluded: bool
+
+
+def label_text(label: etree._Element, source: Source) -> str:
+    """Return the text of a label: in ``<text>``, in ``<value>`` (renamed to ``<text>``), or plain.
+
+    Raises
+    ------
+    ModelFileError
+        It has two texts, or elements and attributes that a label does not have.
+    """
+    for name in label.attrib:
+        if not (local(label) in ("type", "arctype") and name == "value"):
+            raise source.error(f"<{local(label)}> has an unknown attribute {str(name)!r}", label)
+    found: etree._Element | None = None
+    for part in children(label):
+        kind = local(part)
+        if kind in ("graphics", "toolspecific"):
+            continue
+        if kind not in ("text", "value"):
+            raise source.error(f"<{kind}> is no part of a label", part)
+        if found is not None:
+            first = line_of(found)
+            raise source.error(f"<{local(label)}> has two texts, on lines {first} and {line_of(part)}", part)
+        if len(part):
+            raise source.error(f"<{kind}> holds elements", part, hint="a text is expected")
+        found = part
+        if kind == "value":
+            part.tag = tag("text")
+            source.note("<value> taken as <text>")
+    text = (label.text if found is None else found.text) or ""
+    if found is None and text.strip() and local(label) in ("initialMarking", "inscription"):
+        source.note(f"text of <{local(label)}> outside of <text>")
+    return text.strip()
+
+
+def only(xml: etree._Element, name: str, source: Source) -> etree._Element | None:
+    """Return the one child of this name, or None.
+
+    Raises
+    ------
+    ModelFileError
+        There are two.
+    """
+    found = None
+    for inner in xml.iterchildren(tag=tag(name)):
+        if found is not None:
+            lines = f"lines {line_of(found)} and {line_of(inner)}"
+            raise source.error(f"<{local(xml)}> {_named(xml)} has two <{name}>, on {lines}", inner)
+        found = inner
+    return found
+
+
+def check_labels(xml: etree._Element, source: Source) -> None:
+    """Check labels that no value is read of, such as the name."""
+    for inner in children(xml):
+        if local(inner) in TEXTS:
+            label_text(inner, source)
+
+
+def tokens_of(place: etree._Element, source: Source) -> int | None:
+    """Return the initial marking of a place, or None where it says none."""
+    label = only(place, "initialMarking", source)
+    text = label_text(label, source) if label is not None else ""
+    attribute = place.get("initialMarking")
+    if attribute is not None:
+        source.note("attribute initialMarking taken as the marking")
+        if text and text != attribute.strip():
+            raise _contradiction(place, "marking", text, attribute, source)
+    if not text and attribute is None:
+        return None
+    where = place if label is None or not text else label
+    return _count(text or attribute or "", where, "the initial marking", 0, source)
+
+
+def capacity_of(place: etree._Element, source: Source) -> int | None:
+    """Return the capacity of a place, or None where it has none."""
+    label = only(place, "capacity", source)
+    attribute = place.get("capacity")
+    text = label_text(label, source) if label is not None else ""
+    if label is not None and not text:
+        raise source.error("the capacity is empty", label)
+    if attribute is not None and text and text != attribute.strip():
+        raise _contradiction(place, "capacity", text, attribute, source)
+    said = (text or attribute or "").strip()
+    if not said:
+        return None
+    if said.lower() in _UNBOUNDED:
+        source.note(f"capacity {said} taken as none")
+        return None
+    source.note("capacities kept")
+    return _count(said, place if label is None else label, "the capacity", 1, source)
+
+
+def weight_of(arc: etree._Element, source: Source) -> int:
+    """Return the weight of an arc, 1 where it says none."""
+    label = only(arc, "inscription", source)
+    said = label_text(label, source) if label is not None else ""
+    where = arc if label is None else label
+    aged = (arc.get("inscription") or "").strip()
+    attribute = (arc.get("weight") or "").strip()
+    if _UNTIMED.fullmatch(aged):
+        aged = ""
+    elif "[" in aged or "(" in aged:
+        hint = "only intervals [0,inf) are read: tokens have no age here"
+        raise source.error(f"arc {_named(arc)} has the interval {shortened(aged)}", arc, hint=hint)
+    if aged == "1" and attribute:
+        aged = ""  # TAPAAL writes both, and means the weight
+    for name, value in (("inscription", aged), ("weight", attribute)):
+        if value and said and value != said:
+            raise _contradiction(arc, "weight", said, value, source)
+        if value:
+            source.note(f"attribute {name} taken as the weight")
+            said = value
+    return _count(said, where, "the weight", 1, source) if said else 1
+
+
+def kind_of(arc: etree._Element, source: Source) -> str:
+    """Return the kind of an arc: normal, inhibitor or read."""
+    said: list[tuple[str, etree._Element]] = []
+    for block in arc.iterchildren(tag=tag("toolspecific")):
+        if is_inhibitor_mark(block):
+            said.append(("inhibitor", block))
+    for name in ("type", "arctype"):
+        label = only(arc, name, source)
+        if label is not None:
+            text = label_text(label, source)
+            value = (label.get("value") or text).strip()
+            if text and label.get("value") is not None and text != value:
+                raise _contradiction(arc, "type", text, value, source)
+            said.append((_type(value, label, arc, source), label))
+    attribute = arc.get("type")
+    if attribute is not None:
+        kind = _type(attribute.strip(), arc, arc, source)
+        if kind != "normal" and not said:
+            source.note(f"attribute type={attribute.strip()!r} taken as {with_article(kind)} arc")
+        said.append((kind, arc))
+    lines = {kind: line_of(where) for kind, where in reversed(said)}
+    if len(lines) > 1:
+        what = " and ".join(f"{kind} on line {lines[kind]}" for kind in sorted(lines))
+        raise source.error(f"arc {_named(arc)} is {what}", arc, id=arc.get("id"))
+    return next(iter(lines), "normal")
+
+
+def _type(said: str, where: etree._Element, arc: etree._Element, source: Source) -> str:
+    if said in _TYPES:
+        return _TYPES[said]
+    if not said:
+        return "normal"
+    hint = _REFUSED_TYPES.get(said, "types are normal, inhibitor, read, test")
+    raise source.error(f"{shortened(said)} is no type of an arc", where, id=arc.get("id"), hint=hint)
+
+
+def interval_of(transition: etree._Element, source: Source) -> Interval | None:
+    """Return the firing interval of a transition, as TINA writes it: MathML inside of ``<delay>``."""
+    delay = only(transition, "delay", source)
+    if delay is None:
+        return None
+    parts = [part for part in children(delay) if local(part) not in ("graphics", "toolspecific")]
+    if len(parts) != 1 or local(parts[0]) != "interval":
+        raise source.error("<delay> holds one <interval>", delay)
+    (xml,) = parts
+    closure = xml.get("closure", "closed")
+    bounds = list(children(xml))
+    if closure not in _OPEN or len(bounds) != 2:
+        hint = f"closures are {', '.join(_OPEN)}, and it holds two numbers"
+        raise source.error("<interval> is not understood", xml, hint=hint)
+    low, high = ((local(bound), (bound.text or "").strip()) for bound in bounds)
+    low_open, high_open = _OPEN[closure]
+    earliest = source.number(low[1], bounds[0], "the earliest time")
+    latest = None
+    if high[0] != "ci" and high[1].lower() not in ("infty", "inf", "infinity", "w"):
+        latest = source.number(high[1], bounds[1], "the latest time")
+    elif high[0] == "ci" and high[1].lower() not in ("infty", "inf", "infinity", "w"):
+        raise source.error(f"the latest time {shortened(high[1])} is not a number", bounds[1])
+    empty = latest is not None and (latest < earliest or (latest == earliest and (low_open or high_open)))
+    if earliest < 0 or empty:
+        raise source.error("the interval is empty or begins before 0", xml)
+    source.note("<delay> taken as firing interval")
+    return Interval(earliest, latest, low_open, high_open and latest is not None)
+
+
+def _count(text: str, where: etree._Element, what: str, least: int, source: Source) -> int:
+    """Return a whole number, which PIPE writes behind the name of the one class of its tokens."""
+    if _COLOURED.fullmatch(text.strip()):
+        parts = [part.strip() for part in text.split(",")]
+        counts = [
+            (name, number) for name, number in zip(parts[::2], parts[1::2], strict=True) if number.strip("0")
+        ]
+        if len(counts) > 1:
+            hint = "only nets with tokens of one class are read"
+            raise source.error(f"{what} {shortened(text)} has tokens of several classes", where, hint=hint)
+        text = counts[0][1] if counts else "0"
+        for name, _ in counts:
+            source.use_class(name, where)
+        source.note("tokens of one class taken as plain tokens")
+    return source.integer(text, where, what, least)
+
+
+def _contradiction(xml: etree._Element, what: str, first: str, second: str, source: Source) -> ModelFileError:
+    both = f"{shortened(first)} and {shortened(second.strip())}"
+    message = f"<{local(xml)}> {_named(xml)} says its {what} twice: {both}"
+    return source.error(message, xml, id=xml.get("id"))
+
+
+def _named(xml: etree._Element) -> str:
+    return repr(xml.get("id") or f"{xml.get('source')} to {xml.get('target')}")

@@ -1,0 +1,18 @@
+"""What a reader of files took in another way than the format says; commands show it once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from dineros.metamodel.base import EObject
+
+
+def remember_remarks(root: EObject, remarks: Iterable[str]) -> None:
+    """Note, for the root of a model that was read, what was taken as what."""
+    root.__dict__["_remarks"] = tuple(remarks)
+
+
+def remarks_of(root: EObject) -> tuple[str, ...]:
+    """Return what was noted when the model was read; nothing for a file that follows its format."""
+    remarks: tuple[str, ...] = root.__dict__.get("_remarks", ())
+    return remarks
