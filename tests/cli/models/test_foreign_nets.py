@@ -1,4 +1,4 @@
-"""Nets of other tools on the command line: one note, all errors at once, answers about the net that is meant."""
+"""Nets of other tools: one note, all errors together, answers about the net that is meant."""
 
 from __future__ import annotations
 
