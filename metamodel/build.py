@@ -119,6 +119,25 @@ def step(
     return made
 
 
+def suppress(element: pn.Element, rule: str, reason: str, until: str | None = None) -> pn.Suppression:
+    """Accept the findings of a rule about an element and what it contains; see `docs/ci.md`.
+
+    Parameters
+    ----------
+    element : pn.Element
+        The element, such as a channel, a place, a node net or the whole model.
+    rule : str
+        The rule, such as ``queue-overflow``.
+    reason : str
+        Why the finding is accepted; shown in every report.
+    until : str, optional
+        The last day on which it is accepted, such as ``2027-03-31``.
+    """
+    made = pn.Suppression(rule=rule, reason=reason, until=until)
+    element.suppressions.append(made)
+    return made
+
+
 def here(place: pn.PlaceNode, page: pn.Page) -> pn.PlaceNode:
     """Return a place that stands on a page; for one of another page, the reference to it, made if need be."""
     if place.page is page:

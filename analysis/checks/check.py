@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dineros.analysis.acceptance import suppressions
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.checks.blocking import Callbacks, Deadlock
 from dineros.analysis.checks.boundedness import Boundedness, Places
@@ -84,5 +85,9 @@ QUESTIONS: tuple[Question, ...] = (
 )
 """All questions, in the order they are asked."""
 
-FAULTS = {fault.rule: fault for question in QUESTIONS for fault in question.faults}
+FAULTS = {
+    fault.rule: fault
+    for faults in (*(question.faults for question in QUESTIONS), suppressions.FAULTS)
+    for fault in faults
+}
 """All that a check may find, by its rule."""

@@ -9,6 +9,7 @@ from dineros.analysis.checks.ways import can_fire, firing_witness
 from dineros.analysis.model.losses import Kind, Loss, losses_of
 from dineros.analysis.model.queues import Queue, queues
 from dineros.analysis.witnesses.findings import Fault, Finding, Witness
+from dineros.metamodel.elements import label
 
 
 class Overflow(Question):
@@ -26,7 +27,13 @@ class Overflow(Question):
         "A history of a best-effort publisher, or of feedback, can be full: the oldest is lost.",
         "{queue} can overflow: {loss}, as the model allows",
     )
-    faults = (LOSES, SAMPLES)
+    DISPLACED = Fault(
+        "message-displaced",
+        "note",
+        "A full history forgets an older message of a reader that needs the newest one only.",
+        "{queue} can overflow: the oldest message is lost, and {reader} needs the newest only{assumed}",
+    )
+    faults = (LOSES, SAMPLES, DISPLACED)
     asks = "which queues can overflow"
 
     def ask(self, checked: Checked) -> None:
@@ -45,6 +52,12 @@ class Overflow(Question):
 
     @classmethod
     def _found(cls, queue: Queue, witness: Witness | None) -> Finding:
+        reader = queue.reader_of_newest
+        if reader is not None:
+            assumed = " (assumed, see newestOnly)" if "newestOnly" in (reader.assumed or "").split() else ""
+            return cls.DISPLACED.found(
+                *queue.elements, witness=witness, queue=queue, reader=label(reader.place), assumed=assumed
+            )
         fault = cls.SAMPLES if queue.may_lose else cls.LOSES
         return fault.found(*queue.elements, witness=witness, queue=queue, loss=queue.loss)
 

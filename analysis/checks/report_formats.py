@@ -13,7 +13,7 @@ from urllib.parse import quote
 from lxml import etree
 
 from dineros.analysis.checks.check import FAULTS
-from dineros.analysis.witnesses.findings import Fault, Finding, Report, Step, Witness
+from dineros.analysis.witnesses.findings import Fault, Finding, Report, Step, Suppressed, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.elements import elements
 from dineros.metamodel.errors import Location
@@ -30,7 +30,8 @@ def to_sarif(
     """Return a report as a SARIF log with one run (OASIS SARIF 2.1.0).
 
     Findings are results with the lines of the elements concerned, and with the steps of the witness as a code
-    flow. What stays unknown is a notification of the run; what is proved is not in the log.
+    flow. A suppressed finding has `suppressions`; if there is a baseline, each result has a `baselineState`.
+    What stays unknown is a notification of the run; what is proved is not in the log.
 
     Parameters
     ----------
@@ -45,8 +46,10 @@ def to_sarif(
     """
     faults = FAULTS if faults is None else faults
     places = _Places(model, path)
-    rules = list(dict.fromkeys(finding.rule for finding in report.findings))
-    severities = {finding.rule: finding.severity for finding in reversed(report.findings)}
+    accepted = [suppressed.finding for suppressed in report.suppressed]
+    shown = [*report.findings, *report.known, *accepted]
+    rules = list(dict.fromkeys(finding.rule for finding in shown))
+    severities = {finding.rule: finding.severity for finding in reversed(shown)}
     return {
         "$schema": SCHEMA,
         "version": "2.1.0",
@@ -73,7 +76,7 @@ def to_sarif(
                 ],
                 "artifacts": [{"location": {"uri": _uri(path)}}],
                 "columnKind": "unicodeCodePoints",
-                "results": [_result(finding, rules, places) for finding in report.findings],
+                "results": _results(report, rules, places),
             }
         ],
     }
@@ -86,6 +89,28 @@ def _rule(rule: str, severity: str, faults: Mapping[str, Fault]) -> dict[str, An
         "name": words.title().replace(" ", ""),
         "shortDescription": {"text": faults[rule].meaning if rule in faults else f"{words.capitalize()}."},
         "defaultConfiguration": {"level": severity},
+    }
+
+
+def _results(report: Report, rules: list[str], places: _Places) -> list[dict[str, Any]]:
+    """Return what counts, what the baseline has, and what is suppressed."""
+    new, known = ({"baselineState": each} if report.has_baseline else {} for each in ("new", "unchanged"))
+    return [
+        *({**_result(finding, rules, places), **new} for finding in report.findings),
+        *({**_result(finding, rules, places), **known} for finding in report.known),
+        *(
+            {**_result(each.finding, rules, places), **known, "suppressions": [_suppression(each, places)]}
+            for each in report.suppressed
+        ),
+    ]
+
+
+def _suppression(suppressed: Suppressed, places: _Places) -> dict[str, Any]:
+    return {
+        "kind": "inSource",
+        "status": "accepted",
+        "justification": suppressed.why,
+        "location": places.of(suppressed.element),
     }
 
 
@@ -165,7 +190,8 @@ class _Places:
 def to_junit(report: Report, path: Path, name: str = "dineros check") -> bytes:
     """Return a report as JUnit XML: what is found fails, what is proved passes, what is unknown is skipped.
 
-    A note passes, with its message as output: as for the exit status of `dineros check`.
+    A note passes, with its message as output: as for the exit status of `dineros check`. What is suppressed
+    or stands in the baseline is skipped, too, with the reason.
 
     Parameters
     ----------
@@ -177,12 +203,14 @@ def to_junit(report: Report, path: Path, name: str = "dineros check") -> bytes:
         What found it.
     """
     failing = [finding for finding in report.findings if finding.severity != "note"]
-    cases = len(report.findings) + len(report.proved) + len(report.unknown)
+    accepted = [(each.finding, f"suppressed: {each.why}") for each in report.suppressed]
+    accepted += [(finding, "known: it stands in the baseline") for finding in report.known]
+    cases = len(report.findings) + len(report.proved) + len(report.unknown) + len(accepted)
     counts = {
         "tests": str(cases),
         "failures": str(len(failing)),
         "errors": "0",
-        "skipped": str(len(report.unknown)),
+        "skipped": str(len(report.unknown) + len(accepted)),
     }
     root = etree.Element("testsuites", {"name": name, **counts})
     suite = etree.SubElement(root, "testsuite", {"name": _clean(str(path)), **counts})
@@ -200,6 +228,9 @@ def to_junit(report: Report, path: Path, name: str = "dineros check") -> bytes:
             made, "failure", {"type": finding.severity, "message": _clean(finding.message)}
         )
         failure.text = _clean(_details(finding))
+    for finding, why in accepted:
+        made = case(finding.message, finding.rule)
+        etree.SubElement(made, "skipped", {"message": _clean(why)})
     for proved in report.proved:
         case(proved, "proved")
     for unknown in report.unknown:

@@ -14,6 +14,7 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.matching import quality_of
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.language.meaning import QueueKind
+from dineros.transformations.rules.histories import R2, R3
 
 Channel: TypeAlias = sym.TopicChannel | sym.ServiceChannel | sym.ActionChannel
 _LOSSES: dict[QueueKind, str] = {"request": "a request is lost", "feedback": "feedback is lost"}
@@ -80,6 +81,17 @@ class Queue:
         return all(
             quality_of(port).reliability == sym.Reliability.bestEffort for port in self.channel.publishers
         )
+
+    @property
+    def reader_of_newest(self) -> sym.SubscriberPort | None:
+        """The reader, if it needs the newest message only and the queue forgets older messages first.
+
+        Only the histories of ROS 2 do. What arrives at a full queue of the rules of ``ros1`` is lost itself.
+        """
+        if self.link.maker not in (R2, R3):
+            return None
+        reader = next(each for each in self.link.sources if isinstance(each, sym.SubscriberPort))
+        return reader if reader.newestOnly else None
 
     @property
     def loss(self) -> str:

@@ -123,6 +123,8 @@ class _Search:
         if not queue.drops:  # a publisher on a server page without instances
             return Capacity(queue, self._limit(queue), 1)
         limit = self._limit(queue)
+        if queue.reader_of_newest is not None:
+            return Capacity(queue, limit, 1)  # the newest message is never lost
         if self._own is not None and _never_loses(self._own, queue):
             return self._least(queue, self._own)
         endless = _without_limit(net, queue.drops, queue.capacity)

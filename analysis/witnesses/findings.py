@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from dineros.analysis.answers.outcome import Outcome
@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 Severity = Literal["error", "warning", "note"]
+SEVERITIES = {"error": 2, "warning": 1, "note": 0}
+"""How severe each severity is."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,49 @@ class Finding:
     witness: Witness | None = None
     circle: tuple[str, ...] = ()
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the finding for JSON."""
+        return {
+            "rule": self.rule,
+            "severity": self.severity,
+            "elements": list(self.elements),
+            "message": self.message,
+            "witness": self.witness.to_dict() if self.witness else None,
+            **({"circle": list(self.circle)} if self.circle else {}),
+        }
+
+
+@dataclass(frozen=True)
+class Suppressed:
+    """A finding that the model accepts.
+
+    Attributes
+    ----------
+    finding : Finding
+        The finding.
+    element : str
+        Id of the element that has the suppression.
+    reason : str
+        Why it is accepted.
+    until : str or None
+        The last day on which it is accepted, as an ISO date; None for always.
+    """
+
+    finding: Finding
+    element: str
+    reason: str
+    until: str | None = None
+
+    @property
+    def why(self) -> str:
+        """Why, and until when, in words."""
+        return f"{self.reason} (until {self.until})" if self.until else self.reason
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the finding and its suppression for JSON."""
+        accepted = {"element": self.element, "reason": self.reason, "until": self.until}
+        return {**self.finding.to_dict(), "suppression": accepted}
+
 
 @dataclass(frozen=True)
 class Fault:
@@ -160,6 +205,14 @@ class Report:
         Transitions of the net without signals that are found never to fire.
     by : str
         Who answers what is asked of markings, and why.
+    suppressed : list of Suppressed
+        What is wrong but accepted by a suppression of the model.
+    known : list of Finding
+        What is wrong but stands in the baseline.
+    has_baseline : bool
+        Whether the report was compared with a baseline.
+    gone : int
+        Findings of the baseline, notes aside, that were not found again.
     """
 
     findings: list[Finding] = field(default_factory=list)
@@ -168,6 +221,16 @@ class Report:
     space: SymbolicStateSpace | None = field(default=None, compare=False, repr=False)
     dead: list[str] = field(default_factory=list, compare=False, repr=False)
     by: str = field(default="", compare=False)
+    suppressed: list[Suppressed] = field(default_factory=list)
+    known: list[Finding] = field(default_factory=list)
+    has_baseline: bool = False
+    gone: int = 0
+
+    def with_accepted(
+        self, findings: list[Finding], suppressed: list[Suppressed], known: list[Finding]
+    ) -> Report:
+        """Return a copy in which these findings count, are suppressed, and are known."""
+        return replace(self, findings=findings, suppressed=list(suppressed), known=list(known))
 
     def add(self, other: Report) -> None:
         """Take over all that another report says."""
@@ -179,17 +242,10 @@ class Report:
         """Return the report for JSON, as `docs/command_line.md` describes it."""
         return {
             "model": model,
-            "findings": [
-                {
-                    "rule": finding.rule,
-                    "severity": finding.severity,
-                    "elements": list(finding.elements),
-                    "message": finding.message,
-                    "witness": finding.witness.to_dict() if finding.witness else None,
-                    **({"circle": list(finding.circle)} if finding.circle else {}),
-                }
-                for finding in self.findings
-            ],
+            "findings": [finding.to_dict() for finding in self.findings],
+            **({"suppressed": [each.to_dict() for each in self.suppressed]} if self.suppressed else {}),
+            **({"known": [finding.to_dict() for finding in self.known]} if self.has_baseline else {}),
+            **({"gone": self.gone} if self.has_baseline else {}),
             "proved": self.proved,
             "unknown": [str(unknown) for unknown in self.unknown],
         }

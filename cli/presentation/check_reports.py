@@ -40,11 +40,19 @@ def write_check_report(
         unknown=[str(unknown) for unknown in report.unknown],
         spaces=spaces,
         settings=tuple(settings),
+        accepted=_accepted(report),
     )
     page, failure = check_page(content, net)
     write_atomically(output, page.encode())
     if failure is not None:
         warn(f"{output}: without pictures: {failure}")
+
+
+def _accepted(report: Report) -> list[tuple[str, str, str]]:
+    """Return message, rule and reason of each finding that does not count."""
+    found = [(each.finding, f"suppressed: {each.why}") for each in report.suppressed]
+    found += [(finding, "known from the baseline") for finding in report.known]
+    return [(finding.message, finding.rule, why) for finding, why in found]
 
 
 def _entry(finding: Finding, source: str) -> FindingEntry:

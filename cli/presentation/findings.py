@@ -11,6 +11,9 @@ from dineros.cli.console import SEVERITIES, note, say, say_json, summarise
 from dineros.cli.models import rules_of
 from dineros.metamodel.errors import counted
 
+_ALWAYS_SHOWN = ("suppression-expired", "suppression-unused")
+"""Rules of notes that are printed without `-v`: what a team has to act on."""
+
 if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Fault, Report
     from dineros.metamodel import pn
@@ -59,12 +62,21 @@ def write_witnesses(
 def _print_text(report: Report, model: Path, witnesses: bool) -> None:
     for finding in report.findings:
         if finding.severity == "note":
-            note(f"note: {finding.message} [{finding.rule}]")
+            tell = say if finding.rule in _ALWAYS_SHOWN else note
+            tell(f"note: {finding.message} [{finding.rule}]")
             continue
         length = f" [{counted(len(finding.witness.steps), 'step')}]" if finding.witness else ""
         say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", SEVERITIES[finding.severity])
         if witnesses and finding.witness:
             say_witness(finding.witness)
+    displaced = sum(finding.rule == "message-displaced" for finding in report.findings)
+    if displaced:
+        where = counted(displaced, "queue")
+        say(f"note: {where} can forget older messages; by newestOnly, the readers need the newest only")
+    for suppressed in report.suppressed:
+        say(f"suppressed: {suppressed.finding.message} [{suppressed.finding.rule}]: {suppressed.why}")
+    for finding in report.known:
+        note(f"known: {finding.message} [{finding.rule}]")
     for unknown in report.unknown:
         say(f"unknown: {unknown}", "magenta")
     for proved in report.proved:
@@ -73,4 +85,14 @@ def _print_text(report: Report, model: Path, witnesses: bool) -> None:
         note(f"answered by: {report.by}")
     faults = sum(finding.severity != "note" for finding in report.findings)
     counts = f"{faults} found, {len(report.proved)} proved, {len(report.unknown)} unknown"
-    summarise(f"{model}: {counts}")
+    summarise(f"{model}: {counts}{_accepted(report)}")
+
+
+def _accepted(report: Report) -> str:
+    """Return how many findings do not count because they were accepted."""
+    text = f", {len(report.suppressed)} suppressed" if report.suppressed else ""
+    if report.has_baseline:
+        text += f", {sum(finding.severity != 'note' for finding in report.known)} known"
+        gone = counted(report.gone, "finding")
+        text += f"; {gone} of the baseline no longer found" if report.gone and not report.unknown else ""
+    return text

@@ -45,6 +45,8 @@ def say_capacities(
             if capacity.needed is None:
                 needed = f"{'none' if capacity.grows else 'unknown'}: {capacity.reason}"
             fix = f"; bounded with {capacity.fix}" if capacity.fix else ""
+            if capacity.queue.reader_of_newest is not None:
+                fix = " (its reader needs the newest message only)"
             say(f"{capacity.queue}: has {capacity.limit}, {needed}{fix}")
             if witnesses and capacity.witness:
                 say_witness(capacity.witness)

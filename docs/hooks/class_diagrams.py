@@ -42,7 +42,7 @@ PARTS = {
             "Element Net Page PageObject Node PlaceNode TransitionNode Place Transition "
             "ReferencePlace ReferenceTransition Arc ArcKind TimeInterval",
         ),
-        "layout": ("TB", "Element Graphics Point Label LabelKind ToolInfo"),
+        "layout": ("TB", "Element Graphics Point Label LabelKind ToolInfo Suppression"),
     },
     "sym": {
         "nodes": (

@@ -11,6 +11,7 @@ from dineros.metamodel.base import EObject
 
 # What tells the parts of one element apart, for classes without an id.
 _KEYS: dict[type[EObject], Callable[..., object]] = {
+    pn.Suppression: lambda suppression: suppression.rule,
     sym.TokenField: lambda field: field.name,
     sym.FieldMapping: lambda mapping: mapping.messageField,
     sym.TopicPort: lambda port: port.place and port.place.id,

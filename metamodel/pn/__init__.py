@@ -53,6 +53,7 @@ __all__ = [
     "Point",
     "ReferencePlace",
     "ReferenceTransition",
+    "Suppression",
     "TimeInterval",
     "ToolInfo",
     "Transition",
@@ -116,6 +117,8 @@ class Element(EObject, metaclass=MetaEClass):
         Layout of the element's text labels.
     toolInfos : ModelList[ToolInfo]
         Blocks of other tools, kept as they are.
+    suppressions : ModelList[Suppression]
+        Findings about the element, or about what it contains, that were accepted.
     """
 
     id: str = Ecore.EAttribute(eType=Ecore.EString, iD=True, lower=1, required=True)
@@ -123,6 +126,7 @@ class Element(EObject, metaclass=MetaEClass):
     graphics: Graphics | None = Ecore.EReference(containment=True)
     labels: ModelList[Label] = Ecore.EReference(containment=True, upper=-1)
     toolInfos: ModelList[ToolInfo] = Ecore.EReference(containment=True, upper=-1)
+    suppressions: ModelList[Suppression] = Ecore.EReference(containment=True, upper=-1)
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -136,6 +140,7 @@ class Element(EObject, metaclass=MetaEClass):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -147,6 +152,7 @@ class Element(EObject, metaclass=MetaEClass):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
             },
             unknown,
         )
@@ -310,6 +316,47 @@ class ToolInfo(EObject, metaclass=MetaEClass):
         )
 
 
+class Suppression(EObject, metaclass=MetaEClass):
+    """A finding of a check that was accepted: it is reported as suppressed and does not fail the check.
+
+    Attributes
+    ----------
+    rule : str
+        The rule of the finding, such as queue-overflow.
+    reason : str
+        Why it is accepted; shown in every report.
+    until : str | None
+        The last day on which it is accepted, such as 2027-03-31; always where it is absent.
+    """
+
+    rule: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    reason: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    until: str | None = Ecore.EAttribute(eType=Ecore.EString)
+
+    __setattr__ = refuse_unknown
+    notify = notify_listeners
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        rule: str | None = None,
+        reason: str | None = None,
+        until: str | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "rule": rule,
+                "reason": reason,
+                "until": until,
+            },
+            unknown,
+        )
+
+
 class TimeInterval(EObject, metaclass=MetaEClass):
     """Firing interval of a time Petri net (Merlin).
 
@@ -375,6 +422,7 @@ class Net(Element):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         pages: Iterable[Page] | None = None,
         **unknown: Never,
     ) -> None:
@@ -387,6 +435,7 @@ class Net(Element):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "pages": pages,
             },
             unknown,
@@ -413,6 +462,7 @@ class PageObject(Element):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         page: Page | None = None,
         **unknown: Never,
     ) -> None:
@@ -425,6 +475,7 @@ class PageObject(Element):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "page": page,
             },
             unknown,
@@ -462,6 +513,7 @@ class Arc(Element):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         page: Page | None = None,
         source: Node | None = None,
         target: Node | None = None,
@@ -478,6 +530,7 @@ class Arc(Element):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "page": page,
                 "source": source,
                 "target": target,
@@ -513,6 +566,7 @@ class Page(PageObject):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         page: Page | None = None,
         net: Net | None = None,
         objects: Iterable[PageObject] | None = None,
@@ -528,6 +582,7 @@ class Page(PageObject):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "page": page,
                 "net": net,
                 "objects": objects,
@@ -560,6 +615,7 @@ class Node(PageObject):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         page: Page | None = None,
         outgoing: Iterable[Arc] | None = None,
         incoming: Iterable[Arc] | None = None,
@@ -574,6 +630,7 @@ class Node(PageObject):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "page": page,
                 "outgoing": outgoing,
                 "incoming": incoming,
@@ -594,6 +651,7 @@ class PlaceNode(Node):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         page: Page | None = None,
         outgoing: Iterable[Arc] | None = None,
         incoming: Iterable[Arc] | None = None,
@@ -608,6 +666,7 @@ class PlaceNode(Node):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "page": page,
                 "outgoing": outgoing,
                 "incoming": incoming,
@@ -628,6 +687,7 @@ class TransitionNode(Node):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         page: Page | None = None,
         outgoing: Iterable[Arc] | None = None,
         incoming: Iterable[Arc] | None = None,
@@ -642,6 +702,7 @@ class TransitionNode(Node):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "page": page,
                 "outgoing": outgoing,
                 "incoming": incoming,
@@ -672,6 +733,7 @@ class Place(PlaceNode):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         page: Page | None = None,
         outgoing: Iterable[Arc] | None = None,
         incoming: Iterable[Arc] | None = None,
@@ -688,6 +750,7 @@ class Place(PlaceNode):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "page": page,
                 "outgoing": outgoing,
                 "incoming": incoming,
@@ -720,6 +783,7 @@ class Transition(TransitionNode):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         page: Page | None = None,
         outgoing: Iterable[Arc] | None = None,
         incoming: Iterable[Arc] | None = None,
@@ -736,6 +800,7 @@ class Transition(TransitionNode):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "page": page,
                 "outgoing": outgoing,
                 "incoming": incoming,
@@ -765,6 +830,7 @@ class ReferencePlace(PlaceNode):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         page: Page | None = None,
         outgoing: Iterable[Arc] | None = None,
         incoming: Iterable[Arc] | None = None,
@@ -780,6 +846,7 @@ class ReferencePlace(PlaceNode):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "page": page,
                 "outgoing": outgoing,
                 "incoming": incoming,
@@ -808,6 +875,7 @@ class ReferenceTransition(TransitionNode):
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
+        suppressions: Iterable[Suppression] | None = None,
         page: Page | None = None,
         outgoing: Iterable[Arc] | None = None,
         incoming: Iterable[Arc] | None = None,
@@ -823,6 +891,7 @@ class ReferenceTransition(TransitionNode):
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
+                "suppressions": suppressions,
                 "page": page,
                 "outgoing": outgoing,
                 "incoming": incoming,
@@ -837,6 +906,7 @@ resolve_references(
         (Element.graphics, Graphics),
         (Element.labels, Label),
         (Element.toolInfos, ToolInfo),
+        (Element.suppressions, Suppression),
         (Graphics.positions, Point),
         (Graphics.offset, Point),
         (Graphics.dimension, Point),

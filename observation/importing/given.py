@@ -6,6 +6,7 @@ It is TOML. Everything in it may be left out; what is there replaces what would 
     threads = 2                             # of a multi-threaded executor
     groups = {answers = "reentrant"}        # callback groups
     depths = {"/scan" = 5, "/map" = 1}      # of histories; 0: all is kept
+    newest = {"/map" = true}                # whether a reader needs the newest message only
     timers = {tick = 0.1}                   # seconds; {}: it has none
     lifecycle = ["deactivates"]             # what may happen to a managed node, but for coming up
 
@@ -91,6 +92,7 @@ class GivenNode:
     timers: Mapping[str, float] | None = None
     lifecycle: tuple[str, ...] | None = None
     callbacks: Mapping[str, GivenCallback] = field(default_factory=dict)
+    newest: Mapping[str, bool] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -178,12 +180,14 @@ class _Reading:
         )
 
     def _node(self, table: Mapping[str, Any], at: str) -> GivenNode:
-        self._known(table, at, ("threads", "groups", "depths", "timers", "lifecycle", "callback"))
+        self._known(table, at, ("threads", "groups", "depths", "newest", "timers", "lifecycle", "callback"))
         groups = self._table(table, "groups", at)
         for name in groups:
             self._one_of(groups, name, f"{at}.groups", ("exclusive", "reentrant"))
         depths, timers = self._table(table, "depths", at), self._table(table, "timers", at)
-        callbacks = self._table(table, "callback", at)
+        callbacks, newest = self._table(table, "callback", at), self._table(table, "newest", at)
+        for name in newest:
+            self._truth(newest, name, f"{at}.newest")
         life = self._texts(table, "lifecycle", at) if "lifecycle" in table else None
         for each in life or ():
             if each not in LIFE:
@@ -192,6 +196,7 @@ class _Reading:
             threads=self._number(table, "threads", at, 1, 1000) if "threads" in table else None,
             groups=dict(groups),
             depths={name: self._number(depths, name, f"{at}.depths", 0, 1_000_000) for name in depths},
+            newest=dict(newest),
             timers=(
                 {name: self._seconds(timers, name, f"{at}.timers") for name in timers}
                 if "timers" in table
@@ -208,11 +213,10 @@ class _Reading:
 
     def _callback(self, table: Mapping[str, Any], at: str, groups: Mapping[str, Any]) -> GivenCallback:
         self._known(table, at, ("does", "group", "awaits"))
-        group, awaits = table.get("group"), table.get("awaits", False)
+        group = table.get("group")
         if group is not None:
             self._one_of(table, "group", at, tuple(groups), "is no callback group of its node")
-        if not isinstance(awaits, bool):
-            raise self._wrong(f"{at}.awaits", "is neither true nor false")
+        awaits = self._truth(table, "awaits", at) if "awaits" in table else False
         steps = (
             tuple(self._step(text, at) for text in self._texts(table, "does", at))
             if "does" in table
@@ -255,6 +259,12 @@ class _Reading:
         if not isinstance(found, list) or not all(isinstance(each, str) for each in found):
             raise self._wrong(f"{at}.{key}", "is no list of texts")
         return tuple(found)
+
+    def _truth(self, table: Mapping[str, Any], key: str, at: str) -> bool:
+        found = table[key]
+        if not isinstance(found, bool):
+            raise self._wrong(f"{at}.{key}", "is neither true nor false")
+        return found
 
     def _number(self, table: Mapping[str, Any], key: str, at: str, least: int, most: int) -> int:
         found = table[key]

@@ -156,6 +156,20 @@ class NodeBuilder:
         port = self._channels.subscribe(endpoint, place, limit)
         if is_taken:
             self._assume_depth(port, name, limit)
+        self._newest(port, endpoint, limit)
+
+    def _newest(self, port: sym.SubscriberPort, endpoint: TopicEndpoint, limit: int) -> None:
+        """Decide whether a reader needs the newest message only: if nothing is given, its QoS suggests it."""
+        given = self._said.newest.get(endpoint.topic)
+        if given is not None:
+            port.newestOnly = given
+        elif not self._is_unseen and (limit == 1 or endpoint.quality.durability == "transientLocal"):
+            port.newestOnly = True
+            key, words = (
+                f"newest.{_quoted(endpoint.topic)}",
+                f"needs only the newest message of {endpoint.topic}",
+            )
+            self._assume(port, "newestOnly", key, "true", words)
 
     def _service(self, endpoint: Endpoint) -> None:
         body = self._page(endpoint.name, f"serves_{flat(endpoint.name)}", "server")
@@ -336,11 +350,16 @@ class NodeBuilder:
         self.assumed.append(Assumed(self._node.name, key, value, words))
 
     def _refuse_unknown(self) -> None:
-        """Refuse callbacks and depths that are given, of which the node has none."""
-        topics = [endpoint.topic for endpoint in (*self._node.publishers, *self._node.subscribers)]
+        """Refuse what is given of callbacks and topics that the node does not have."""
+        read = [endpoint.topic for endpoint in self._node.subscribers]
+        topics = [*(endpoint.topic for endpoint in self._node.publishers), *read]
         named = sorted(self._asked | {client.name for client in self._node.clients})
-        for key, known in (("callback", named), ("depths", topics)):
-            for name in self._said.callbacks if key == "callback" else self._said.depths:
+        for key, given, known in (
+            ("callback", self._said.callbacks, named),
+            ("depths", self._said.depths, topics),
+            ("newest", self._said.newest, read),
+        ):
+            for name in given:
                 if name not in known:
                     hint = near_matches(name, known) or f"it has {_listed(known)}"
                     raise self._wrong(f"{key}.{name}", "the node has none", hint)

@@ -23,6 +23,7 @@ def _node(name: str, said: GivenNode) -> Iterator[str]:
         "threads": None if said.threads is None else str(said.threads),
         "groups": _inline(said.groups) if said.groups else None,
         "depths": _inline(said.depths) if said.depths else None,
+        "newest": _inline(said.newest) if said.newest else None,
         "timers": None if said.timers is None else _inline(said.timers),
         "lifecycle": None if said.lifecycle is None else _list(said.lifecycle),
     }

@@ -69,6 +69,7 @@ FOLDERS = {
         "proofs",
         "model",
         "witnesses",
+        "acceptance",
         "tina",
         "properties",
         "callbacks",

@@ -69,6 +69,8 @@ class CheckContent:
         Rows of a sweep over the signal variants: the state spaces.
     settings : sequence of str
         How the model was changed.
+    accepted : sequence of (str, str, str)
+        Message, rule and reason of each finding that does not count.
     """
 
     title: str
@@ -78,6 +80,7 @@ class CheckContent:
     unknown: Sequence[str]
     spaces: Sequence[dict[str, Any]] = ()
     settings: Sequence[str] = field(default_factory=tuple)
+    accepted: Sequence[tuple[str, str, str]] = ()
 
 
 def check_page(content: CheckContent, model: pn.Net | None = None) -> tuple[str, DinerosError | None]:

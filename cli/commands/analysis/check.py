@@ -36,6 +36,7 @@ from dineros.cli.presentation.evidence import (
 )
 from dineros.cli.presentation.findings import print_report, write_witnesses
 from dineros.cli.presentation.scheduling import check_on_workers
+from dineros.cli.questions.accepting import Acceptance, baseline_options
 from dineros.cli.questions.suggesting import suggest
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     "dineros check robot.sym.xmi --suggest-callback-groups",
     "dineros check camera.sym.xmi --suggest-start-order",
     "dineros check sorting.sym.xmi -o report.html",
+    "dineros check sorting.sym.xmi --write-baseline known.json",
 )
 @model_argument()
 @format_option("the findings")
@@ -85,6 +87,7 @@ if TYPE_CHECKING:
     metavar="FILE|FOLDER",
     help="Write what answers rest on that structure or induction prove: of all (.json), or one file each.",
 )
+@baseline_options
 @confirm_option
 @scheduler_option
 @cache_option
@@ -101,6 +104,8 @@ def check(
     witnesses: bool,
     output: Path | None,
     certificate: Path | None,
+    baseline: Path | None,
+    write_baseline: Path | None,
     confirm: bool,
     scheduler: str | None,
     no_cache: bool,
@@ -109,8 +114,8 @@ def check(
 ) -> int:
     """Check a model: clauses, overflow of queues, unused and dead parts, boundedness, deadlock.
 
-    Exit status 1 when something is found (a note does not count), 3 when something stays unknown (what could
-    be a note at worst does not count).
+    Exit status 1 when something is found (a note, a suppressed finding and one of the baseline do not count),
+    3 when something stays unknown (what could be a note at worst does not count).
     """
     start_quickly()
     from dineros.analysis.checks.check import check as check_model
@@ -125,17 +130,22 @@ def check(
     suggests = [option for option, is_asked in asked.items() if is_asked]
     if suggests:
         written = {"-o": output, "--certificate": certificate, "--scheduler": scheduler}
+        written |= {"--baseline": baseline, "--write-baseline": write_baseline}
         _refuse_beside(suggests, format, [option for option, value in written.items() if value is not None])
     if certificate is not None:
         refuse_certificates(certificate, also_folder=True)
     net = load_valid(model, settings)
     if suggests:
         return suggest(suggests[0], net, model, format == "json", witnesses)
+    acceptance = Acceptance(net, baseline, write_baseline)
     run, report = search(), Report()
 
     def so_far(ending: str) -> int:
         rest = Report(report.findings, report.proved, [*report.unknown, Unknown("everything else", ending)])
+        rest = acceptance.apply(rest)
         print_report(rest, net, model, format, witnesses)
+        if write_baseline is not None:
+            warn(f"{write_baseline} is not written: {ending}")
         return _status(rest)
 
     run.draft(so_far)
@@ -153,7 +163,9 @@ def check(
         )
     if confirmation is not None:
         add_confirmation(report, confirmation)
+    report = acceptance.apply(report)
     with run.answer():
+        report = acceptance.write(report)
         print_report(report, net, model, format, witnesses)
         if confirm:
             say_confirmation(confirmation, format != "text")

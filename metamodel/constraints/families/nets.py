@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from datetime import date
 
 from dineros.metamodel import pn
 from dineros.metamodel.constraints.circles import circles
@@ -143,3 +144,22 @@ def _overridden(transition: pn.Transition) -> list[pn.Transition]:
 def layout_finite(point: pn.Point, index: Index) -> Outcome:
     """Positions, offsets and sizes are finite numbers."""
     return math.isfinite(point.x) and math.isfinite(point.y)
+
+
+@constraint(
+    "{it} ends on {element.until!r}, which is not a day",
+    fix="write the day as 2027-03-31, or leave it out",
+    guard=lambda suppression, index: suppression.until is not None,
+)
+def suppression_until_day(suppression: pn.Suppression, index: Index) -> Outcome:
+    """A suppression ends on a day of the calendar, written as YYYY-MM-DD."""
+    try:
+        return date.fromisoformat(suppression.until or "").isoformat() == suppression.until
+    except ValueError:
+        return False
+
+
+@constraint("{it} gives no reason", fix="say why the finding is accepted")
+def suppression_has_reason(suppression: pn.Suppression, index: Index) -> Outcome:
+    """A suppression says why the finding is accepted."""
+    return bool((suppression.reason or "").strip())

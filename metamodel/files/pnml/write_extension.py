@@ -192,7 +192,10 @@ class ExtensionWriter:
         block = self._block(xml)
         _add(block, "type", TOPIC)
         said = {"publishers"} if all(_is_plain_port(port) for port in channel.publishers) else set()
-        if all(_is_plain_port(port) and port.inHand is None for port in channel.subscribers):
+        if all(
+            _is_plain_port(port) and port.inHand is None and not port.newestOnly
+            for port in channel.subscribers
+        ):
             said.add("subscribers")
         if _is_plain(channel.topic):
             _add(block, "topicName", channel.topic)
@@ -269,7 +272,8 @@ def _plain_graphics(group: sym.CallbackGroup) -> etree._Element | None:
 
 def _is_plain_group(group: sym.CallbackGroup) -> bool:
     drawn = group.graphics is None or _plain_graphics(group) is not None
-    return group.name is None and drawn and not len(group.labels) and not len(group.toolInfos)
+    more = len(group.labels) or len(group.toolInfos) or len(group.suppressions)
+    return group.name is None and drawn and not more
 
 
 def _is_plain_client(client: sym.ClientPort) -> bool:

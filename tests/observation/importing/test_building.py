@@ -148,6 +148,34 @@ def test_what_nobody_told_is_marked_and_listed() -> None:
     assert (news.publishers[0].limit, news.publishers[0].assumed) == (10, "limit")
 
 
+LATCHED = USUAL._replace(durability="transientLocal")
+
+
+@pytest.mark.parametrize(
+    ("quality", "depth", "given", "newest", "assumed"),
+    [
+        (USUAL, 1, "", True, "newestOnly"),
+        (USUAL, 2, "", False, None),
+        (USUAL, 2, 'newest."/x" = true', True, None),
+        (USUAL, 5, 'depths."/x" = 1', True, "newestOnly"),
+        (LATCHED, 10, "", True, "newestOnly"),
+        (LATCHED, 10, 'newest."/x" = false', False, None),
+    ],
+)
+def test_a_reader_that_needs_the_newest_only_is_assumed_by_its_quality(
+    quality: Quality, depth: int, given: str, newest: bool, assumed: str | None
+) -> None:
+    seen = (
+        ObservedNode("/a", publishers=(TopicEndpoint("/x", TEXT, quality, 10),)),
+        ObservedNode("/b", subscribers=(TopicEndpoint("/x", TEXT, quality, depth),)),
+    )
+    imported = to_model(ObservedSystem("nowhere", seen), read(f'[node."/b"]\n{given}\n'))
+    (reader,) = find(imported.model, "topic.x", sym.TopicChannel).subscribers
+    assert (reader.newestOnly, reader.assumed) == (newest, assumed)
+    listed = [each.words for each in imported.assumed if each.key == 'newest."/x"']
+    assert listed == (["needs only the newest message of /x"] if assumed else [])
+
+
 def test_all_kept_is_no_guess() -> None:
     seen = (ObservedNode("/talker", publishers=(port("/talk", depth=0),)),)
     imported = to_model(ObservedSystem("nowhere", seen))
@@ -193,10 +221,10 @@ def read(text: str) -> Given:
         return read_given(path)
 
 
-def test_what_is_given_of_the_robot_leaves_nothing_open_but_threads_of_sensors() -> None:
+def test_what_is_given_of_the_robot_leaves_open_only_threads_of_sensors_and_readers_of_the_newest() -> None:
     imported = to_model(robot(), read_given(FOREIGN / "robot.given.toml"), "robot")
     assert errors(imported.model) == []
-    assert {each.key for each in imported.assumed} <= {"threads"}
+    assert {each.kind for each in imported.assumed} <= {"threads", "newest"}
     assert imported.unused == ()
 
 
@@ -267,6 +295,7 @@ def test_a_managed_node_may_be_stopped_unless_it_is_said() -> None:
         ('[node."/a"]\ncallback.timer.does = ["publish /z"]\n', "does not publish /z"),
         ('[node."/a"]\ncallback."/z".does = []\n', "the node has none"),
         ('[node."/a"]\ndepths."/z" = 3\n', "the node has none"),
+        ('[node."/a"]\nnewest."/x" = true\n', "the node has none"),
     ],
 )
 def test_what_is_given_of_ports_that_are_not_there_is_refused(text: str, message: str) -> None:

@@ -40,6 +40,7 @@ def nodes(draw: st.DrawFn) -> GivenNode:
         draw(st.one_of(st.none(), st.dictionaries(NAMES, st.floats(1e-3, 1e3), max_size=2))),
         draw(st.one_of(st.none(), st.lists(st.sampled_from(LIFE)).map(tuple))),
         draw(st.dictionaries(NAMES, st.builds(GivenCallback, does, group, st.booleans()), max_size=2)),
+        draw(st.dictionaries(NAMES, st.booleans(), max_size=2)),
     )
 
 

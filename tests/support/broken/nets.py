@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn
+from dineros.metamodel.build import suppress
 from tests.support.broken.cases import Cases
 from tests.support.broken.small import Small, plain
 
@@ -199,3 +200,33 @@ def over_itself(small: Small) -> None:
 )
 def no_number(small: Small) -> None:
     small["p"].graphics.positions[0].x = float("nan")
+
+
+@CASES.breaks(
+    "suppression-until-day",
+    "suppression 'deadlock' of place 'p' ends on '2027-02-30', which is not a day",
+    "write the day as 2027-03-31, or leave it out",
+    of=plain,
+)
+def suppression_until_no_day(small: Small) -> None:
+    suppress(small["p"], "deadlock", "known", until="2027-02-30")
+
+
+@CASES.breaks(
+    "suppression-until-day",
+    "suppression 'deadlock' of place 'p' ends on '20270331', which is not a day",
+    "write the day as 2027-03-31, or leave it out",
+    of=plain,
+)
+def suppression_until_another_notation(small: Small) -> None:
+    suppress(small["p"], "deadlock", "known", until="20270331")
+
+
+@CASES.breaks(
+    "suppression-has-reason",
+    "suppression 'deadlock' of place 'p' gives no reason",
+    "say why the finding is accepted",
+    of=plain,
+)
+def suppression_without_reason(small: Small) -> None:
+    suppress(small["p"], "deadlock", "  ")

@@ -1,0 +1,133 @@
+"""The findings of an earlier check, so that a later one reports only what is new."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from dineros.analysis.witnesses.findings import SEVERITIES, Report
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.files.reading import SIZE_LIMIT, read_bytes
+from dineros.metamodel.json_text import decode_json
+
+KIND = "dineros-baseline"
+_HINT = "write one with 'dineros check MODEL --write-baseline FILE'"
+
+Key = tuple[str, tuple[str, ...]]
+
+
+class BaselineError(DinerosError):
+    """A file is no baseline."""
+
+
+class Baseline:
+    """Findings that are known.
+
+    A finding is known if the baseline has one with the same rule and the same elements that was at least as
+    severe. Names of files, messages, witnesses and the order of findings and elements do not matter. Where
+    the baseline has a finding once, only one of several equal ones is known.
+
+    Parameters
+    ----------
+    findings : iterable of (str, str, iterable of str)
+        Rule, severity and ids of the elements of each finding.
+    """
+
+    def __init__(self, findings: Iterable[tuple[str, str, Iterable[str]]]) -> None:
+        self._severities: dict[Key, list[int]] = {}
+        for rule, severity, elements in findings:
+            self._severities.setdefault(_key(rule, elements), []).append(_rank(severity))
+
+    @classmethod
+    def read(cls, path: Path) -> Baseline:
+        """Read a baseline, or the output of ``check --json`` or ``check --format sarif``.
+
+        Suppressed findings are not part of a baseline: when the suppression ends, they are new.
+
+        Raises
+        ------
+        DinerosError
+            The file cannot be read, is no JSON, or is none of these.
+        """
+        content = decode_json(read_bytes(path, SIZE_LIMIT), location=Location(path))
+        try:
+            return cls.of(content)
+        except (KeyError, TypeError, AttributeError, IndexError) as error:
+            raise BaselineError("is not a baseline", location=Location(path), hint=_HINT) from error
+
+    @classmethod
+    def of(cls, content: Any) -> Baseline:
+        """Return the baseline with this content, as `read` takes it from a file."""
+        return cls(list(_findings(content)))
+
+    def apply(self, report: Report) -> Report:
+        """Return a report in which known findings are set apart; the report given is not changed."""
+        left = {key: sorted(ranks) for key, ranks in self._severities.items()}
+        new, known = [], list(report.known)
+        for finding in sorted(report.findings, key=lambda each: -_rank(each.severity)):
+            ranks = left.get(_key(finding.rule, finding.elements), [])
+            if ranks and ranks[-1] >= _rank(finding.severity):
+                ranks.pop()
+                known.append(finding)
+            else:
+                new.append(finding)
+        order = {id(finding): number for number, finding in enumerate(report.findings)}
+        new.sort(key=lambda each: order[id(each)])
+        made = report.with_accepted(new, report.suppressed, known)
+        made.gone = sum(rank > 0 for ranks in left.values() for rank in ranks)  # notes never counted
+        made.has_baseline = True
+        return made
+
+
+def to_baseline(report: Report) -> dict[str, Any]:
+    """Return the findings of a report, new and known, as the content of a baseline file."""
+    findings = sorted([*report.findings, *report.known], key=lambda each: (each.rule, sorted(each.elements)))
+    return {
+        "kind": KIND,
+        "version": 1,
+        "findings": [
+            {
+                "rule": finding.rule,
+                "severity": finding.severity,
+                "elements": list(finding.elements),
+                "message": finding.message,
+            }
+            for finding in findings
+        ],
+    }
+
+
+def _findings(content: Any) -> Iterator[tuple[str, str, list[str]]]:
+    if "runs" in content:
+        for run in content["runs"]:
+            for result in run["results"]:
+                if result.get("baselineState") != "absent" and not result.get("suppressions"):
+                    yield _of_sarif(result)
+        return
+    for entry in [*content["findings"], *content.get("known", ())]:
+        yield _text(entry["rule"]), _text(entry["severity"]), [_text(each) for each in entry["elements"]]
+
+
+def _of_sarif(result: dict[str, Any]) -> tuple[str, str, list[str]]:
+    names = [
+        _text(logical.get("fullyQualifiedName", logical["name"]))
+        for location in result["locations"][:1]
+        for logical in location.get("logicalLocations", ())
+    ]
+    return _text(result["ruleId"]), _text(result["level"]), names
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise TypeError(value)
+    return value
+
+
+def _key(rule: str, elements: Iterable[str]) -> Key:
+    return rule, tuple(sorted(elements))
+
+
+def _rank(severity: str) -> int:
+    """Return how severe a finding is; raise `KeyError` for a severity that does not exist."""
+    return SEVERITIES[severity]

@@ -1,0 +1,80 @@
+"""``dineros check --baseline`` and ``--write-baseline``, and the suppressions of the model."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dineros.cli.options import Adds, ModelPath, together
+from dineros.cli.outputs import refuse_output
+
+if TYPE_CHECKING:
+    from dineros.analysis.witnesses.findings import Report
+    from dineros.metamodel import pn
+
+baseline_options: Adds = together(
+    click.option(
+        "--baseline",
+        type=ModelPath(),
+        metavar="FILE",
+        help="Report only what is not in FILE: a baseline, or the JSON or SARIF of an earlier check.",
+    ),
+    click.option(
+        "--write-baseline",
+        type=ModelPath(),
+        metavar="FILE",
+        help="Write the findings to a baseline (.json); they count as known.",
+    ),
+)
+
+
+class Acceptance:
+    """What is accepted of a model: by its suppressions, and by baselines.
+
+    Parameters
+    ----------
+    net : pn.Net
+        A valid model.
+    baseline : Path or None
+        What is known.
+    written : Path or None
+        The baseline to write.
+
+    Raises
+    ------
+    DinerosError
+        The baseline cannot be read, or a baseline cannot be written there.
+    """
+
+    def __init__(self, net: pn.Net, baseline: Path | None, written: Path | None) -> None:
+        from dineros.analysis.acceptance.baseline import Baseline
+        from dineros.analysis.acceptance.suppressions import Suppressions
+
+        if written is not None:
+            refuse_output(written, [".json"], "of a baseline")
+        self._suppressions = Suppressions(net)
+        self._baseline = Baseline.read(baseline) if baseline is not None else None
+        self._written = written
+
+    def apply(self, report: Report) -> Report:
+        """Return a report with what is accepted set apart."""
+        from dineros.analysis.checks.check import FAULTS
+
+        report = self._suppressions.apply(report, FAULTS)
+        return self._baseline.apply(report) if self._baseline is not None else report
+
+    def write(self, report: Report) -> Report:
+        """Write the baseline, if one is wanted; return the report as compared with it."""
+        from dineros.analysis.acceptance.baseline import Baseline, to_baseline
+        from dineros.metamodel.files.atomic import write_atomically
+
+        if self._written is None:
+            return report
+        content = to_baseline(report)
+        text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+        write_atomically(self._written, text.encode())
+        report.findings, report.known = [*report.findings, *report.known], []
+        return Baseline.of(content).apply(report)
