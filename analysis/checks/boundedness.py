@@ -10,7 +10,6 @@ from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.remedies import remedy_text
 from dineros.analysis.covering.firings import Firings, firings
 from dineros.analysis.covering.growth import growth_of, remedy_of
-from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
@@ -47,7 +46,7 @@ class Boundedness(Question):
 
     def ask(self, checked: Checked) -> None:
         """Make the state space, or find out what is known without it."""
-        subject = checked.subject = base_subject(checked.model)
+        subject = checked.subject
         try:
             reason = self._make_space(checked)
         except UnknownBoundError as error:
@@ -61,6 +60,9 @@ class Boundedness(Question):
             if not self._recurs(checked):
                 checked.close(self.asks, error.message)
             return
+        except Exception as error:
+            reason = checked.failed(error)
+            checked.leave_open("whether the net is bounded", reason)
         else:
             if not reason or self._recurs(checked):
                 return

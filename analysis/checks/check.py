@@ -8,9 +8,10 @@ has no end, what can be answered on the way is.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from dineros.analysis.acceptance import suppressions
-from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.checks.blocking import Callbacks, Deadlock
 from dineros.analysis.checks.boundedness import Boundedness, Places
 from dineros.analysis.checks.clauses import Clauses
@@ -61,11 +62,11 @@ def check(
         if checked.is_closed and question.needs_space:
             continue
         checked.budget.stage(question.asks)
-        try:
+        if question.needs_space:
+            _ = checked.subject  # what is wrong with the model itself ends the check
+        with checked.guarded(partial(question.leave_open, checked)):
             checked.budget.check_time()
             question.ask(checked)
-        except BudgetExceededError as limit:
-            question.leave_open(checked, str(limit))
     return report
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 from dineros.analysis.callbacks.blocking import last_parts, never_without
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
@@ -97,12 +98,14 @@ class Goals(Question):
         clients = list(_clients(checked))
         if not clients:
             return
-        found = len(checked.report.findings)
+        found = len(checked.report.findings) + len(checked.report.unknown)
         for client in clients:
-            self._fires(checked, client, self.LATE, client.late)
-            self._unheard(checked, client)
-            self._results(checked, client)
-            self._overtaking(checked, client)
+            asks = f"what can become of goals of {client.words} of action {client.channel.action}"
+            with checked.guarded(partial(checked.leave_open, asks)):
+                self._fires(checked, client, self.LATE, client.late)
+                self._unheard(checked, client)
+                self._results(checked, client)
+                self._overtaking(checked, client)
         if checked.firings is not None:
             if not checked.recurs:
                 reason = checked.firings.why_open or "the markings were not all seen"
@@ -115,7 +118,7 @@ class Goals(Question):
             return
         if not any(hangs):
             checked.report.proved.append("every goal that was sent can be over")
-        if len(checked.report.findings) == found:
+        if len(checked.report.findings) + len(checked.report.unknown) == found:
             checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
 
     def _fires(self, checked: Checked, client: _Client, fault: Fault, transitions: list[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import ClassVar
 
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
@@ -39,16 +40,20 @@ class Overflow(Question):
     def ask(self, checked: Checked) -> None:
         """Look for a marking in which a message would be lost."""
         for queue in queues(checked.subject):
-            overflows = can_fire(checked, queue.drops)
-            if overflows is None:
-                checked.leave_open(f"whether {queue} can overflow", checked.why_open)
-            elif not overflows:
-                checked.report.proved.append(f"{queue} never overflows")
-            else:
-                witness = firing_witness(checked, queue.drops)
-                if witness is None:
-                    checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
-                checked.report.findings.append(self._found(queue, witness))
+            with checked.guarded(partial(checked.leave_open, f"whether {queue} can overflow")):
+                self._ask_of(checked, queue)
+
+    def _ask_of(self, checked: Checked, queue: Queue) -> None:
+        overflows = can_fire(checked, queue.drops)
+        if overflows is None:
+            checked.leave_open(f"whether {queue} can overflow", checked.why_open)
+        elif not overflows:
+            checked.report.proved.append(f"{queue} never overflows")
+        else:
+            witness = firing_witness(checked, queue.drops)
+            if witness is None:
+                checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
+            checked.report.findings.append(self._found(queue, witness))
 
     @classmethod
     def _found(cls, queue: Queue, witness: Witness | None) -> Finding:
@@ -97,7 +102,11 @@ class Presence(Question):
         losses = losses_of(checked.subject.links())
         for kind, (fault, proved) in self._KINDS.items():
             some = [loss for loss in losses if loss.kind == kind]
-            if some and not [loss for loss in some if not self._is_excluded(checked, fault, loss)]:
+            excluded = 0
+            for loss in some:
+                with checked.guarded(partial(checked.leave_open, f"whether this can happen: {loss.text}")):
+                    excluded += self._is_excluded(checked, fault, loss)
+            if some and excluded == len(some):
                 checked.report.proved.append(proved)
 
     @classmethod

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import ClassVar
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.logic.language.errors import FormulaError
@@ -41,21 +43,22 @@ class Properties(Question):
     def ask(self, checked: Checked) -> None:
         """Ask them one after the other, each with its share of what is left."""
         properties = properties_of(checked.model)
-        subject = getattr(checked, "subject", None)
         for number, property in enumerate(properties):
             shown = f"property {label(property)}"
             checked.budget.stage(f"whether {shown} holds")
-            try:
-                question = asked(property, subject)
-                outcome = question.answer(
-                    checked.budget.share(1 / (len(properties) - number)), checked.orders
-                )
-            except FormulaError as error:
-                checked.report.findings.append(
-                    self.UNREADABLE.found(str(property.id), property=shown, reason=error)
-                )
-                continue
-            self._say(checked, property, shown, question, outcome)
+            with checked.guarded(partial(checked.leave_open, f"whether {shown} holds")):
+                self._ask_of(checked, property, shown, checked.budget.share(1 / (len(properties) - number)))
+
+    def _ask_of(self, checked: Checked, property: sym.Property, shown: str, budget: Budget) -> None:
+        try:
+            question = asked(property, checked.subject)
+            outcome = question.answer(budget, checked.orders)
+        except FormulaError as error:
+            checked.report.findings.append(
+                self.UNREADABLE.found(str(property.id), property=shown, reason=error)
+            )
+            return
+        self._say(checked, property, shown, question, outcome)
 
     def _say(
         self, checked: Checked, property: sym.Property, shown: str, question: Asked, outcome: Outcome

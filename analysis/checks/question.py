@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
-from dineros.analysis.answers.budget import RAN_OUT, Budget
+from dineros.analysis.answers.apart import is_end
+from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.covering.directed import Directed
 from dineros.analysis.covering.firings import Firings
-from dineros.analysis.model.subject import Subject
+from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.properties.recurrence import Recurrence, recurrence
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.witnesses.findings import Fault, Report
 from dineros.metamodel import pn
+from dineros.metamodel.errors import BudgetError
 
 OUT_OF_MEMORY = RAN_OUT["memory"]
+
+REPORT_IT = "please report it, with the model and what --debug adds"
 
 RECURRENCE_SHARE = 0.2
 """Part of the time that is left in which a smaller net is looked at."""
@@ -43,9 +48,9 @@ class Checked:
     orders : OrderCache or None
         Of the symbolic engine.
     subject : Subject
-        The net without signals; there once `Boundedness` has been asked, as are the others.
+        The net without signals, made when it is first needed.
     space : SymbolicStateSpace
-        Its complete state space; not there where `firings` is.
+        Its complete state space; there once `Boundedness` has been asked, unless `firings` is.
     firings : Firings or None
         What is known without a state space.
     recurs : bool
@@ -61,12 +66,16 @@ class Checked:
     budget: Budget
     work: int | None
     orders: OrderCache | None
-    subject: Subject = field(init=False)
     space: SymbolicStateSpace = field(init=False)
     firings: Firings | None = None
     recurs: bool = False
     is_closed: bool = False
     callbacks_asked: bool = False
+
+    @cached_property
+    def subject(self) -> Subject:
+        """The net without signals."""
+        return base_subject(self.model)
 
     @cached_property
     def waiting(self) -> Waiting:
@@ -97,6 +106,33 @@ class Checked:
     def leave_open(self, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> None:
         """Put a question into the report that is not decided."""
         self.report.unknown.append(Outcome.left_open(question, reason, hint, may_be_fault))
+
+    @contextmanager
+    def guarded(self, leave_open: Callable[[str], None]) -> Iterator[None]:
+        """Let what is asked within fail alone: it is left open with its reason, and the check goes on.
+
+        Running out of a budget is a reason, and so is an error of an engine. An error that ends the process,
+        such as an interruption, passes.
+
+        Parameters
+        ----------
+        leave_open : callable
+            Gets the reason.
+        """
+        try:
+            yield
+        except BudgetExceededError as limit:
+            leave_open(str(limit))
+        except Exception as error:
+            leave_open(self.failed(error))
+
+    def failed(self, error: Exception) -> str:
+        """Note an error inside a question and return it as a reason; raise it again if it ends the check."""
+        if isinstance(error, BudgetError) or is_end(error):
+            raise error
+        self.report.failures.append(error)
+        text = " ".join(str(error).split())
+        return f"an error inside: {type(error).__name__}{': ' if text else ''}{text} ({REPORT_IT})"
 
     def close(self, question: str, reason: str) -> None:
         """End with a question that is not decided: what follows needs a state space."""

@@ -55,7 +55,7 @@ class Repetition(Question):
             if checked.recurrence is not None:
                 self._say_recurrence(checked, checked.recurrence)
             else:
-                self.leave_open(checked, checked.firings.why_open)
+                self.leave_open(checked, checked.firings.why_open or "there is no end of markings")
             return
         try:
             answer = behaviour(checked.space, checked.budget, checked.work)

@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from dineros.analysis.answers.apart import is_end
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.names import Names
@@ -165,8 +166,15 @@ class Own(Engine):
     name = "auto"
 
     def answer(self, question: Question, budget: Budget) -> Outcome:
-        """Let the question choose."""
-        return question.decided(budget.begun())
+        """Let the question choose. A witness that does not replay is an error of an engine, and no answer."""
+        budget = budget.begun()
+        try:
+            return question.decided(budget)
+        except AssertionError as error:
+            if is_end(error):
+                raise
+            reason = f"an error inside an engine: {error} (please report it, with the model)"
+            return Outcome("unknown", seconds=budget.spent, reason=reason)
 
 
 class Tina(Engine):

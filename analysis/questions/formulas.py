@@ -12,6 +12,7 @@ Computing 2, 1988 (every beginning goes on fairly).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -26,7 +27,7 @@ from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.logic.language.syntax import FALSE, And, Formula, Globally, Not
 from dineros.analysis.logic.ltl.free_parts import without_free_parts
 from dineros.analysis.logic.ltl.verification import verify_ltl
-from dineros.analysis.logic.verdicts.verdict import check_counterexample
+from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.properties.normal_form import goal_of
@@ -81,8 +82,12 @@ def verify_linear(
         if way.trace is None:
             return replace(way, status={"unreachable": "holds"}.get(way.status, "unknown"))
         run = _going_on(net, way, names, weak, strong, share)
-        if not run.reason:
+        if run.reason:
+            return run
+        try:
             check_counterexample(net, tree, bound, run.stem, run.loop, weakly, strongly)
+        except ReplayError as error:
+            return _way_alone(way, str(error))
         return run
 
     asked = [partial(ask_goal, condition) for condition in conditions]
@@ -171,10 +176,11 @@ def _on_the_fly(
     if answer.status != "violated":
         return answer
     lasso = smaller.lift(answer.stem, answer.loop)
-    if lasso is None:
-        return verify_ltl(net, formula, names, weak, strong, budget)
-    check_counterexample(net, formula, bound, *lasso, weakly, strongly)
-    return replace(answer, trace=lasso[0], loop=lasso[1])
+    if lasso is not None:
+        with suppress(ReplayError):
+            check_counterexample(net, formula, bound, *lasso, weakly, strongly)
+            return replace(answer, trace=lasso[0], loop=lasso[1])
+    return verify_ltl(net, formula, names, weak, strong, budget)
 
 
 def _going_on(
@@ -192,5 +198,10 @@ def _going_on(
     run = _on_the_fly(there, FALSE, names, weak, strong, budget)
     if run.status == "violated":
         return replace(way, status="violated", trace=(*way.trace, *run.stem), loop=run.loop)
-    reason = f"every fair run that goes on from here violates it; none that repeats was found: {run.reason}"
+    return _way_alone(way, run.reason)
+
+
+def _way_alone(way: Outcome, why: str) -> Outcome:
+    """Answer by a way to a marking alone, from which no run that repeats is shown."""
+    reason = f"every fair run that goes on from here violates it; none that repeats was found: {why}"
     return replace(way, status="violated", reason=reason)

@@ -213,6 +213,8 @@ class Report:
         Whether the report was compared with a baseline.
     gone : int
         Findings of the baseline, notes aside, that were not found again.
+    failures : list of Exception
+        Errors inside questions, which are among what is not decided.
     """
 
     findings: list[Finding] = field(default_factory=list)
@@ -225,6 +227,7 @@ class Report:
     known: list[Finding] = field(default_factory=list)
     has_baseline: bool = False
     gone: int = 0
+    failures: list[Exception] = field(default_factory=list, compare=False, repr=False)
 
     def with_accepted(
         self, findings: list[Finding], suppressed: list[Suppressed], known: list[Finding]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 from dineros.cli.analysing import say_witness, write_witness
 from dineros.cli.console import SEVERITIES, note, say, say_json, summarise
 from dineros.cli.models import rules_of
+from dineros.cli.options import invocation
 from dineros.metamodel.errors import counted
 
 _ALWAYS_SHOWN = ("suppression-expired", "suppression-unused")
@@ -44,6 +46,13 @@ def print_report(
         say(to_junit(report, model, f"dineros {command}").decode())
     else:
         _print_text(report, model, witnesses)
+
+
+def show_failures(report: Report) -> None:
+    """Print the stack traces of errors inside questions, with `--debug`."""
+    if invocation().debug:
+        for error in report.failures:
+            traceback.print_exception(error)
 
 
 def write_witnesses(

@@ -15,7 +15,7 @@ J. Esparza, *On the decidability of model checking for several mu-calculi and Pe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import chain
 
@@ -34,12 +34,12 @@ from dineros.analysis.covering.growing import (
     limited,
     without_growth,
 )
-from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, Step, all_resolved
+from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, all_resolved
 from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.logic.ltl.near_lassos import near_lassos
-from dineros.analysis.logic.verdicts.verdict import ReplayError, fired, replayed, unfair_to
+from dineros.analysis.logic.verdicts.verdict import ReplayError, settled, unfair_to
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, coverability
 
@@ -57,9 +57,6 @@ MOST_STATES = 300_000
 
 NEAR_MARKINGS = 2_000
 """Markings among which loops are looked for that refute the formula as they are."""
-
-MOST_ROUNDS = 10_000
-"""Firings of a loop that are replayed at most until atoms stay as they are."""
 
 Verify = Callable[[CompiledNet, Formula, Names, Iterable[str], Iterable[str], Budget], Outcome]
 """`verify_ltl`."""
@@ -224,47 +221,3 @@ def compared_tokens(net: CompiledNet, atoms: BoundAtoms) -> Mapping[int, int] | 
             for place, factor in condition.factors.items():
                 compared[place] = max(compared.get(place, 0), abs(condition.bound) // abs(factor) + 1)
     return compared
-
-
-def settled(
-    net: CompiledNet, atoms: BoundAtoms, stem: Sequence[int], loop: Sequence[int]
-) -> tuple[list[Step], list[Step]]:
-    """Return the steps of a run until its atoms stay what they are, and those of one more round of its loop.
-
-    The loop may leave more tokens than it found. Then every comparison, and whether a transition is enabled,
-    is the same from some round on.
-
-    Raises
-    ------
-    ReplayError
-        The run cannot be fired, or its loop cannot be repeated for ever.
-    """
-    if not loop:
-        return replayed(net, stem, loop)
-    steps, start = fired(net, tuple(net.initial.tolist()), stem)
-    more, marking = fired(net, start, loop)
-    steps += more
-    gains = [after - before for before, after in zip(start, marking, strict=True)]
-    grown = {place for place, gain in enumerate(gains) if gain}
-    if min(gains, default=0) < 0:
-        raise ReplayError("the loop of a witness takes tokens")
-    if any(place in grown for t in loop for place, _ in net.inhibitor.row(t)):
-        raise ReplayError("what grows in the loop of a witness inhibits it")
-    rounds = 1 + _rounds(net, atoms, max(max(step.marking) for step in steps)) if grown else 0
-    if rounds * len(loop) > MOST_ROUNDS:
-        raise ReplayError("the loop of a witness takes too many rounds until atoms stay as they are")
-    for _ in range(rounds):
-        more, marking = fired(net, marking, loop)
-        steps += more
-    first = len(steps) - len(loop)
-    return steps[:first], steps[first:]
-
-
-def _rounds(net: CompiledNet, atoms: BoundAtoms, largest: int) -> int:
-    """Rounds after which no atom changes any more; at most so many tokens are in a place in the first."""
-    least = max((*net.pre.weight.tolist(), *net.inhibitor.weight.tolist(), 1))
-    for condition in atoms.conditions.values():
-        if isinstance(condition, Linear):
-            there = largest * sum(abs(factor) for factor in condition.factors.values())
-            least = max(least, there + abs(condition.bound) + 1)
-    return int(least)

@@ -5,14 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from dineros.analysis.answers.outcome import Outcome as Verdict
-from dineros.analysis.logic.language.atoms import BoundAtoms, Step
+from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, Step
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet
 
 Marking = tuple[int, ...]
 
-__all__ = ["ReplayError", "Verdict", "check_counterexample", "fired", "moves", "replayed", "unfair_to"]
+MOST_FIRINGS = 10_000
+"""Firings of a loop that are replayed at most until atoms stay as they are."""
+
+__all__ = [
+    "ReplayError",
+    "Verdict",
+    "check_counterexample",
+    "fired",
+    "moves",
+    "replayed",
+    "settled",
+    "unfair_to",
+]
 
 
 class ReplayError(AssertionError):
@@ -68,6 +80,50 @@ def moves(net: CompiledNet, marking: Marking) -> Iterator[tuple[int, Marking]]:
             yield transition, tuple(net.fire(transition, marking))
 
 
+def settled(
+    net: CompiledNet, atoms: BoundAtoms, stem: Sequence[int], loop: Sequence[int]
+) -> tuple[list[Step], list[Step]]:
+    """Return the steps of a run until its atoms stay what they are, and those of one more round of its loop.
+
+    The loop may leave more tokens than it found. Then every comparison, and whether a transition is enabled,
+    is the same from some round on.
+
+    Raises
+    ------
+    ReplayError
+        The run cannot be fired, or its loop cannot be repeated for ever.
+    """
+    if not loop:
+        return replayed(net, stem, loop)
+    steps, start = fired(net, tuple(net.initial.tolist()), stem)
+    more, marking = fired(net, start, loop)
+    steps += more
+    gains = [after - before for before, after in zip(start, marking, strict=True)]
+    grown = {place for place, gain in enumerate(gains) if gain}
+    if min(gains, default=0) < 0:
+        raise ReplayError("the loop of a witness takes tokens")
+    if any(place in grown for t in loop for place, _ in net.inhibitor.row(t)):
+        raise ReplayError("what grows in the loop of a witness inhibits it")
+    rounds = 1 + _rounds(net, atoms, max(max(step.marking) for step in steps)) if grown else 0
+    if rounds * len(loop) > MOST_FIRINGS:
+        raise ReplayError("the loop of a witness takes too many rounds until atoms stay as they are")
+    for _ in range(rounds):
+        more, marking = fired(net, marking, loop)
+        steps += more
+    first = len(steps) - len(loop)
+    return steps[:first], steps[first:]
+
+
+def _rounds(net: CompiledNet, atoms: BoundAtoms, largest: int) -> int:
+    """Rounds after which no atom changes any more; at most so many tokens are in a place in the first."""
+    least = max((*net.pre.weight.tolist(), *net.inhibitor.weight.tolist(), 1))
+    for condition in atoms.conditions.values():
+        if isinstance(condition, Linear):
+            there = largest * sum(abs(factor) for factor in condition.factors.values())
+            least = max(least, there + abs(condition.bound) + 1)
+    return int(least)
+
+
 def check_counterexample(
     net: CompiledNet,
     formula: Formula,
@@ -79,12 +135,14 @@ def check_counterexample(
 ) -> None:
     """Check by definition that a lasso is a fair run of the net on which an LTL formula is false.
 
+    The loop may leave more tokens than it found, as `settled` allows.
+
     Raises
     ------
     ReplayError
         If it is not.
     """
-    first, again = replayed(net, stem, loop)
+    first, again = settled(net, atoms, stem, loop)
     if holds_on_lasso(formula, first, again, atoms.is_true):
         raise ReplayError(f"the witness satisfies {formula}")
     if unfair := unfair_to(net, again, weak, strong):

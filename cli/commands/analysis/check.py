@@ -34,7 +34,7 @@ from dineros.cli.presentation.evidence import (
     refuse_certificates,
     say_confirmation,
 )
-from dineros.cli.presentation.findings import print_report, write_witnesses
+from dineros.cli.presentation.findings import print_report, show_failures, write_witnesses
 from dineros.cli.presentation.scheduling import check_on_workers
 from dineros.cli.questions.accepting import Acceptance, baseline_options
 from dineros.cli.questions.suggesting import suggest
@@ -166,6 +166,7 @@ def check(
     report = acceptance.apply(report)
     with run.answer():
         report = acceptance.write(report)
+        show_failures(report)
         print_report(report, net, model, format, witnesses)
         if confirm:
             say_confirmation(confirmation, format != "text")

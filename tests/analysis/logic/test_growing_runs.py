@@ -12,9 +12,9 @@ from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.semantics import holds_on_lasso
-from dineros.analysis.logic.ltl.growing_runs import EndlessRuns, settled
+from dineros.analysis.logic.ltl.growing_runs import EndlessRuns
 from dineros.analysis.logic.ltl.verification import verify_ltl
-from dineros.analysis.logic.verdicts.verdict import ReplayError
+from dineros.analysis.logic.verdicts.verdict import ReplayError, settled
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.metamodel import sym
 from tests.analysis.logic.unbounded_lassos import compare

@@ -6,24 +6,29 @@ import random
 from collections import Counter
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.automata.translation import translate
 from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
 from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.rewriting import negated
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import And, Exists, Finally, ForAll, Formula, Globally, Not, Or
-from dineros.analysis.logic.verdicts.verdict import check_counterexample
-from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
+from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.questions import formulas, goals
+from dineros.analysis.questions.engines import ENGINES, Linear
 from dineros.analysis.questions.formulas import verify_branching, verify_linear
 from dineros.analysis.questions.goals import find_marking
 from tests.analysis import classic_nets as classic
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_ltl, random_net
 from tests.analysis.logic.reference_ltl import has_counterexample, reachability_graph
+from tests.analysis.strategies import nets
 
 LIMITS = Budget(1 << 26, seconds=20)
 
@@ -68,6 +73,58 @@ def test_linear_time_under_fairness(near: int, seed: int) -> None:
         seen[answer.status, answer.by] += 1
     assert len({status for status, _ in seen}) == 2
     assert near > 1 or len({by for _, by in seen}) >= 2
+
+
+COUNTED = CompiledNet.build(
+    {"idle": 1, "bad": 0, "log": 0},
+    [
+        Transition("stay", {"idle": 1}, {"idle": 1, "log": 1}),
+        Transition("go", {"idle": 1}, {"bad": 1, "log": 1}),
+        Transition("back", {"bad": 1}, {"idle": 1, "log": 1}),
+    ],
+)
+"""Whatever is fired, a token is added to the log."""
+
+
+@pytest.mark.parametrize("formula", ["G (bad = 0)", "G (log < 3)", "G (bad = 0) & F (log >= 2)"])
+@pytest.mark.parametrize("fair", [(), ("back",)])
+def test_a_violated_condition_where_every_way_on_must_grow(formula: str, fair: tuple[str, ...]) -> None:
+    names = NetNames(COUNTED)
+    answer = verify_linear(COUNTED, formula, names, fair, (), LIMITS)
+    assert answer.status == "violated"
+    bound = BoundAtoms(COUNTED, parse(formula), names)
+    weak = [COUNTED.transitions.index(name) for name in fair]
+    check_counterexample(COUNTED, parse(formula), bound, answer.stem, answer.loop, weak)
+
+
+def test_a_condition_on_more_tokens_than_are_replayed() -> None:
+    answer = verify_linear(COUNTED, "G (log < 30000)", NetNames(COUNTED), (), (), LIMITS)
+    assert answer.status == "violated"
+    assert len(answer.stem) >= 30_000
+    assert "every fair run that goes on from here violates it" in answer.reason
+
+
+def test_a_witness_that_does_not_replay_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    def wrong(*_: object) -> None:
+        raise ReplayError("the witness fires 't', which is not enabled")
+
+    monkeypatch.setattr("dineros.analysis.logic.ltl.verification.check_counterexample", wrong)
+    question = Linear(COUNTED, NetNames(COUNTED), "F G (bad = 0)")
+    answer = ENGINES["auto"].answer(question, LIMITS)
+    assert (answer.status, answer.trace) == ("unknown", None)
+    assert "the witness fires 't', which is not enabled" in answer.reason
+
+
+@pytest.mark.long
+@settings(max_examples=30, deadline=None)
+@given(nets(), st.sampled_from(["G (p0 <= 2)", "G (p0 <= 40)", "G (p0 <= 2) & F (p0 = 0)"]), st.booleans())
+def test_conditions_on_nets_that_may_have_no_bounds(net: CompiledNet, formula: str, is_fair: bool) -> None:
+    names, tree = NetNames(net), parse(formula)
+    fair = ("t0",) if is_fair else ()
+    answer = verify_linear(net, tree, names, fair, (), Budget(1 << 26, states=5_000, seconds=10))
+    if answer.status == "violated" and not answer.reason:
+        bound = BoundAtoms(net, tree, names)
+        check_counterexample(net, tree, bound, answer.stem, answer.loop, [0] if is_fair else [])
 
 
 @pytest.mark.long
