@@ -25,6 +25,7 @@ from dineros.runtime.bridges.values import (
     read_signals,
     read_truth,
 )
+from dineros.runtime.connections import BACKLOG, UnknownClients, counting_protocol, log_in_lines
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.scheduling.threads import join
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from starlette.applications import Starlette
     from starlette.requests import Request
     from starlette.responses import Response
+    from uvicorn.protocols.http.h11_impl import H11Protocol
 
 HEADER_TIMEOUT = 10.0
 """Seconds in which a request's head must be there, and then its body."""
@@ -238,7 +240,8 @@ class RestServer:
             app,
             host=host,
             port=port,
-            http=_impatient_protocol(),
+            http=counting_protocol(UnknownClients(LOG), _impatient_protocol()),
+            backlog=BACKLOG,
             ws="none",
             lifespan="off",
             log_config=None,
@@ -255,12 +258,16 @@ class RestServer:
 
     def _serve(self) -> None:
         try:
-            self._server.run()
+            asyncio.run(self._serving())
         except SystemExit:  # uvicorn's way to say that the port is taken
             LOG.error("nothing can be served on %s:%s", self._host, self._port)
         except Exception as error:
             self._source.fail("the rest server ends", f"{type(error).__name__}: {error}")
         self._source.connected(False)
+
+    async def _serving(self) -> None:
+        asyncio.get_running_loop().set_exception_handler(log_in_lines(LOG, "the rest server"))
+        await self._server.serve()
 
     @property
     def url(self) -> str:
@@ -304,7 +311,7 @@ class RestServer:
         self.close()
 
 
-def _impatient_protocol() -> type:
+def _impatient_protocol() -> type[H11Protocol]:
     """Return uvicorn's protocol with a limit for the time in which a request's head comes."""
     from uvicorn.protocols.http.h11_impl import H11Protocol
 

@@ -7,6 +7,8 @@ the node counts already. Python's web server is imported only where a port is as
 
 from __future__ import annotations
 
+import contextlib
+import socket
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -18,6 +20,9 @@ HOST = "127.0.0.1"
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 PATIENCE = 5.0
 """Seconds that somebody who asks has to send the question."""
+
+MOST_CONNECTIONS = 32
+"""At a time; a further one ends the oldest."""
 
 Sample = tuple[str, str, str, dict[str, str], float]
 """Name, type, help, labels, value."""
@@ -121,6 +126,7 @@ class MetricsServer:
         from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
         text, names = self._text, {f"{host}:{self._port}" for host in (HOST, "localhost")}
+        connections: dict[socket.socket, None] = {}
 
         class Answers(BaseHTTPRequestHandler):
             timeout = PATIENCE
@@ -144,6 +150,19 @@ class MetricsServer:
 
         class Server(ThreadingHTTPServer):
             daemon_threads = True
+
+            def process_request(self, request: Any, client_address: Any) -> None:
+                connections[request] = None
+                if len(connections) > MOST_CONNECTIONS:
+                    oldest = next(iter(connections))
+                    connections.pop(oldest, None)
+                    with contextlib.suppress(OSError):  # its thread ends then
+                        oldest.shutdown(socket.SHUT_RDWR)
+                super().process_request(request, client_address)
+
+            def shutdown_request(self, request: Any) -> None:
+                connections.pop(request, None)
+                super().shutdown_request(request)
 
             def handle_error(self, request: object, client_address: object) -> None:
                 LOG.debug("a question for metrics failed", exc_info=True)

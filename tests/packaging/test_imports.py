@@ -52,7 +52,7 @@ FOLDERS = {
         "editing",
     ],
     "metamodel/files": [
-        *("reading", "remarks", "xml", "atomic", "confined", "watching", "schema"),
+        *("reading", "locking", "remarks", "xml", "atomic", "confined", "watching", "schema"),
         *("pnml", "tina", "net_formats", "xmi", "programs"),
     ],
     "metamodel/constraints": ["index", "wording", "constraint", "circles", "families", "listing"],
@@ -83,6 +83,7 @@ FOLDERS = {
         "warm_up",
     ],
     "runtime": [
+        "connections",
         "scheduling",
         "nets",
         "journal",

@@ -29,7 +29,10 @@ INTERVAL = 0.15
 """Seconds between two looks at files that are written without a pause, or at what tells of no changes."""
 
 MOST_WAITING = 2_000
-"""Messages that wait for a page which goes on asking; it is left alone then."""
+"""Messages that wait for a page; one that does not take them is closed. It then asks for what it missed."""
+
+BEHIND = 4408
+"""Code that closes the stream to a page that does not take its messages."""
 
 LEAVING = 2.0
 """Seconds, at most, that an ending server waits for pages to have been told."""
@@ -106,7 +109,7 @@ class LivePages:
         self._folder = folder
         self._steering = steering
         self._nodes: str | None = None
-        self._pages: set[asyncio.Queue[str]] = set()
+        self._pages: set[asyncio.Queue[str | None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
 
     @contextlib.asynccontextmanager
@@ -139,8 +142,12 @@ class LivePages:
 
     def _tell(self, messages: list[str]) -> None:
         for message in messages:
-            for page in self._pages:
-                page.put_nowait(message)
+            for page in list(self._pages):
+                if page.qsize() < MOST_WAITING:
+                    page.put_nowait(message)
+                else:
+                    self._pages.discard(page)
+                    page.put_nowait(None)
 
     def _tell_nodes(self, message: str) -> None:
         self._nodes = message
@@ -174,7 +181,7 @@ class LivePages:
             await socket.send_denial_response(PlainTextResponse(answer, 400))
             return
         await socket.accept()
-        queue: asyncio.Queue[str] = asyncio.Queue()
+        queue: asyncio.Queue[str | None] = asyncio.Queue()
         for message in self.trace.greeting(epoch, int(number) if number else None):
             queue.put_nowait(message)
         if self._nodes is not None:
@@ -186,11 +193,15 @@ class LivePages:
             while not listening.done():
                 getting = asyncio.create_task(queue.get())
                 await asyncio.wait({getting, listening}, return_when=asyncio.FIRST_COMPLETED)
-                if getting.done():
-                    await socket.send_text(getting.result())
-                    queue.task_done()
-                else:
+                if not getting.done():
                     getting.cancel()
+                    break
+                waiting = getting.result()
+                if waiting is None:
+                    await socket.close(BEHIND)
+                    break
+                await socket.send_text(waiting)
+                queue.task_done()
         except (WebSocketDisconnect, RuntimeError):
             pass  # it is gone
         finally:
@@ -203,7 +214,7 @@ class LivePages:
         if self._steering is not None:
             self._steering.watched(bool(self._pages))
 
-    async def _until_gone(self, socket: WebSocket, queue: asyncio.Queue[str]) -> None:
+    async def _until_gone(self, socket: WebSocket, queue: asyncio.Queue[str | None]) -> None:
         """Do what the page asks where the run can be steered, and return when it has closed."""
         while True:
             received: dict[str, Any] = dict(await socket.receive())

@@ -6,6 +6,7 @@ import logging
 import secrets
 from typing import TYPE_CHECKING
 
+from dineros.runtime.connections import UnknownClients
 from dineros.views.serving.addresses import HOST
 
 if TYPE_CHECKING:
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
 LOG = logging.getLogger("dineros.views.serving")
+
+PATIENCE = 5.0
+"""Seconds in which a connection must have shown the token."""
 
 REFUSED = 4403
 """Code that closes a stream to somebody without the token."""
@@ -29,10 +33,16 @@ class Entrance:
         What must be known.
     port : int
         Where the server listens.
+
+    Attributes
+    ----------
+    strangers : UnknownClients
+        The open connections that have not shown the token.
     """
 
     def __init__(self, token: str, port: int) -> None:
         self.token = token
+        self.strangers = UnknownClients(LOG, PATIENCE)
         self._hosts = {f"{HOST}:{port}", f"localhost:{port}"}
 
     @property
@@ -40,11 +50,22 @@ class Entrance:
         """Where pages of this server may connect to, for their policy."""
         return " ".join(f"ws://{host}" for host in sorted(self._hosts))
 
+    def is_meant(self, connection: HTTPConnection) -> bool:
+        """Return whether a request is for this server, not for a name that somebody else had lead here."""
+        return connection.headers.get("host") in self._hosts
+
     def lets_in(self, connection: HTTPConnection) -> bool:
-        """Tell whether somebody knows the token and means this server, not a name that leads here."""
+        """Return whether a request is for this server and has the token.
+
+        Its connection is no longer counted as a stranger's then.
+        """
         given = connection.query_params.get("token", "")
         known = secrets.compare_digest(given.encode(), self.token.encode())
-        return known and connection.headers.get("host") in self._hosts
+        if not known or not self.is_meant(connection):
+            return False
+        if connection.client is not None:
+            self.strangers.forget((connection.client.host, connection.client.port))
+        return True
 
     async def lets_in_stream(self, socket: WebSocket) -> bool:
         """Tell whether a stream is wanted by a page of this server; one that is not is closed."""
@@ -66,6 +87,7 @@ class Entrance:
             "X-Frame-Options": "DENY",
         }
         if made is None or not self.lets_in(connection):
+            headers["Connection"] = "close"
             return PlainTextResponse("Open the address that was printed, token included.\n", 403, headers)
         text, policy = made
         headers["Content-Security-Policy"] = f"{policy}; frame-ancestors 'none'"

@@ -13,11 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.watching import FolderWatch
+from dineros.runtime.connections import BACKLOG, counting_protocol, log_in_lines
 from dineros.views.serving.addresses import HOST, bind, open_address
-from dineros.views.serving.entrance import Entrance
+from dineros.views.serving.entrance import LOG, Entrance
+from dineros.views.serving.invitations import Invitations
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
+    from uvicorn import Server
 
 
 Leave = Callable[[], None]
@@ -33,9 +36,22 @@ class PageHandle:
         Where it is, token included.
     """
 
-    def __init__(self, url: str, server: Any, thread: threading.Thread, leave: Leave | None = None) -> None:
+    def __init__(
+        self,
+        url: str,
+        server: Any,
+        thread: threading.Thread,
+        leave: Leave | None = None,
+        invitations: Invitations | None = None,
+    ) -> None:
         self.url = url
         self._server, self._thread, self._leave = server, thread, leave
+        self._invitations = invitations
+
+    def url_for_command_line(self) -> str:
+        """Return an address that a browser of this user can open once: others can read command lines."""
+        assert self._invitations is not None, "made by serve_page"
+        return f"{self.url.partition('?')[0]}?code={self._invitations.new()}"
 
     def stop(self) -> None:
         """Tell the pages what there is left to tell, and end the server; returns when it has ended."""
@@ -89,17 +105,36 @@ def serve_page(
         raise DinerosError(f"{what} needs a web server", hint="pip install 'dineros[view]'") from None
     listening, token = _address(path, port)
     bound = listening.getsockname()[1]
+    entrance = Entrance(token, bound)
+    invitations = Invitations(entrance)
     config = uvicorn.Config(
-        make(Entrance(token, bound)),
+        invitations.in_front_of(make(entrance)),
+        http=counting_protocol(entrance.strangers),
+        backlog=BACKLOG,
         log_level="critical",  # what goes wrong with a request is told by `guarded`
         access_log=False,
         timeout_graceful_shutdown=2,
         ws_max_size=longest_message,
     )
     server = uvicorn.Server(config)
-    thread = threading.Thread(target=server.run, args=([listening],), name=f"dineros {what}", daemon=True)
+    thread = threading.Thread(
+        target=_run, args=(server, listening, what), name=f"dineros {what}", daemon=True
+    )
     thread.start()
-    return PageHandle(f"http://{HOST}:{bound}/?token={token}", server, thread, leave)
+    return PageHandle(f"http://{HOST}:{bound}/?token={token}", server, thread, leave, invitations)
+
+
+def _run(server: Server, listening: socket.socket, what: str) -> None:
+    """Run a server until it ends. A failure is a line of the log; the program continues without the page."""
+
+    async def serving() -> None:
+        asyncio.get_running_loop().set_exception_handler(log_in_lines(LOG, what))
+        await server.serve(sockets=[listening])
+
+    try:
+        asyncio.run(serving())
+    except (Exception, SystemExit) as error:
+        LOG.error("%s has ended: %s", what, " ".join(f"{type(error).__name__}: {error}".split()))
 
 
 def _address(path: Path | None, port: int) -> tuple[socket.socket, str]:

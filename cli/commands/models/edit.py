@@ -37,7 +37,7 @@ def edit(model: Path, port: int, no_browser: bool) -> int:
             if not no_browser:
                 import webbrowser
 
-                webbrowser.open(handle.url)
+                webbrowser.open(handle.url_for_command_line())
             handle.wait()
         except KeyboardInterrupt:
             pass

@@ -136,3 +136,13 @@ def test_it_can_be_stopped_while_it_is_told_of_a_change(tmp_path: Path, turns: i
                     await waiting
 
     run_apart(follow())
+
+
+def test_a_page_that_takes_nothing_is_closed() -> None:
+    feed = Feed()
+    live = serving.LivePages(LiveTrace(feed, None, "run"), None)
+    page: asyncio.Queue[str | None] = asyncio.Queue()
+    live._pages.add(page)
+    live._tell(["message"] * (serving.MOST_WAITING + 10))
+    waiting = [page.get_nowait() for _ in range(page.qsize())]
+    assert waiting == ["message"] * serving.MOST_WAITING + [None]

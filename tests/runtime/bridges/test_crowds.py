@@ -1,0 +1,45 @@
+"""What many connections cost a node that serves its signals or metrics: few files; it still answers."""
+
+from __future__ import annotations
+
+import logging
+import socket
+from pathlib import Path
+from urllib.request import urlopen
+
+import pytest
+
+from dineros.runtime.bridges.rest import RestServer
+from dineros.runtime.connections import BACKLOG, MOST
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.ros.metrics import MOST_CONNECTIONS, MetricsServer
+from tests.support.programs.crowds import BEGINNINGS, closed, crowd, port_of
+
+FILES = Path("/proc/self/fd")
+
+
+@pytest.mark.parametrize("beginning", ["half a request", "a request that is refused"])
+def test_signals_are_served_in_a_crowd(net: Net, beginning: str, caplog: pytest.LogCaptureFixture) -> None:
+    with RestServer(net, port=0) as server:
+        before = len(list(FILES.iterdir()))
+        with crowd(port_of(server.url), 400, BEGINNINGS[beginning]) as connections:
+            assert b"Button" in urlopen(f"{server.url}/signals", timeout=10).read()
+            assert len(list(FILES.iterdir())) - before - len(connections) <= MOST + BACKLOG
+            assert closed(connections) >= 400 - MOST - BACKLOG
+        assert len([each for each in caplog.records if each.levelno > logging.DEBUG]) <= 1
+
+
+@pytest.mark.parametrize("beginning", ["nothing", "half a request"])
+def test_metrics_are_served_in_a_crowd(beginning: str) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    server = MetricsServer(port, lambda: "metrics")
+    server.start()
+    try:
+        before = len(list(FILES.iterdir()))
+        with crowd(port, 200, BEGINNINGS[beginning]) as connections:
+            assert urlopen(f"http://127.0.0.1:{port}/metrics", timeout=10).read() == b"metrics"
+            assert len(list(FILES.iterdir())) - before - len(connections) <= 2 * MOST_CONNECTIONS
+            assert closed(connections) >= 200 - 2 * MOST_CONNECTIONS
+    finally:
+        server.close()
