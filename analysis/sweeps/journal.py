@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
 import os
@@ -13,7 +12,8 @@ from typing import Any, BinaryIO
 from dineros.analysis.sweeps.grid import Grid, Point, SweepError
 from dineros.analysis.sweeps.point import Figures
 from dineros.metamodel.errors import Location
-from dineros.metamodel.files.reading import SIZE_LIMIT, open_plain
+from dineros.metamodel.files.locking import open_locked
+from dineros.metamodel.files.reading import SIZE_LIMIT
 from dineros.metamodel.json_text import JsonTextError, decode_json
 
 FORMAT = 1
@@ -50,20 +50,15 @@ class Journal:
         self.path = path
         self.limits = limits
         self.finished: dict[str, Figures] = {}
-        flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
-        self._file: BinaryIO = os.fdopen(open_plain(path, flags, follow_links=False), "a+b")
+        file = open_locked(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
+        if file is None:
+            raise SweepError("a sweep that writes it is running", location=Location(path))
+        self._file: BinaryIO = os.fdopen(file, "a+b")
         try:
-            self._lock()
             self._begin({"sweep": FORMAT, "of": _hash(model, grid, engine)})
         except BaseException:
             self._file.close()
             raise
-
-    def _lock(self) -> None:
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise SweepError("a sweep that writes it is running", location=Location(self.path)) from None
 
     def _begin(self, header: dict[str, Any]) -> None:
         """Read what an earlier run finished, and drop the half line of a crash."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import contextlib
-import fcntl
 import hashlib
 import json
 import os
@@ -19,12 +18,16 @@ from pathlib import Path
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location
-from dineros.metamodel.files.reading import SIZE_LIMIT, open_plain
+from dineros.metamodel.files.locking import open_locked
+from dineros.metamodel.files.reading import SIZE_LIMIT
 from dineros.metamodel.json_text import decode_json
 
 VERSION = 1
 MOST_BYTES = 4 * SIZE_LIMIT
 """Of a journal."""
+
+PRIVATE = 0o600
+"""Mode of a journal. It holds the whole model, which only its owner may be allowed to read."""
 
 
 class JournalError(DinerosError):
@@ -63,18 +66,20 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            self._file = open_plain(path, os.O_RDWR | os.O_CREAT, follow_links=False)
+            file = open_locked(path, os.O_RDWR | os.O_CREAT, PRIVATE)
         except OSError as error:
             raise self._error(f"cannot be made: {error.strerror}") from error
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            os.close(self._file)
+        if file is None:
             raise JournalError(
                 "is being edited by another process", location=Location(path), hint="end that one first"
-            ) from None
+            )
+        self._file = file
         try:
+            os.fchmod(self._file, PRIVATE)
             self.entries = self._read()
+        except OSError as error:
+            os.close(self._file)
+            raise self._error(f"cannot be kept private: {error.strerror}") from error
         except BaseException:
             os.close(self._file)
             raise

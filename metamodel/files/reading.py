@@ -21,6 +21,7 @@ SIZE_LIMIT = 64 * 1024 * 1024
 def open_plain(
     path: Path | str,
     flags: int = os.O_RDONLY,
+    mode: int = 0o666,
     *,
     follow_links: bool = True,
     folder: int | None = None,
@@ -33,7 +34,9 @@ def open_plain(
     path : Path or str
         The file.
     flags : int
-        As for `os.open`; what is made gets the mode that the umask leaves of 0666.
+        As for `os.open`.
+    mode : int
+        The mode of a file that is created, before the umask.
     follow_links : bool
         Whether a symbolic link at the path's end is followed.
     folder : int, optional
@@ -54,7 +57,7 @@ def open_plain(
     guarded = flags | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY | (0 if follow_links else os.O_NOFOLLOW)
     try:
         beside = {} if folder is None else {"dir_fd": folder}
-        descriptor = os.open(path, guarded, 0o666, **beside)
+        descriptor = os.open(path, guarded, mode, **beside)
     except FileNotFoundError:
         raise
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name

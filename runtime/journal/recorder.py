@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.files.locking import open_locked
 from dineros.metamodel.files.reading import open_plain, read_bytes
 from dineros.metamodel.records import (
     SCHEMA,
@@ -257,9 +258,13 @@ def _lock(file: int, path: Path) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
-        raise JournalError(
-            "is being written by another process", location=Location(path), hint="end that one first"
-        ) from None
+        raise _is_written(path) from None
+
+
+def _is_written(path: Path) -> JournalError:
+    return JournalError(
+        "is being written by another process", location=Location(path), hint="end that one first"
+    )
 
 
 def resume_journal(
@@ -295,11 +300,13 @@ def resume_journal(
     try:
         if not path.exists():  # a crash between the two renames of a rotation
             parts[-1].rename(path)
-        file = open_plain(path, os.O_RDWR | os.O_APPEND, follow_links=False)
+        # Its writer may have renamed the opened file, as a full part, before it is locked.
+        file = open_locked(path, os.O_RDWR | os.O_APPEND)
     except OSError as error:
         raise JournalError(f"cannot be written: {error.strerror}", location=Location(path)) from error
+    if file is None:
+        raise _is_written(path)
     try:
-        _lock(file, path)
         path.with_name(f".{path.name}.tmp").unlink(missing_ok=True)
         _mend(file, path)
         header = next(read_records(path), None)
