@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.console import working
+from dineros.cli.console import warn
 from dineros.cli.options import Adds, together
+from dineros.cli.searching import search
 
 if TYPE_CHECKING:
+    from dineros.observation.recordings import Recording
     from dineros.observation.systems import ObservedSystem
 
 
@@ -62,14 +66,30 @@ class Source:
             ROS 2 is not there, no node or topic is, or the recording cannot be read.
         """
         if self.bag is not None:
-            from dineros.observation.recordings.reading import Recording
-
-            with working(f"Reading {self.bag}"), Recording(self.bag) as recording:
+            with opened(self.bag) as recording:
                 return recording.system()
         from dineros.observation.graph.watching import watch
 
-        with working(f"Watching the graph for {self.seconds:g} s"):
-            return watch(self.seconds, self.domain, without=self.without)
+        search().stage(f"watching the graph for {self.seconds:g} s")
+        return watch(self.seconds, self.domain, without=self.without)
+
+
+@contextmanager
+def opened(bag: Path) -> Iterator[Recording]:
+    """Open a recording, and warn of topics in it that cannot be read.
+
+    Raises
+    ------
+    DinerosError
+        The recording cannot be read.
+    """
+    from dineros.observation.recordings import Recording
+
+    search().stage(f"reading {bag.name}")
+    with Recording(bag) as recording:
+        for each in recording.left_out:
+            warn(f"{bag}: left out: {each}")
+        yield recording
 
 
 source_options = together(

@@ -80,18 +80,22 @@ class ExampleCommand(click.Command):
                     formatter.write(f"{'':{formatter.current_indent}}{example}\n")
 
 
-def command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
+def command(
+    *examples: str, cls: type[ExampleCommand] = ExampleCommand
+) -> Callable[[Callable[..., Any]], ExampleCommand]:
     """Make a function the subcommand of its name, with `-q`, `-v` and `--debug`.
 
     Parameters
     ----------
     *examples : str
         Command lines for the end of its help; the tests run them.
+    cls : type
+        The class of the command.
     """
 
     def decorate(function: Callable[..., Any]) -> ExampleCommand:
         name = function.__name__.rstrip("_").replace("_", "-")  # that of a keyword of Python has one more
-        return click.command(name, cls=ExampleCommand, examples=examples)(function)
+        return click.command(name, cls=cls, examples=examples)(function)
 
     return decorate
 

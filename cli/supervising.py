@@ -27,7 +27,7 @@ from dineros.analysis.nets.memory import (
     watched_memory,
 )
 from dineros.cli.failures import UNKNOWN, failed
-from dineros.cli.options import ExampleCommand, invocation
+from dineros.cli.options import ExampleCommand, command, invocation
 from dineros.cli.searching import INTERRUPTED, MEMORY, TIME, WHY, Limits, Pieces, Search, Whereabouts, use
 from dineros.metamodel.errors import BudgetError
 
@@ -113,11 +113,7 @@ class SearchCommand(ExampleCommand):
 
 def search_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
     """Make a function the subcommand of its name that searches; see `dineros.cli.options.command`."""
-
-    def decorate(function: Callable[..., Any]) -> ExampleCommand:
-        return click.command(cls=SearchCommand, examples=examples)(function)
-
-    return decorate
+    return command(*examples, cls=SearchCommand)
 
 
 def _here(limits: Limits, work: Callable[[Search], int]) -> int:

@@ -195,6 +195,17 @@ def quality_of_profile(profile: Any, seconds: Callable[[Any], float | None]) -> 
     )
 
 
+def full_name(topic: str) -> str:
+    """Return the full name of a topic: names without a slash stand in the root namespace.
+
+    Examples
+    --------
+    >>> full_name("scan"), full_name("/scan")
+    ('/scan', '/scan')
+    """
+    return topic if topic.startswith("/") else f"/{topic}"
+
+
 def within(
     system: ObservedSystem, namespaces: Sequence[str] = (), without: Sequence[str] = ()
 ) -> ObservedSystem:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.console import warn
+from dineros.cli.observing import opened
 from dineros.metamodel.errors import Location, counted
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ def gathered(
         One of them cannot be read.
     """
     from dineros.observation.narrowing import proposals, publications, traced, verbs_of, with_traced
-    from dineros.observation.recordings import Observed, Recording
+    from dineros.observation.recordings import Observed
     from dineros.observation.tracing import Tracing, TracingError
 
     source = bag or tracing
@@ -101,8 +102,7 @@ def gathered(
     recorded: Collection[RecordedTopic]
     messages: Messages
     if bag is not None:
-        recording = open_files.enter_context(Recording(bag))
-        stage(f"reading {bag.name}")
+        recording = open_files.enter_context(opened(bag))
         observed = Observed(recording)
         recorded, messages, calls = observed.recorded, observed.messages, observed.calls
     else:

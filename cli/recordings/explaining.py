@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, write_witness
 from dineros.cli.console import note, say, say_json, summarise, warn
 from dineros.cli.models import load_valid_system, say_rules
+from dineros.cli.observing import opened
 from dineros.cli.searching import search
 from dineros.metamodel.errors import counted
 
@@ -29,7 +30,7 @@ def explain_bag(
 ) -> int:
     """Explain a recording, say what is found, and return the exit status."""
     from dineros.observation.explaining import RecordingVerdict, explain
-    from dineros.observation.recordings import Observed, Recording
+    from dineros.observation.recordings import Observed
 
     system = load_valid_system(model, settings)
     run = search()
@@ -38,7 +39,7 @@ def explain_bag(
         return _report(RecordingVerdict("unknown", reason=ending), model, as_json)
 
     run.draft(so_far)
-    with Recording(bag) as recording:
+    with opened(bag) as recording:
         say_rules(system, model)
         run.stage(f"explaining {counted(recording.count, 'message')}")
         observed = Observed(recording)

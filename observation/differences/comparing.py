@@ -17,6 +17,7 @@ from dineros.observation.systems import (
     ObservedNode,
     ObservedSystem,
     TopicEndpoint,
+    full_name,
     name_of,
     within,
 )
@@ -257,14 +258,15 @@ def _compare_topics(expected: ObservedSystem, found: ObservedSystem, report: Rep
     offered: dict[str, list[Quality]] = defaultdict(list)
     for _, endpoint in expected.publishers():
         offered[endpoint.topic].append(endpoint.quality)
-    recorded = {topic.name for topic in found.topics}
+    recorded = {full_name(topic.name) for topic in found.topics}
     for topic in found.topics:
-        if topic.name not in wanted:
-            near = _near(topic.name, [name for name in wanted if name not in recorded])
+        name = full_name(topic.name)
+        if name not in wanted:
+            near = _near(name, [each for each in wanted if each not in recorded])
             report.findings.append(MORE_TOPICS.found(topic.name, topic=topic.name, near=near))
             continue
         findings = []
-        id, endpoint = wanted[topic.name][0]
+        id, endpoint = wanted[name][0]
         if topic.type != endpoint.type:
             findings.append(
                 RECORDED_TYPE.found(
@@ -272,7 +274,7 @@ def _compare_topics(expected: ObservedSystem, found: ObservedSystem, report: Rep
                 )
             )
         for quality in topic.offered:
-            known = offered[topic.name]
+            known = offered[name]
             if known and all(any(_of_quality(each, quality)) for each in known):
                 least = min((list(_of_quality(each, quality)) for each in known), key=len)
                 words = "; ".join(f"{policy} {has}, in the model {wants}" for policy, wants, has in least)

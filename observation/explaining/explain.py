@@ -15,9 +15,9 @@ from dineros.observation.explaining.following import Follower
 from dineros.observation.explaining.ordering import Ordering, Seen
 from dineros.observation.explaining.parts import ASSUMED
 from dineros.observation.explaining.runs import run_of
-from dineros.observation.explaining.shown import full_name, shown_net
+from dineros.observation.explaining.shown import shown_net
 from dineros.observation.explaining.verdict import RecordingVerdict, Unexplained
-from dineros.observation.systems import RecordedTopic, is_house_topic, is_of_action
+from dineros.observation.systems import RecordedTopic, full_name, is_house_topic, is_of_action
 
 TOLERANCE = 0.001
 """Seconds within which a recorder may have received messages of different topics in another order."""

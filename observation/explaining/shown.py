@@ -18,6 +18,7 @@ from dineros.observation.systems import (
     RESPONSE_RECEIVED,
     RESPONSE_SENT,
     event_name,
+    full_name,
     named,
 )
 
@@ -28,11 +29,6 @@ EVENTS: dict[type[Step], str] = {
     Response: RESPONSE_RECEIVED,
 }
 """What a service tells of a step."""
-
-
-def full_name(topic: str) -> str:
-    """Return the full name of a topic of a model: names without a slash stand in the root namespace."""
-    return topic if topic.startswith("/") else f"/{topic}"
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,15 @@ from typing import Any
 
 from dineros.observation.importing.given import Given, GivenService
 from dineros.observation.importing.names import is_name, is_type
-from dineros.observation.systems import USUAL, Endpoint, ObservedNode, ObservedSystem, TopicEndpoint, name_of
+from dineros.observation.systems import (
+    USUAL,
+    Endpoint,
+    ObservedNode,
+    ObservedSystem,
+    TopicEndpoint,
+    full_name,
+    name_of,
+)
 
 _KINDS = {
     "publishers": "msg",
@@ -85,7 +93,7 @@ def _recorded(system: ObservedSystem, given: Given) -> Iterable[ObservedNode]:
         said = given.topics.get(topic.name)
         offered = topic.offered or (USUAL,)
         publishers = said.publishers if said is not None else ()
-        for name in publishers or (f"/unseen/publisher{topic.name}",):
+        for name in publishers or (f"/unseen/publisher{full_name(topic.name)}",):
             yield ObservedNode(
                 name, publishers=tuple(TopicEndpoint(topic.name, topic.type, each) for each in offered[:1])
             )
@@ -121,7 +129,7 @@ def _named(node: ObservedNode, left_out: list[str]) -> ObservedNode:
     changed: dict[str, Any] = {}
     for role, kind in _KINDS.items():
         ports = getattr(node, role)
-        fit = tuple(each for each in ports if is_name(name_of(each)) and is_type(each.type, kind))
+        fit = tuple(each for each in ports if _has_name(each) and is_type(each.type, kind))
         for each in ports:
             if each not in fit:
                 left_out.append(
@@ -130,6 +138,11 @@ def _named(node: ObservedNode, left_out: list[str]) -> ObservedNode:
                 )
         changed[role] = tuple(sorted(fit, key=lambda each: (name_of(each), each.type)))
     return replace(node, **changed)
+
+
+def _has_name(port: TopicEndpoint | Endpoint) -> bool:
+    """Tell whether a model can have the name of a port; a recorded topic may have no slash in front."""
+    return is_name(full_name(port.topic) if isinstance(port, TopicEndpoint) else port.name)
 
 
 def _types(nodes: Iterable[ObservedNode]) -> dict[tuple[str, str], str]:

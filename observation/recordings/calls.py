@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict, deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -24,6 +24,7 @@ from dineros.observation.systems import (
     SERVICE_EVENTS,
     RecordedTopic,
     event_name,
+    full_name,
 )
 
 if TYPE_CHECKING:
@@ -110,7 +111,8 @@ class Observed:
     calls : dict of str to Calls
         By service.
     recorded : tuple of RecordedTopic
-        Its topics, and the events of services that are told of every call, by their names (`event_name`).
+        Its topics by their full names, and the events of services that are told of every call, by their names
+        (`event_name`).
 
     Raises
     ------
@@ -126,7 +128,11 @@ class Observed:
             self.calls[self._services[topic].name].add(self._event(topic, data), time)
         self._told = {name: calls.told() for name, calls in self.calls.items()}
         self.recorded = (
-            *(topic for topic in recording.topics if topic.name not in self._services),
+            *(
+                replace(topic, name=full_name(topic.name))
+                for topic in recording.topics
+                if topic.name not in self._services
+            ),
             *(
                 RecordedTopic(event_name(each.name, kind), each.type, (), self.calls[each.name].events[kind])
                 for each in recording.services
@@ -138,7 +144,7 @@ class Observed:
         """Yield name and time in nanoseconds of each message and event, in order of their times."""
         if not self._services:
             for topic, time, _ in self._recording.messages():
-                yield topic, time
+                yield full_name(topic), time
             return
         ahead: deque[_Told] = deque()
         coming = iter(self._all())
@@ -170,7 +176,7 @@ class Observed:
         for topic, time, data in self._recording.messages():
             service = self._services.get(topic)
             if service is None:
-                yield _Told(topic, time, None)
+                yield _Told(full_name(topic), time, None)
             else:
                 yield _Told(service.name, time, self._event(topic, data))
 

@@ -1,27 +1,32 @@
-"""Reading recordings of rosbag2, MCAP and SQLite, by the library rosbags, in memory that stays flat.
+"""Reading recordings of rosbag2, MCAP and SQLite, in memory that stays flat.
 
-What a recording holds is nobody's word: whatever is wrong with one ends in one line. The library lets errors
-of many kinds through where a file is damaged, so all of them are caught here, and only here.
+Recordings are untrusted input; every failure becomes a one-line `RecordingError`. The library lets errors of
+many kinds through where a file is damaged, so all of them are caught here, and only here.
 """
 
 from __future__ import annotations
 
-import os
+import heapq
+import itertools
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, NamedTuple, Self
 
-from dineros.metamodel.errors import DinerosError, Location
-from dineros.metamodel.files.reading import open_plain, read_bytes
+from dineros.metamodel.errors import DinerosError, Location, counted
+from dineros.observation.recordings.errors import RecordingError
+from dineros.observation.recordings.metadata import METADATA, Metadata, read_metadata
 from dineros.observation.systems import (
     OF_EVENTS,
     ObservedSystem,
     RecordedService,
     RecordedTopic,
+    full_name,
     is_house_service,
     is_house_topic,
     is_of_action,
@@ -29,27 +34,22 @@ from dineros.observation.systems import (
 )
 
 if TYPE_CHECKING:
-    from rosbags.interfaces import Connection
+    from rosbags.interfaces import Qos
     from rosbags.interfaces import QosTime as Duration
-    from rosbags.rosbag2 import Reader
 
-METADATA = "metadata.yaml"
-METADATA_LIMIT = 4 * 1024 * 1024
-"""Bytes of a recording's ``metadata.yaml``: what is larger was written by nobody's recorder."""
+    from dineros.observation.recordings.files import StoredFile
+    from dineros.observation.recordings.storages import Storage, Stored
 
-_STORAGE = (".mcap", ".db3")
-_TOPIC = re.compile(r"/[A-Za-z_~{}][A-Za-z0-9_/~{}]{0,254}")
+_KINDS = {".mcap": "mcap", ".db3": "sqlite3"}
+_PACKED = ".zstd"
+_TOPIC = re.compile(r"[A-Za-z0-9_/~{}]{1,256}")
 _TYPE = re.compile(r"[a-z][a-z0-9_]{0,99}/(msg|srv|action)/[A-Z][A-Za-z0-9_]{0,99}")
 _EVENT = "_Event"
-_SPECIAL = frozenset("?#%")
-"""Characters that mean something else in the address by which the library opens a database."""
 
 _ENDLESS = 2_147_483_647
 """Seconds from which on a duration of a quality of service is without bound."""
 
-
-class RecordingError(DinerosError):
-    """A recording cannot be read: it is damaged, cut off, empty, or none."""
+_REINDEX = "`ros2 bag reindex` or `mcap recover` may save what is whole"
 
 
 class RecordedMessage(NamedTuple):
@@ -70,46 +70,72 @@ class RecordedMessage(NamedTuple):
     data: bytes
 
 
+@dataclass
+class _Told:
+    """A topic, as metadata and files tell it; messages: how many there are by the word of either."""
+
+    types: set[str] = field(default_factory=set)
+    offered: list[Qos] = field(default_factory=list)
+    by_files: int = 0
+    by_metadata: int | None = None
+
+    @property
+    def messages(self) -> int:
+        """How many messages were recorded, by what says most."""
+        return max(self.by_files, self.by_metadata or 0)
+
+
 class Recording:
     """A recording of rosbag2, to be used in a ``with`` block.
 
     Parameters
     ----------
     path : Path
-        The folder with ``metadata.yaml``, or one file of MCAP or SQLite.
+        The folder with ``metadata.yaml``, in which links are not followed, or one file of MCAP or SQLite.
 
     Attributes
     ----------
     topics : tuple of RecordedTopic
-        In order of their names.
+        In order of their names. What publishers offered is what the files say, and ``metadata.yaml`` if they
+        say nothing.
     services : tuple of RecordedService
         Services that told of their calls on some of these topics (service introspection).
+    left_out : tuple of str
+        Topics that cannot be read, each with its reason; their messages are left out.
     count : int
-        How many messages there are, by the recording's own word.
+        How many messages there are on `topics`, by the recording's own word.
     start, duration : int
         In nanoseconds, by the recording's own word.
 
     Raises
     ------
     RecordingError
-        It is damaged, cut off, empty, or none; or the library is not installed.
+        It is damaged, cut off, empty, not a recording, or holds fewer messages than it says.
+    DinerosError
+        The library is not installed.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._check_files()
-        with self._guarded():
-            self._reader = _reader(path)
-            self._reader.open()
+        self._open = ExitStack()
+        self._storages: list[tuple[Path, Storage]] = []
+        self._metadata: Metadata | None = None
+        self._told: defaultdict[str, _Told] = defaultdict(_Told)
+        self._bytes = 0
+        left_out: list[str] = []
         try:
-            with self._guarded():
-                self.count = int(self._reader.message_count)
-                self.start, self.duration = int(self._reader.start_time), int(self._reader.duration)
-                self.topics = self._topics(self._reader.connections)
-                self.services = tuple(map(_service, filter(_is_of_events, self.topics)))
+            with self._guarded(path):
+                self._open_files()
+                self._compare_counts()
+                self.topics = tuple(self._topics(left_out))
+            self.left_out = tuple(left_out)
+            self.services = tuple(map(_service, filter(_is_of_events, self.topics)))
+            self.count = sum(topic.messages or 0 for topic in self.topics)
+            self.start, self.duration = self._times()
             if not self.count:
-                raise self.error("holds no message")
-        except DinerosError:
+                more = f" that can be read; left out: {'; '.join(left_out)}" if left_out else ""
+                raise self.error(f"holds no message{more}")
+        except BaseException:
             self.close()
             raise
 
@@ -123,8 +149,7 @@ class Recording:
 
     def close(self) -> None:
         """Close the files."""
-        if self._reader.is_open:
-            self._reader.close()
+        self._open.close()
 
     def system(self) -> ObservedSystem:
         """Return what the recording tells of the system: topics and services, and no nodes.
@@ -148,34 +173,71 @@ class Recording:
         Parameters
         ----------
         topics : collection of str, optional
-            Full names of those to yield; None: all.
+            Names of those to yield; None: all.
 
         Raises
         ------
         RecordingError
-            The recording is damaged, which may show at a late message only.
+            The recording is damaged, which may show at a late message only, or holds fewer messages than
+            it says.
         """
-        wanted = [each for each in self._reader.connections if topics is None or each.topic in topics]
-        if not wanted:
+        wanted = [each.name for each in self.topics if topics is None or each.name in topics]
+        found: Counter[str] = Counter()
+        for topic, time, data in self._merged(frozenset(wanted)):
+            found[topic] += 1
+            yield RecordedMessage(topic, time, data)
+        for name in wanted:
+            self._check_count(name, self._told[name].messages, found[name])
+
+    def _merged(self, wanted: Collection[str]) -> Iterator[RecordedMessage]:
+        """Yield messages of all files: one file after the other, or side by side if their times overlap."""
+        streams = [self._of_storage(path, storage, wanted) for path, storage in self._storages]
+        times = [storage.metadata for _, storage in self._storages]
+        if all(one.end_time <= other.start_time + 1 for one, other in itertools.pairwise(times)):
+            for stream in streams:
+                yield from stream
+        else:
+            yield from heapq.merge(*streams, key=lambda message: message.time)
+
+    def _of_storage(self, path: Path, storage: Storage, wanted: Collection[str]) -> Iterator[RecordedMessage]:
+        from dineros.observation.recordings.files import most_unpacked
+        from dineros.observation.recordings.storages import unpacked_messages
+
+        connections = [each for each in storage.connections if each.topic in wanted]
+        if not connections:
             return
-        with self._guarded():
-            for connection, time, data in self._reader.messages(wanted):
+        messages: Iterator[Stored] = storage.messages(connections)
+        if self._metadata is not None and self._metadata.packed == "message":
+            messages = unpacked_messages(messages, most_unpacked(self._bytes), path)
+        with self._guarded(path):
+            for connection, time, data in messages:
                 yield RecordedMessage(connection.topic, int(time), data)
 
-    def _check_files(self) -> None:
-        """Look at what the library will open: plain files that are not empty."""
-        try:
-            if self._path.is_dir():
-                self._check_folder()
-            else:
-                self._check_storage(self._path)
-        except FileNotFoundError:
-            raise self.error("there is no such recording") from None
-        except OSError as error:
-            raise self.error(f"cannot be read: {error.strerror}") from error
+    def _open_files(self) -> None:
+        if find_spec("rosbags") is None:
+            raise DinerosError(
+                "recordings need the package rosbags", hint="pip install 'dineros[recordings]'"
+            )
+        from dineros.observation.recordings.files import stored
 
-    def _check_folder(self) -> None:
-        files = sorted(file for file in self._path.iterdir() if file.suffix in (*_STORAGE, ".zstd"))
+        if self._path.is_dir():
+            files = self._files_of_folder()
+        elif self._path.exists() or self._path.is_symlink():
+            files = [self._path]
+            if self._path.suffix not in _KINDS:
+                raise self.error(
+                    "is not a recording of rosbag2",
+                    f"a folder with {METADATA}, or a file named *.mcap or *.db3",
+                )
+        else:
+            raise self.error("there is no such recording")
+        is_folder = self._metadata is not None
+        opened = [self._open.enter_context(stored(file, follow_links=not is_folder)) for file in files]
+        self._bytes = sum(file.size for file in opened)
+        self._open_storages(opened)
+
+    def _files_of_folder(self) -> list[Path]:
+        files = sorted(file for file in self._path.iterdir() if file.suffix in (*_KINDS, _PACKED))
         if not files:
             raise self.error(
                 "holds no recording", f"a recording of rosbag2 is a {METADATA} and files beside it"
@@ -185,89 +247,105 @@ class Recording:
                 f"has no {METADATA}: the recorder did not end it",
                 f"`ros2 bag reindex` writes one; or name the file: {files[0].name}",
             )
-        read_bytes(self._path / METADATA, METADATA_LIMIT)
+        self._metadata = read_metadata(self._path)
+        return [self._path / name for name in self._metadata.files]
+
+    def _open_storages(self, files: list[StoredFile]) -> None:
+        from dineros.observation.recordings.files import most_unpacked, unpacked
+        from dineros.observation.recordings.storages import opened
+
+        left = most_unpacked(self._bytes)
         for file in files:
-            self._check_storage(file)
+            kind = _KINDS.get(file.suffix, "") if self._metadata is None else self._metadata.storage
+            with self._guarded(file.path):
+                source = file
+                if self._metadata is not None and self._metadata.packed == "file":
+                    source = self._open.enter_context(unpacked(file, left))
+                    left -= source.size
+                storage = opened(source, kind)
+            self._open.callback(storage.close)
+            self._storages.append((file.path, storage))
+        self._storages.sort(key=lambda each: each[1].metadata.start_time)
+        for _, storage in self._storages:
+            for connection in storage.connections:
+                told = self._told[connection.topic]
+                told.types.add(connection.msgtype)
+                told.by_files += connection.msgcount
+                told.offered += getattr(connection.ext, "offered_qos_profiles", ())
+        for topic in self._metadata.topics if self._metadata is not None else ():
+            told = self._told[topic.name]
+            told.by_metadata = (told.by_metadata or 0) + topic.count
+            told.types = told.types or {topic.type}
+            told.offered = told.offered or topic.offered
 
-    def _check_storage(self, file: Path) -> None:
-        descriptor = open_plain(file)
-        try:
-            size = os.fstat(descriptor).st_size
-        finally:
-            os.close(descriptor)
-        if not size:
-            raise RecordingError("is empty", location=Location(file))
-        if file.suffix == ".db3":
-            if _SPECIAL & set(str(file)):
-                raise RecordingError(
-                    "a database cannot be read from a path with ?, # or %",
-                    location=Location(file),
-                    hint="rename it",
-                )
-            left = file.with_name(f"{file.name}-wal")
-            if left.exists() and left.stat().st_size:
-                raise RecordingError(
-                    f"is not complete: {left.name} holds messages that were not put into it",
-                    location=Location(file),
-                    hint=f'`sqlite3 {file.name} "PRAGMA wal_checkpoint(TRUNCATE)"` does',
-                )
+    def _compare_counts(self) -> None:
+        """Refuse a recording that says to hold more messages than its files do.
 
-    def _topics(self, connections: Collection[Connection]) -> tuple[RecordedTopic, ...]:
-        by_name: defaultdict[str, list[Connection]] = defaultdict(list)
-        for connection in connections:
-            by_name[connection.topic].append(connection)
-        return tuple(self._topic(name, by_name[name]) for name in sorted(by_name))
+        Messages that cannot be read would else be taken for messages that were not sent.
+        """
+        if self._metadata is None:
+            return
+        for name, told in sorted(self._told.items()):
+            self._check_count(name, told.by_metadata or 0, told.by_files)
+        found = sum(told.by_files for told in self._told.values())
+        if found < self._metadata.count:
+            raise self._too_few(f"{counted(self._metadata.count, 'message')}", found)
 
-    def _topic(self, name: str, connections: list[Connection]) -> RecordedTopic:
-        if not _TOPIC.fullmatch(name):
-            raise self.error(f"{name!r:.100} is no name of a topic")
-        types = sorted({connection.msgtype for connection in connections})
-        for kind in types:
-            if not _TYPE.fullmatch(kind):
-                raise self.error(
-                    f"topic {name} is of the unknown type {kind!r:.100}", "a type is like std_msgs/msg/String"
-                )
+    def _check_count(self, topic: str, told: int, found: int) -> None:
+        if found < told:
+            raise self._too_few(f"{counted(told, 'message')} on {topic!r:.300}", found)
+
+    def _too_few(self, told: str, found: int) -> RecordingError:
+        return self.error(f"says to hold {told}, and only {found:,} can be read", _REINDEX)
+
+    def _times(self) -> tuple[int, int]:
+        """Return when the recording starts and how long it is, in nanoseconds, by the word of its files."""
+        told = [each for _, storage in self._storages if (each := storage.metadata).message_count]
+        start = min((each.start_time for each in told), default=0)
+        return start, max((each.end_time for each in told), default=start) - start
+
+    def _topics(self, left_out: list[str]) -> Iterator[RecordedTopic]:
+        for name in sorted(self._told):
+            why = self._unreadable(name, self._told[name])
+            if why is not None:
+                left_out.append(f"topic {name!r:.300} {why}")
+                continue
+            told = self._told[name]
+            offered = tuple(quality_of_profile(quality, _seconds) for quality in told.offered)
+            yield RecordedTopic(name, next(iter(told.types)), offered, told.messages)
+
+    def _unreadable(self, name: str, told: _Told) -> str | None:
+        """Return why a topic cannot be read; None if it can."""
+        types = sorted(told.types)
+        if not _TOPIC.fullmatch(name) or not name.strip("/"):
+            return "has a name that no topic can have"
         if len(types) > 1:
-            raise self.error(f"topic {name} is of several types: {', '.join(types):.300}")
-        offered = [
-            quality_of_profile(quality, _seconds)
-            for connection in connections
-            for quality in getattr(connection.ext, "offered_qos_profiles", ())
-        ]
-        return RecordedTopic(name, types[0], tuple(offered), sum(each.msgcount for each in connections))
+            return f"is of several types: {', '.join(map(repr, types)):.300}"
+        if not _TYPE.fullmatch(types[0]):
+            return f"is of the unknown type {types[0]!r:.100}; a type is like std_msgs/msg/String"
+        if full_name(name) != name and full_name(name) in self._told:
+            return f"is the same as {full_name(name)} to a model, and both were recorded"
+        return None
 
     def error(self, message: str, hint: str | None = None) -> RecordingError:
         """Return that something is wrong with the recording."""
         return RecordingError(message, location=Location(self._path), hint=hint)
 
     @contextmanager
-    def _guarded(self) -> Iterator[None]:
+    def _guarded(self, path: Path) -> Iterator[None]:
         try:
             yield
-        except (DinerosError, GeneratorExit):
+        except (DinerosError, MemoryError):
             raise
         except Exception as error:  # whatever the library, the database or a decompressor says
-            said = " ".join(str(error).split()).replace(f"{self._path}/", "").replace(str(self._path), "it")
-            raise self.error(
-                f"is damaged or cut off: {said or type(error).__name__:.300}".rstrip("."),
-                "`ros2 bag reindex` or `mcap recover` may save what is whole",
+            if isinstance(error, OSError) and error.strerror:
+                raise RecordingError(f"cannot be read: {error.strerror}", location=Location(path)) from error
+            said = " ".join(str(error).split()).rstrip(".")
+            raise RecordingError(
+                f"is damaged or cut off: {said or type(error).__name__:.300}",
+                location=Location(path),
+                hint=_REINDEX,
             ) from error
-
-
-def _reader(path: Path) -> Reader:
-    try:
-        from rosbags.rosbag2 import Reader
-    except ModuleNotFoundError:
-        raise DinerosError(
-            "recordings need the package rosbags", hint="pip install 'dineros[recordings]'"
-        ) from None
-    if not path.is_dir() and path.suffix not in _STORAGE:
-        raise RecordingError(
-            "is no recording of rosbag2",
-            location=Location(path),
-            hint=f"a folder with {METADATA}, or a file named *.mcap or *.db3",
-        )
-    return Reader(path)
 
 
 def _is_of_events(topic: RecordedTopic) -> bool:

@@ -7,11 +7,13 @@ from pathlib import Path
 from dineros.cli.analysing import HOLDS, VIOLATED
 from dineros.cli.models import load_valid_system
 from dineros.cli.observing import Source, source_options
-from dineros.cli.options import command, format_option, json_option, model_argument, settings_option
+from dineros.cli.options import format_option, json_option, model_argument, settings_option
 from dineros.cli.presentation.findings import print_report
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
 
 
-@command(
+@search_command(
     "dineros diff robot.sym.xmi --graph",
     "dineros diff robot.sym.xmi --graph --domain 7 --namespace /arm",
     "dineros diff seen.sym.xmi --bag recording --format junit",
@@ -43,5 +45,6 @@ def diff(
     source = Source(graph, bag, domain, namespaces, without, seconds)
     system = load_valid_system(model, settings)
     report = differences(system, source.system(), namespaces, without)
-    print_report(report, system, model, "json" if as_json else format, witnesses=False, faults=FAULTS)
+    with search().answer():
+        print_report(report, system, model, "json" if as_json else format, witnesses=False, faults=FAULTS)
     return VIOLATED if any(finding.severity != "note" for finding in report.findings) else HOLDS

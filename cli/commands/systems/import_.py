@@ -7,15 +7,16 @@ from pathlib import Path
 import click
 
 from dineros.cli.analysing import HOLDS, VIOLATED
-from dineros.cli.console import working
 from dineros.cli.models import refuse_invalid
 from dineros.cli.observing import Source, source_options
-from dineros.cli.options import command, json_option, output_option
+from dineros.cli.options import json_option, output_option
 from dineros.cli.outputs import refuse_output
 from dineros.cli.presentation.imports import ImportReport, print_import
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
 
 
-@command(
+@search_command(
     "dineros import --graph -o robot.sym.xmi",
     "dineros import --graph --domain 7 --namespace /arm --watch 10 -o arm.sym.xmi",
     "dineros import --bag recording -o robot.sym.xmi",
@@ -82,15 +83,16 @@ def import_(
     if namespaces:
         names = {node.name for node in kept.nodes}
         findings = [finding for finding in findings if names.intersection(finding.elements)]
-    with working("Making the model"):
-        imported = to_model(kept, said, snake_case(output.name.split(".")[0]))
-        refuse_invalid(imported.model, output)
-        save(imported.model, output)
+    search().stage("making the model")
+    imported = to_model(kept, said, snake_case(output.name.split(".")[0]))
+    refuse_invalid(imported.model, output)
+    save(imported.model, output)
     is_written = bool(imported.assumed or imported.recorded) and not beside.exists()
     if is_written:
         write_atomically(beside, to_be_given(imported, kept, output).encode())
     report = ImportReport(kept, imported, findings, output, beside, is_written)
-    print_import(report, as_json)
+    with search().answer():
+        print_import(report, as_json)
     return VIOLATED if any(finding.severity == "error" for finding in findings) else HOLDS
 
 

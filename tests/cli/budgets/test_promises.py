@@ -21,6 +21,7 @@ from dineros.cli.searching import Limits, Search, Whereabouts
 from dineros.cli.supervising import Watch
 from tests.cli.budgets.random_budgets import random_runs
 from tests.cli.conftest import Run
+from tests.support.programs.bags import write_bag
 from tests.support.programs.commands import uses
 
 # The clock stands still until the search is stuck, and then time is up, however slow the machine is.
@@ -148,6 +149,26 @@ def test_without_anything_to_say_it_is_one_line(net: Path) -> None:
         "at reading the model; the process may use 400 MiB (allow more with --memory, or make the model "
         "smaller)\n"
     )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("budget", ["--timeout=50", "--memory=400M"])
+@pytest.mark.parametrize("command", ["import", "diff", "narrow", "conform"])
+def test_a_recording_that_cannot_be_read_in_time_ends_in_one_line(
+    command: str, budget: str, tmp_path: Path, run: Run
+) -> None:
+    bag, model = write_bag(tmp_path / "bag", [("/a", 1)]), tmp_path / "a.sym.xmi"
+    assert run("import", "--bag", bag, "-o", model).exit_code == 0
+    output = tmp_path / "b.sym.xmi"
+    words = ["import", "-o", output] if command == "import" else [command, model]
+    where = ("dineros.observation.recordings.storages", "opened")
+    does = SLEEPS if "timeout" in budget else TAKES
+    status, printed, errors = ended(start(*words, "--bag", bag, budget, does=does, where=where))
+    why = "time" if "timeout" in budget else "memory"
+    assert status == 3
+    assert f"{why} ran out after " in printed + errors
+    assert "at reading bag" in printed + errors
+    assert not output.exists()
 
 
 @pytest.mark.long

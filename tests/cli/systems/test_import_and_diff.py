@@ -36,6 +36,31 @@ def test_an_import_writes_the_model_and_once_what_is_to_be_given(seen: Path, bag
     assert run("validate", seen).exit_code == 0
 
 
+def test_a_topic_without_a_slash_is_a_topic_of_the_model(tmp_path: Path, run: Run) -> None:
+    bag = write_bag(tmp_path / "bag", [("scan", 0), ("/good", 1), ("scan", 2)])
+    model = tmp_path / "a.sym.xmi"
+    result = run("import", "--bag", bag, "-o", model)
+    assert (result.exit_code, "2 topics, 0 found" in result.stdout) == (0, True)
+    assert 'topic="scan"' in model.read_text()
+    assert "conforms; 3 messages explained" in run("conform", model, "--bag", bag).stdout
+    assert "0 found, 2 proved" in run("diff", model, "--bag", bag).stdout
+    assert run("narrow", model, "--bag", bag).exit_code == 0
+    given_beside(model).write_text('[topic.scan]\npublishers = ["/lidar"]\nsubscribers = ["/mapper"]\n')
+    assert run("import", "--bag", bag, "-o", model).exit_code == 0
+    assert "0 found, 2 proved" in run("diff", model, "--bag", bag).stdout
+    assert "conforms; 3 messages explained" in run("conform", model, "--bag", bag).stdout
+
+
+def test_a_topic_that_cannot_be_read_is_named_and_left_out(tmp_path: Path, run: Run) -> None:
+    bag = write_bag(tmp_path / "bag", [("/a\x1b[2J", 0), ("/good", 1)])
+    model = tmp_path / "a.sym.xmi"
+    for words in (["import", "-o", model], ["diff", model], ["conform", model], ["narrow", model]):
+        result = run(*words, "--bag", bag)
+        assert result.exit_code == 0, result.output
+        assert f"{bag}: left out: topic '/a\\x1b[2J' has a name that no topic can have\n" in result.stderr
+        assert "\x1b" not in result.output
+
+
 def test_the_file_of_what_is_assumed_says_just_that(bag: Path, tmp_path: Path, run: Run) -> None:
     """With every # taken away, the next import assumes nothing more."""
     model = tmp_path / "a.sym.xmi"

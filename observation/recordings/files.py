@@ -1,0 +1,227 @@
+"""The files of a recording, opened once and read by position: plain files, whatever their names.
+
+The library that reads recordings opens files by name, again and again. A name can mean something else to a
+database than to a file system (``%2e%2e`` in an address), and a file can be exchanged for a pipe in between.
+So each file is opened and looked at here, and the library gets an object to read from.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.files.reading import open_plain
+from dineros.metamodel.limits import hint, most
+from dineros.observation.recordings.errors import RecordingError
+
+UNPACKED = 64 << 20
+"""Bytes that any recording may unpack to; a large one to its size times the limit `unpacking`."""
+FREE_SHARE = 0.5
+"""Part of the free room in the folder for temporary files that an unpacked file may take."""
+
+_PIECE = 1 << 20
+_SMALL = 1 << 16
+
+
+def most_unpacked(packed: int) -> int:
+    """Return how many bytes a packed file or message may unpack to, by its size in bytes."""
+    return max(UNPACKED, most("unpacking") * packed)
+
+
+def too_large(location: Location) -> RecordingError:
+    """Return the error for what would unpack to more than it may."""
+    times = most("unpacking")
+    return RecordingError(
+        f"unpacks to more than {UNPACKED >> 20} MiB and {times} times its size",
+        location=location,
+        hint=hint("unpacking"),
+    )
+
+
+class StoredFile:
+    """A file of a recording, as the library wants it (its protocol ``RPath``).
+
+    Parameters
+    ----------
+    descriptor : int
+        Of a plain file, open for reading; `close` closes it.
+    path : Path
+        What errors call it.
+    """
+
+    def __init__(self, descriptor: int, path: Path) -> None:
+        self._descriptor, self.path = descriptor, path
+        self.size = os.fstat(descriptor).st_size
+
+    def __str__(self) -> str:
+        return "it"  # part of the address of a database, and of the library's messages
+
+    def close(self) -> None:
+        """Close it."""
+        os.close(self._descriptor)
+
+    def open(self, *_: Any, **__: Any) -> BinaryIO:
+        """Return a stream of its content."""
+        return _Stream(_Positional(self._descriptor, self.size))
+
+    # the rest of the protocol
+
+    def exists(self) -> bool:
+        """Tell whether it is there."""
+        return True
+
+    def is_dir(self) -> bool:
+        """Tell whether it is a folder."""
+        return False
+
+    def read_text(self, encoding: str | None = None) -> str:
+        """Return its text."""
+        with self.open() as stream:
+            return stream.read().decode(encoding or "utf-8")
+
+    def stat(self, *, follow_symlinks: bool = True) -> os.stat_result:
+        """Return its status."""
+        return os.fstat(self._descriptor)
+
+    def __truediv__(self, _: object) -> StoredFile:
+        return self
+
+    @property
+    def stem(self) -> str:
+        """Its name without the suffix."""
+        return self.path.stem
+
+    @property
+    def suffix(self) -> str:
+        """The suffix of its name."""
+        return self.path.suffix
+
+
+@contextmanager
+def stored(path: Path, *, follow_links: bool) -> Iterator[StoredFile]:
+    """Open a plain file of a recording.
+
+    Raises
+    ------
+    DinerosError
+        It is not there, not a plain file, a link that is not followed, empty, or not the recording itself.
+    """
+    try:
+        file = StoredFile(open_plain(path, follow_links=follow_links), path)
+    except FileNotFoundError:
+        raise RecordingError("is missing", location=Location(path)) from None
+    try:
+        _look_at(file)
+        yield file
+    finally:
+        file.close()
+
+
+def _look_at(file: StoredFile) -> None:
+    location = Location(file.path)
+    if not file.size:
+        raise RecordingError("is empty", location=location)
+    with file.open() as stream:
+        if stream.read(len(_POINTER)) == _POINTER:
+            raise RecordingError(
+                "is a pointer of Git LFS, not the recording", location=location, hint="`git lfs pull` gets it"
+            )
+    if file.path.suffix == ".db3":
+        left = file.path.with_name(f"{file.path.name}-wal")
+        if left.exists() and left.stat().st_size:
+            raise RecordingError(
+                f"is not complete: {left.name} holds messages that were not put into it",
+                location=location,
+                hint=f'`sqlite3 {file.path.name} "PRAGMA wal_checkpoint(TRUNCATE)"` does',
+            )
+
+
+_POINTER = b"version https://git-lfs.github.com/spec/"
+
+
+@contextmanager
+def unpacked(file: StoredFile, bytes_left: int) -> Iterator[StoredFile]:
+    """Unpack a file that was packed by zstd into a temporary file without a name: none is left behind.
+
+    Parameters
+    ----------
+    file : StoredFile
+        The packed file.
+    bytes_left : int
+        How large it may become.
+
+    Raises
+    ------
+    DinerosError
+        It would become larger, or there is no room for it.
+    """
+    from backports import zstd
+
+    location = Location(file.path)
+    folder = tempfile.gettempdir()
+    status = os.statvfs(folder)
+    room = int(status.f_bavail * status.f_frsize * FREE_SHARE)
+    with tempfile.TemporaryFile(dir=folder) as made:
+        size = 0
+        with file.open() as packed, zstd.open(packed, "rb") as content:
+            while piece := content.read(_PIECE):
+                size += len(piece)
+                if size > bytes_left:
+                    raise too_large(location)
+                if size > room:
+                    raise DinerosError(
+                        f"unpacks to more than half of what is free in {folder}",
+                        location=location,
+                        hint=f"set TMPDIR to a folder with more room, or unpack it: zstd -d {file.path.name}",
+                    )
+                made.write(piece)
+        made.flush()
+        yield StoredFile(made.fileno(), file.path.with_suffix(""))
+
+
+class _Positional(io.RawIOBase):
+    """A stream of a file that others may read at the same time: each has its own position."""
+
+    def __init__(self, descriptor: int, size: int) -> None:
+        self._descriptor, self.size, self._at = descriptor, size, 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        count = os.preadv(self._descriptor, [buffer], self._at)
+        self._at += count
+        return count
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        base = {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
+        if base + offset < 0:
+            raise ValueError("a position before the beginning")
+        self._at = base + offset
+        return self._at
+
+    def tell(self) -> int:
+        return self._at
+
+
+class _Stream(io.BufferedReader):
+    """Reads no more than there is: a record of four bytes may say that it is 2^62 long."""
+
+    def __init__(self, raw: _Positional) -> None:
+        super().__init__(raw, _SMALL)
+        self._size = raw.size
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is not None and 0 <= size <= _SMALL:
+            return super().read(size)
+        left = max(0, self._size - self.tell())
+        return super().read(left if size is None or size < 0 else min(size, left))

@@ -1,0 +1,233 @@
+"""The files of a recording that hold messages, MCAP and SQLite, read by the library rosbags within bounds.
+
+The library believes what a file says. It unpacks a chunk before it compares sizes, asks a database for what
+may be a view without end, and parses descriptions of any length. Here it is kept within what the size of the
+file allows.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Collection, Generator, Iterator
+from contextlib import contextmanager
+from functools import cache
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import apsw
+from rosbags.rosbag2 import storage_mcap, storage_sqlite3
+from rosbags.rosbag2.metadata import parse_qos
+
+from dineros.metamodel.errors import Location
+from dineros.observation.recordings.errors import RecordingError
+from dineros.observation.recordings.files import StoredFile, most_unpacked, too_large
+from dineros.observation.recordings.plain_yaml import loaded
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rosbags.interfaces import Connection, Qos
+
+Storage = storage_mcap.McapReader | storage_sqlite3.Sqlite3Reader
+Stored = tuple["Connection", int, bytes]
+
+QUALITIES = 1 << 20
+"""Characters of all different qualities of service that one file may describe."""
+CHECKED_WHOLE = 1 << 30
+"""Bytes up to which a database is checked as a whole; in a larger one, pages that are used twice pass."""
+
+_TABLES = ("messages", "topics", "schema", "metadata", "message_definitions")
+_CHUNK = 0x06
+_RECORD = struct.Struct("<BQ")
+_OF_CHUNK = struct.Struct("<QQQ")
+
+
+def opened(file: StoredFile, kind: str) -> Storage:
+    """Open a file that holds messages; the caller closes it.
+
+    Parameters
+    ----------
+    file : StoredFile
+        The file.
+    kind : {"mcap", "sqlite3"}
+        What it is.
+
+    Raises
+    ------
+    DinerosError
+        It unpacks to more than it may, or holds what no recorder writes. What the library raises passes.
+    """
+    storage: Storage = _Mcap(file) if kind == "mcap" else storage_sqlite3.Sqlite3Reader(file)
+    with _bounded_qualities(file), _guarded_databases(file):
+        storage.open()
+    return storage
+
+
+class _Mcap(storage_mcap.McapReader):
+    """A file of MCAP whose chunks unpack to no more than they may, all together."""
+
+    def __init__(self, file: StoredFile) -> None:
+        super().__init__(file)
+        self._file = file
+        self._is_scanned = False
+
+    def read_index(self) -> None:
+        super().read_index()
+        places = {chunk.chunk_start_offset for chunk in self.chunks}
+        if len(places) < len(self.chunks):
+            raise RecordingError("names a chunk twice in its index", location=Location(self._file.path))
+        self._check(chunk.uncompressed_size for chunk in self.chunks)
+
+    def meta_scan(self) -> None:
+        self._scan()
+        super().meta_scan()
+
+    def messages_scan(
+        self, connections: Collection[Connection], start: int | None = None, stop: int | None = None
+    ) -> Generator[Stored]:
+        self._scan()
+        return super().messages_scan(connections, start, stop)
+
+    def _check(self, sizes: Iterator[int]) -> None:
+        if sum(sizes) > most_unpacked(self._file.size):
+            raise too_large(Location(self._file.path))
+
+    def _scan(self) -> None:
+        """Check the chunks of a file without an index, before one of them is unpacked."""
+        if not self._is_scanned:
+            self._check(self._sizes_of_chunks())
+            self._is_scanned = True
+
+    def _sizes_of_chunks(self) -> Iterator[int]:
+        with self._file.open() as stream:
+            at = stream.seek(self.data_start)
+            while at < self.data_end:
+                head = stream.read(_RECORD.size)
+                if len(head) < _RECORD.size:
+                    return
+                kind, length = _RECORD.unpack(head)
+                if kind == _CHUNK and len(times := stream.read(_OF_CHUNK.size)) == _OF_CHUNK.size:
+                    yield _OF_CHUNK.unpack(times)[2]
+                at = stream.seek(min(at + _RECORD.size + length, self._file.size))
+
+
+def _unpacked(data: bytes, kind: str, size: int) -> bytes:
+    """Return what packed data holds, and at most one byte more than it should."""
+    if kind == "lz4":
+        import lz4.frame  # type: ignore[import-untyped]
+
+        with lz4.frame.open(BytesIO(data)) as lz4_content:
+            return bytes(lz4_content.read(size + 1))
+    from backports import zstd
+
+    with zstd.open(BytesIO(data), "rb") as content:
+        return content.read(size + 1)
+
+
+def unpacked_messages(messages: Iterator[Stored], most: int, path: Path) -> Iterator[Stored]:
+    """Yield messages, each of which was packed by zstd.
+
+    Parameters
+    ----------
+    messages : iterator of Stored
+        As they were stored.
+    most : int
+        Bytes that they may unpack to together.
+    path : Path
+        Their file.
+
+    Raises
+    ------
+    RecordingError
+        They unpack to more.
+    """
+    for connection, time, packed in messages:
+        data = _unpacked(packed, "zstd", most)
+        most -= len(data)
+        if most < 0:
+            raise too_large(Location(path))
+        yield connection, time, data
+
+
+# The library unpacks all that there is, and compares with the size that the file tells only then.
+storage_mcap.DECOMPRESSORS["zstd"] = lambda data, size: _unpacked(data, "zstd", size)
+storage_mcap.DECOMPRESSORS["lz4"] = lambda data, size: _unpacked(data, "lz4", size)
+
+
+@contextmanager
+def _bounded_qualities(file: StoredFile) -> Iterator[None]:
+    """Let the library parse qualities of service that are plain and not too long, each text once."""
+    left = QUALITIES
+
+    @cache
+    def parsed(text: str) -> list[Qos]:
+        nonlocal left
+        left -= len(text)
+        if left < 0:
+            raise RecordingError(
+                f"describes qualities of service by more than {QUALITIES:,} characters",
+                location=Location(file.path),
+            )
+        return qualities(text)
+
+    modules: tuple[Any, ...] = (storage_mcap, storage_sqlite3)
+    try:
+        for module in modules:
+            module.parse_qos = parsed
+        yield
+    finally:
+        for module in modules:
+            module.parse_qos = parse_qos
+
+
+def qualities(said: object) -> list[Qos]:
+    """Return qualities of service that are described by a text or by what was read of one."""
+    value = loaded(said) if isinstance(said, str) else said
+    return parse_qos(value) if isinstance(value, list) else []
+
+
+@contextmanager
+def _guarded_databases(file: StoredFile) -> Iterator[None]:
+    """Let databases that are opened within be plain tables, and nothing that computes."""
+    guard = _Guard(file)
+    apsw.connection_hooks.append(guard)
+    try:
+        yield
+    finally:
+        apsw.connection_hooks.remove(guard)
+
+
+class _Guard:
+    """Looks at a database before the library asks it anything; the first connection of several is enough."""
+
+    def __init__(self, file: StoredFile) -> None:
+        self._file = file
+        self._is_checked = False
+
+    def __call__(self, connection: apsw.Connection) -> None:
+        connection.config(apsw.SQLITE_DBCONFIG_ENABLE_VIEW, 0)
+        connection.config(apsw.SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0)
+        connection.config(apsw.SQLITE_DBCONFIG_DEFENSIVE, 1)
+        # What a plain table holds stands in the file.
+        connection.limit(apsw.SQLITE_LIMIT_LENGTH, min(max(self._file.size, 1 << 16), 1_000_000_000))
+        if self._is_checked:
+            return
+        names = ", ".join("?" * len(_TABLES))
+        found = connection.execute(
+            f"SELECT name, type, rootpage, sql FROM sqlite_schema WHERE lower(name) IN ({names})", _TABLES
+        )
+        for name, kind, page, made in found:
+            if kind != "table" or not page or str(made).split()[:2] != ["CREATE", "TABLE"]:
+                raise self._error(f"{name} is not a plain table")
+            columns = connection.execute("SELECT hidden FROM pragma_table_xinfo(?)", (name,))
+            if any(hidden for (hidden,) in columns):
+                raise self._error(f"the table {name} has columns that are computed")
+        if self._file.size <= CHECKED_WHOLE:
+            connection.execute("PRAGMA ignore_check_constraints = ON")
+            ((said,),) = connection.execute("PRAGMA quick_check(1)").fetchall()
+            if said != "ok":
+                raise self._error(f"is damaged: {' '.join(str(said).split())}")
+        self._is_checked = True
+
+    def _error(self, message: str) -> RecordingError:
+        return RecordingError(message, location=Location(self._file.path))
