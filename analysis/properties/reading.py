@@ -1,11 +1,15 @@
 """Reading the contest's property files: XML in the namespace ``http://mcc.lip6.fr/``.
 
+Other tools, such as TAPAAL, add comparisons and arithmetic, and leave the namespace out or take another; these
+are read, too.
+
 ``EX f`` of the contest needs a successor and its ``AX f`` holds where there is none, while runs of this
 project stay in a deadlock for ever: what is read says so with ``deadlock``. In LTL both mean the same.
 """
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +21,7 @@ from dineros.analysis.logic.language.syntax import (
     TRUE,
     And,
     Comparison,
+    ComparisonOperator,
     Constant,
     Deadlock,
     Enabled,
@@ -43,17 +48,36 @@ _LARGEST_DIGITS = 18
 QUANTIFIERS: dict[str, type[ForAll | Exists]] = {"all-paths": ForAll, "exists-path": Exists}
 UNARY: dict[str, type[Not | Globally | Finally | Next]] = {
     "negation": Not,
+    "not": Not,
     "globally": Globally,
     "finally": Finally,
     "next": Next,
 }
-MANY: dict[str, type[And | Or]] = {"conjunction": And, "disjunction": Or}
+MANY: dict[str, type[And | Or]] = {"conjunction": And, "disjunction": Or, "and": And, "or": Or}
 BINARY: dict[str, type[Implies | Equivalent]] = {"implication": Implies, "equivalence": Equivalent}
+COMPARISONS: dict[str, ComparisonOperator] = {
+    "integer-le": "<=",
+    "integer-lt": "<",
+    "integer-ge": ">=",
+    "integer-gt": ">",
+    "integer-eq": "==",
+    "integer-ne": "!=",
+}
+_HOLDS: dict[ComparisonOperator, Callable[[int, int], bool]] = {
+    "<=": operator.le,
+    "<": operator.lt,
+    ">=": operator.ge,
+    ">": operator.gt,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
 _CONSTANTS: dict[str, Formula] = {"true": TRUE, "false": FALSE, "deadlock": Deadlock()}
 _TEMPORAL = ("globally", "finally", "next", "until")
 
 
-def read_properties(path: Path | str, names: GroupedNames) -> list[Property]:
+def read_properties(
+    path: Path | str, names: GroupedNames, note: Callable[[str], None] | None = None
+) -> list[Property]:
     """Read a property file, its names resolved.
 
     Parameters
@@ -62,6 +86,8 @@ def read_properties(path: Path | str, names: GroupedNames) -> list[Property]:
         The file.
     names : GroupedNames
         What names stand for; groups of transitions are added.
+    note : callable, optional
+        Gets a sentence about the file where it deviates from the format.
 
     Raises
     ------
@@ -69,9 +95,10 @@ def read_properties(path: Path | str, names: GroupedNames) -> list[Property]:
         It cannot be read, is no property file, or names something unknown; with its line.
     """
     root = parse(path).getroot()
-    if root.tag != f"{{{NAMESPACE}}}property-set":
+    if etree.QName(root).localname != "property-set":
         hint = f'the root is <property-set xmlns="{NAMESPACE}">'
         raise DinerosError("is no property file", location=Location(path, line_of(root)), hint=hint)
+    _adopt(root, note)
     reader = _Reader(path, names)
     found = [reader.property(node) for node in root.iterchildren(tag=etree.Element)]
     seen: set[str] = set()
@@ -124,8 +151,8 @@ class _Reader:
         kind = _local(node)
         if kind in _CONSTANTS:
             return _CONSTANTS[kind]
-        if kind == "integer-le":
-            return self.comparison(node)
+        if kind in COMPARISONS:
+            return self.comparison(node, COMPARISONS[kind])
         if kind == "is-fireable":
             return self.fireable(node)
         if kind in QUANTIFIERS:
@@ -147,7 +174,11 @@ class _Reader:
         if kind in BINARY:
             left, right = self.children(node, 2, 2)
             return BINARY[kind](self.formula(left, is_linear), self.formula(right, is_linear))
-        known = [*_CONSTANTS, *QUANTIFIERS, *UNARY, *MANY, *BINARY, "integer-le", "is-fireable", "until"]
+        if kind == "exclusive-disjunction":
+            left, right = self.children(node, 2, 2)
+            return Not(Equivalent(self.formula(left, is_linear), self.formula(right, is_linear)))
+        known = [*_CONSTANTS, *QUANTIFIERS, *UNARY, *MANY, *BINARY, *COMPARISONS]
+        known += ["exclusive-disjunction", "is-fireable", "until"]
         raise self.error(f"<{kind}> is no part of a formula", node, near_matches(kind, known))
 
     def quantified(self, node: etree._Element, path: etree._Element) -> Formula:
@@ -169,20 +200,42 @@ class _Reader:
         ((left,), (right,)) = (self.children(part, 1, 1) for part in (before, reach))
         return Until(self.formula(left, is_linear), self.formula(right, is_linear))
 
-    def comparison(self, node: etree._Element) -> Formula:
-        left, right = self.children(node, 2, 2)
-        factors: dict[str, int] = {}
-        bound = 0
-        for part, sign in ((left, 1), (right, -1)):
-            if _local(part) == "integer-constant":
-                bound -= sign * self.number(part)
-            elif _local(part) == "tokens-count":
-                for place in self.places(part):
-                    factors[place] = factors.get(place, 0) + sign
-            else:
-                raise self.error(f"<{_local(part)}> is no number", part)
+    def comparison(self, node: etree._Element, symbol: ComparisonOperator) -> Formula:
+        left, right = (self.sum(part) for part in self.children(node, 2, 2))
+        factors = {place: left.get(place, 0) - right.get(place, 0) for place in {**left, **right}}
+        bound = -factors.pop("", 0)
         terms = tuple((factor, Name(place)) for place, factor in factors.items() if factor)
-        return Comparison(terms, "<=", bound) if terms else Constant(bound >= 0)
+        return Comparison(terms, symbol, bound) if terms else Constant(_HOLDS[symbol](0, bound))
+
+    def sum(self, node: etree._Element) -> dict[str, int]:
+        """Return the factor of each place in a sum; that of the empty name is the constant."""
+        kind = _local(node)
+        if kind == "integer-constant":
+            return {"": self.number(node)}
+        total: dict[str, int] = {}
+        if kind == "tokens-count":
+            for place in self.places(node):
+                total[place] = total.get(place, 0) + 1
+        elif kind in ("integer-sum", "integer-difference"):
+            most = None if kind == "integer-sum" else 2
+            for index, part in enumerate(self.children(node, most or 1, most)):
+                sign = -1 if index and kind == "integer-difference" else 1
+                for place, factor in self.sum(part).items():
+                    total[place] = total.get(place, 0) + sign * factor
+        elif kind == "integer-product":
+            total = {"": 1}
+            for part in self.children(node, 1):
+                other = self.sum(part)
+                if set(total) <= {""}:
+                    total, other = other, total
+                elif not set(other) <= {""}:
+                    raise self.error("a product of places is not linear", node)
+                total = {place: factor * other.get("", 0) for place, factor in total.items()}
+        else:
+            raise self.error(f"<{kind}> is no number", node)
+        if any(abs(factor) >= 10**_LARGEST_DIGITS for factor in total.values()):
+            raise self.error("is no whole number of at most 18 digits", node)
+        return total
 
     def number(self, node: etree._Element) -> int:
         text = self.text(node)
@@ -214,6 +267,19 @@ def _local(node: etree._Element) -> str:
     """Return the tag of an element of the contest's namespace, and nothing known for others."""
     tag = etree.QName(node)
     return tag.localname if tag.namespace == NAMESPACE else str(node.tag)
+
+
+def _adopt(root: etree._Element, note: Callable[[str], None] | None) -> None:
+    """Put all elements that have no namespace, or that of the root, into the contest's."""
+    own = etree.QName(root).namespace
+    if own == NAMESPACE:
+        return
+    for node in root.iter(tag=etree.Element):
+        if etree.QName(node).namespace in (own, None):
+            node.tag = f"{{{NAMESPACE}}}{etree.QName(node).localname}"
+    if note is not None:
+        found = "no namespace" if own is None else f"the namespace {own!r}"
+        note(f"has {found}; read as a property file of the contest ({NAMESPACE})")
 
 
 def _is_linear(node: etree._Element) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ import click
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, load_valid, reading_formula
 from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.presentation.evidence import refuse_certificates, say_confirmations
+from dineros.cli.options import invocation
 from dineros.cli.presentation.scheduling import properties_on_workers
 from dineros.cli.searching import search
 from dineros.metamodel.errors import DinerosError, Location
@@ -201,7 +203,7 @@ def take_in(net: pn.Net, file: str, model: Path) -> int:
     names = GroupedNames(base_subject(net).names)
     taken = {element.id for element in net.eAllContents() if hasattr(element, "id")}
     count = 0
-    for one in read_properties(file, names):
+    for one in read_properties(file, names, partial(_note, file)):
         if one.formula is None:
             warn(f"{file}: {one.id} is left out: a model stores formulas only")
             continue
@@ -233,13 +235,18 @@ def _read(subject: Subject, wanted: Sequence[str]) -> tuple[list[Property], Grou
         new = (
             [Property(name, "global", examination=name)]
             if name in GLOBAL_PROPERTIES
-            else read_properties(name, names)
+            else read_properties(name, names, partial(_note, name))
         )
         for one in new:
             if one.id in found:
                 raise click.UsageError(f"{one.id!r} is asked twice")
             found[one.id] = one
     return list(found.values()), names
+
+
+def _note(file: str, text: str) -> None:
+    if invocation().verbosity >= 0:
+        warn(f"{file}: note: {text}")
 
 
 def _status(value: bool | int | None) -> str:

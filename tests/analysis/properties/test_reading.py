@@ -23,6 +23,9 @@ FILE = '<property-set xmlns="http://mcc.lip6.fr/">{}</property-set>'
 ONE = "<property><id>{}</id><description/><formula>{}</formula></property>"
 FIREABLE = "<is-fireable><transition>t</transition></is-fireable>"
 
+ONE_TOKEN = "<integer-constant>1</integer-constant>"
+TWO = "<integer-constant>2</integer-constant>"
+
 
 def read(tmp_path: Path, formula: str, id: str = "n-CTLFireability-00") -> Property:
     path = tmp_path / "questions.xml"
@@ -44,6 +47,29 @@ def count(*places: str) -> str:
         ),
         (f"<integer-le>{count('a')}{count('b', 'a')}</integer-le>", "-b <= 0"),
         (f"<integer-le>{count('a')}{count('a')}</integer-le>", "true"),
+        (f"<integer-ge>{count('a')}{ONE_TOKEN}</integer-ge>", "a >= 1"),
+        (f"<integer-gt>{count('a')}{ONE_TOKEN}</integer-gt>", "a > 1"),
+        (f"<integer-lt>{count('a')}{ONE_TOKEN}</integer-lt>", "a < 1"),
+        (f"<integer-eq>{count('a')}{ONE_TOKEN}</integer-eq>", "a == 1"),
+        (f"<integer-ne>{count('a')}{ONE_TOKEN}</integer-ne>", "a != 1"),
+        (f"<integer-ge>{ONE_TOKEN}{count('a')}</integer-ge>", "-a >= -1"),
+        (f"<integer-ne>{ONE_TOKEN}{ONE_TOKEN}</integer-ne>", "false"),
+        (f"<integer-gt>{count('a')}{count('a')}</integer-gt>", "false"),
+        (
+            f"<integer-ge><integer-sum>{count('a')}{count('b', 'a')}{ONE_TOKEN}</integer-sum>"
+            f"<integer-difference>{count('c')}{ONE_TOKEN}</integer-difference></integer-ge>",
+            "2*a + b - c >= -2",
+        ),
+        (
+            f"<integer-le><integer-product>{TWO}<integer-sum>{count('a')}{ONE_TOKEN}</integer-sum></integer-product>"
+            f"<integer-product>{TWO}{TWO}</integer-product></integer-le>",
+            "2*a <= 2",
+        ),
+        (
+            "<exclusive-disjunction><true/><false/></exclusive-disjunction>",
+            "!(true <-> false)",
+        ),
+        (f"<and>{FIREABLE}<not><true/></not></and>", "enabled(t) & !true"),
         (f"<exists-path><next>{FIREABLE}</next></exists-path>", "EX enabled(t) & !deadlock"),
         (f"<all-paths><next>{FIREABLE}</next></all-paths>", "AX enabled(t) | deadlock"),
         (
@@ -98,12 +124,32 @@ def test_bounds_and_global_questions(tmp_path: Path) -> None:
         ("<negations><true/></negations>", "<negations> is no part of a formula"),
         (f"<integer-le>{count('a')}<integer-constant>1e9</integer-constant></integer-le>", "no whole number"),
         ("<all-paths><until><before><true/></before></until></all-paths>", "<until> holds 1 elements"),
+        (f"<integer-lee>{count('a')}{ONE_TOKEN}</integer-lee>", "did you mean 'integer-le'"),
+        (
+            f"<integer-le><integer-product>{count('a')}{count('b')}</integer-product>{TWO}</integer-le>",
+            "is not linear",
+        ),
+        (f"<integer-ge>{count('a')}</integer-ge>", "holds 1 elements"),
+        (f"<integer-ge><integer-sum/>{ONE_TOKEN}</integer-ge>", "holds 0 elements"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, formula: str, said: str) -> None:
     with pytest.raises(DinerosError, match=r"questions\.xml:1: ") as caught:
         read(tmp_path, formula)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("space", "said"),
+    [("", "no namespace"), (' xmlns="http://tapaal.net/"', "the namespace 'http://tapaal.net/'")],
+)
+def test_other_namespaces_are_read_with_a_note(tmp_path: Path, space: str, said: str) -> None:
+    path = tmp_path / "questions.xml"
+    path.write_text(f"<property-set{space}>{ONE.format('q', FIREABLE)}</property-set>")
+    notes: list[str] = []
+    (found,) = read_properties(path, GroupedNames(NetNames(NET)), notes.append)
+    assert str(found.formula) == "enabled(t)"
+    assert len(notes) == 1 and said in notes[0]
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
