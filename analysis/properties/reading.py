@@ -1,7 +1,7 @@
 """Reading the contest's property files: XML in the namespace ``http://mcc.lip6.fr/``.
 
-Other tools, such as TAPAAL, add comparisons and arithmetic, and leave the namespace out or take another; these
-are read, too.
+Other tools, such as TAPAAL, add comparisons and sums, and leave the namespace out or take another; these are
+read, too.
 
 ``EX f`` of the contest needs a successor and its ``AX f`` holds where there is none, while runs of this
 project stay in a deadlock for ever: what is read says so with ``deadlock``. In LTL both mean the same.
