@@ -1,7 +1,8 @@
 """TINA's textual format ``.net`` for place/transition and time Petri nets (LAAS-CNRS, manual page "formats").
 
-Read are all declarations (``net tr pl lb pr nt``) with weights, read and inhibitor arcs, intervals and
-priorities; several declarations of one node add up. Stopwatch arcs are refused: nets have none.
+Read are all declarations (``net tr pl lb pr nt``, see `parsing`) with weights and their factors (``2K``),
+read and inhibitor arcs, intervals and priorities; several declarations of one node add up. Stopwatch arcs are
+refused: nets have none.
 
 Written are nodes and what they do. References are resolved and pages dropped; layout, notes of other tools
 and the data of tokens have no place in this format. Nodes are named by their ids and labelled by their names.

@@ -141,6 +141,78 @@ def test_every_declaration_of_the_manual_is_read() -> None:
     assert (net.id, net.name) == ("my_}_net", "my } net")
 
 
+@pytest.mark.parametrize(
+    ("text", "marking", "effects"),
+    [
+        ("pl p (3K)\ntr t p*2K -> q", 3_000, {("p", "t"): 2_000, ("t", "q"): 1}),
+        ("pl p (2M)\ntr t p -> q*1M", 2_000_000, {("p", "t"): 1, ("t", "q"): 1_000_000}),
+        ("pl p (2G)\ntr t p*1G -> q*2G", 2_000_000_000, {("p", "t"): 10**9, ("t", "q"): 2 * 10**9}),
+        ("pl p (0E)\ntr t p?1G p*3 -> q", 0, {("p", "t"): 10**9, ("t", "p"): 10**9 - 3, ("t", "q"): 1}),
+        # A factor belongs to the number: behind white space it is a place.
+        ("tr t p*2 G -> q*1 K", 0, {("p", "t"): 2, ("G", "t"): 1, ("t", "q"): 1, ("t", "K"): 1}),
+    ],
+)
+def test_factors_of_weights(text: str, marking: int, effects: dict[tuple[str, str], int]) -> None:
+    net = parse(text)
+    assert find(net, "p", pn.Place).tokens == marking
+    found: Counter[Condition] = meaning(net)["effects"]  # type: ignore[assignment]
+    assert {(source, target): weight for (source, target, _, _), weight in found.items()} == effects
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "tr tr pl w -> q\npl pl (1)\npl w (1)",
+        "pl pl (1)\npl w (1)\ntr tr pl w\n -> q",
+        "pl {pl} (1)\npl w (1)\ntr {tr} {pl} w -> q",
+    ],
+)
+def test_key_words_as_names(text: str) -> None:
+    net = parse(text)
+    assert sorted((place.id, place.tokens) for place in places(net)) == [("pl", 1), ("q", 0), ("w", 1)]
+    assert sorted(f"{arc.source.id}>{arc.target.id}" for arc in arcs(net)) == ["pl>tr", "tr>q", "w>tr"]
+
+
+def test_declarations_may_share_a_line() -> None:
+    net = parse("net net pl p (1) tr t p -> q pl r (2) lb r pl nt n 0 tr")
+    assert {place.id: (place.name, place.tokens) for place in places(net)} == {
+        "p": (None, 1),
+        "q": (None, 0),
+        "r": ("pl", 2),
+    }
+    assert [transition.id for transition in transitions(net)] == ["t"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("transition t1 p -> q", "1:1: unexpected 'transition' (a declaration begins with net, tr, pl"),
+        ("place p (1)", "1:1: unexpected 'place'"),
+        ("net n\nplp (1)", "2:1: unexpected 'plp'"),
+        ("{tr} t p -> q", "1:1: unexpected '{tr}'"),
+        ("tr t p*2q -> r", "1:8: unexpected '2q' (expected a number"),
+        ("tr t p*2KK -> r", "unexpected '2KK'"),
+        ("tr t p*K -> r", "unexpected 'K'"),
+        ("tr t p? q -> r", "1:9: unexpected 'q' (expected a number"),
+        ("tr t p -> q*3G", "1:13: 3000000000 is too large"),
+        ("pl p (1T)", "is too large"),
+        ("tr t p q", "unexpected the end of the file (expected a name, ->)"),
+        ("tr t [1,2 p -> q", "unexpected 'p' (expected [, ])"),
+        ("tr t [1,w] p -> q", "an unbounded interval ends with w["),
+        ("tr t [K,2] p -> q", "unexpected 'K'"),
+        ("pl p (w)", "unexpected 'w'"),
+        ("pr t u", "unexpected the end of the file (expected <, >, a name)"),
+        ("pr > u", "1:4: unexpected '>' (expected a name)"),
+        ("pl p (1)\npl p (2)", "2:7: place 'p' has two markings, on lines 1 and 2"),
+        ("tr t [1,2] p -> q\n\ntr t [1,3]", "transition 't' has two intervals, on lines 1 and 3"),
+    ],
+)
+def test_what_the_grammar_does_not_have(text: str, message: str) -> None:
+    with pytest.raises(ModelFileError) as caught:
+        parse(text)
+    assert message in str(caught.value)
+
+
 def test_a_net_without_a_name_is_called_like_its_file(tmp_path: Path) -> None:
     path = tmp_path / "abp.net"
     path.write_text("pl abp (1)\npl page\n")
