@@ -271,14 +271,14 @@ def _local(node: etree._Element) -> str:
 
 def _adopt(root: etree._Element, note: Callable[[str], None] | None) -> None:
     """Put all elements that have no namespace, or that of the root, into the contest's."""
-    own = etree.QName(root).namespace
+    own: str | None = etree.QName(root).namespace
     if own == NAMESPACE:
         return
     for node in root.iter(tag=etree.Element):
         if etree.QName(node).namespace in (own, None):
             node.tag = f"{{{NAMESPACE}}}{etree.QName(node).localname}"
     if note is not None:
-        found = "no namespace" if own is None else f"the namespace {own!r}"
+        found = f"the namespace {own!r}" if own else "no namespace"
         note(f"has {found}; read as a property file of the contest ({NAMESPACE})")
 
 

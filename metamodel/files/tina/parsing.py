@@ -46,6 +46,10 @@ _TOKEN = re.compile(
     )""",
     re.VERBOSE | re.DOTALL,
 )
+_BEGIN = f"a declaration begins with {', '.join(KEY_WORDS)}"
+_OTHER_TOOLS = (
+    "this is TINA's format, and .net files of GreatSPN, SYNET and others are not: export PNML there"
+)
 _NUMBER = re.compile(r"[0-9]+[KMGTPE]?")
 _ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 _ODD_NAMES = re.compile(rf"^[ \t]*(?:pl|tr)[ \t]+({'|'.join(KEY_WORDS)})(?![A-Za-z0-9_'])", re.MULTILINE)
@@ -162,7 +166,8 @@ class Parser:
             word = self._token
             if word.kind != "word" or word.text not in KEY_WORDS:
                 near = near_matches(word.text, KEY_WORDS) if word.kind == "word" else None
-                raise self._unexpected(near or f"a declaration begins with {', '.join(KEY_WORDS)}")
+                is_first = not self._text.text[: word.at].strip()
+                raise self._unexpected(near or (f"{_BEGIN}; {_OTHER_TOOLS}" if is_first else _BEGIN))
             self._advance()
             if word.text in ("tr", "pl"):
                 yield self._node(word.text)

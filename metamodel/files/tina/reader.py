@@ -61,8 +61,8 @@ class _Reader:
                 pairs = ((first, second) for first in declaration.names for second in declaration.more)
                 self._priorities.extend(pairs)
         nodes = {**self._places, **self._transitions} if labels else {}
-        for name, label in labels:
-            self._known(name, nodes).label = label.plain
+        for labelled, label in labels:
+            self._known(labelled, nodes).label = label.plain
         for name, node in self._transitions.items():
             if name in self._places:
                 raise self._text.error(
