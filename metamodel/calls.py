@@ -17,7 +17,7 @@ from typing import TypeAlias
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.elements import channels
+from dineros.metamodel.elements import channels, node_net_of
 from dineros.metamodel.errors import DinerosError
 
 Served: TypeAlias = sym.ServiceChannel | sym.ActionChannel
@@ -123,6 +123,37 @@ def instance_counts(model: pn.Net) -> dict[Served, int]:
 def gives_up(channel: sym.ServiceChannel) -> bool:
     """Tell whether a client of a service has a time-out."""
     return any(client.timeout is not None for client in channel.clients)
+
+
+def sends_once(client: sym.ClientPort) -> bool:
+    """Tell whether a client sends each request once, as rclpy does.
+
+    Nodes that run our engine send a request again until it is answered, so that it outlives its server.
+    """
+    node = node_net_of(client.request)
+    return node is not None and node.execution == sym.Execution.callbacks
+
+
+def may_be_deserted(channel: sym.ServiceChannel, server: sym.NodeNet | None) -> bool:
+    """Tell whether a service has clients that send each request once, and its server is a managed node.
+
+    Such a request is lost while the server is not there.
+
+    Parameters
+    ----------
+    channel : sym.ServiceChannel
+        The service; `clients` has those of all instances.
+    server : sym.NodeNet or None
+        The node net of its server.
+    """
+    is_managed = server is not None and server.lifecycle is not None
+    return is_managed and any(sends_once(client) for client in channel.clients)
+
+
+def may_leave(channel: sym.ServiceChannel, server: sym.NodeNet | None) -> bool:
+    """Tell whether such a server may also be cleaned up or shut down, with requests that it has."""
+    life = None if server is None else server.lifecycle
+    return life is not None and (life.cleansUp or life.shutsDown) and may_be_deserted(channel, server)
 
 
 def loses_requests(channel: sym.ServiceChannel) -> bool:

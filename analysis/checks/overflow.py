@@ -1,4 +1,4 @@
-"""Whether messages are lost: in queues that overflow, or since a managed node is not there, or not active."""
+"""Whether messages and requests are lost: in full queues, or because of the state of a managed node."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Overflow(Question):
 
 
 class Presence(Question):
-    """Whether messages are lost because a managed node is not there, or not active."""
+    """Whether messages and requests are lost because a managed node is not there, or not active."""
 
     INACTIVE = Fault(
         "published-while-inactive",
@@ -88,13 +88,34 @@ class Presence(Question):
         "A managed node can be cleaned up or shut down with a message that is on its way: it is lost.",
         "{loss}",
     )
-    faults = (INACTIVE, MISSED, LEFT)
-    asks = "whether messages are lost because a node is not there"
+    UNSERVED = Fault(
+        "server-not-there",
+        "error",
+        "A request can be sent while its server is not configured: it is lost, and never answered.",
+        "{loss}",
+    )
+    UNANSWERED = Fault(
+        "request-lost-with-server",
+        "error",
+        "A server can be cleaned up or shut down with a request that it has: it is never answered.",
+        "{loss}",
+    )
+    GIVEN_UP = Fault(
+        "request-given-up",
+        "note",
+        "A request can be lost because its server is not there, or leaves; its client gives it up.",
+        "{loss}",
+    )
+    faults = (INACTIVE, MISSED, LEFT, UNSERVED, UNANSWERED, GIVEN_UP)
+    asks = "whether messages and requests are lost because a node is not there"
 
     _KINDS: ClassVar[dict[Kind, tuple[Fault, str]]] = {
         "inactive": (INACTIVE, "no managed node publishes while it is inactive"),
         "missed": (MISSED, "every subscriber is there for what is published"),
         "left": (LEFT, "no message is lost with a node that is cleaned up or shut down"),
+        "unserved": (UNSERVED, "every server is there for what is asked"),
+        "unanswered": (UNANSWERED, "no request is lost with a server that is cleaned up or shut down"),
+        "given up": (GIVEN_UP, "no client has to give up because its server is not there"),
     }
 
     def ask(self, checked: Checked) -> None:

@@ -108,6 +108,11 @@ def _with_instance(link: Link, element: EObject) -> str:
     return f"{_id(element)} of {'slot' if is_slot else 'server instance'} {link.index}"
 
 
+def _server_node(service: sym.ServiceChannel) -> EObject:
+    """Return the node net that serves; the service where none does."""
+    return node_net_of(service.server.entry) or service
+
+
 def _waits(link: Link) -> str:
     """Return what a client does whose request is lost."""
     waits_for_ever = source_of(link, sym.ClientPort).timeout is None
@@ -137,6 +142,7 @@ _PARTS: dict[str, Callable[[Link], object]] = {
     "node": lambda link: _id(node_net_of(link.sources[0]) or link.sources[0]),
     "writing": lambda link: _id(node_net_of(source_of(link, sym.PublisherPort).place) or link.sources[0]),
     "reading": lambda link: _id(node_net_of(source_of(link, sym.SubscriberPort).place) or link.sources[0]),
+    "serving": lambda link: _id(_server_node(source_of(link, sym.ServiceChannel))),
     "queue": queue_words,
     "queue_kind": lambda link: link.meaning and link.meaning.queue,
     "queue_end": lambda link: _id(queue_end(link)),

@@ -882,6 +882,10 @@ class ClientPort(EObject, metaclass=MetaEClass):
         Seconds until the client gives up; absent: it waits for ever.
     timedOut : pn.Place | None
         Gets a token when the client gives up; absent: it is ready to ask again.
+    waitsForService : bool
+        Of a node written by hand: it calls `wait_for_service` before each request, so it sends none while
+        the server's node is not configured. False: it sends at once, and the request is lost. Nodes that
+        run our engine send again what was not answered.
     """
 
     channel: ServiceChannel | None = Ecore.EReference()
@@ -892,6 +896,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
     outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
     timeout: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     timedOut: pn.Place | None = Ecore.EReference()
+    waitsForService: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -908,6 +913,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
         outstanding: int | None = None,
         timeout: float | None = None,
         timedOut: pn.Place | None = None,
+        waitsForService: bool | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -922,6 +928,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
                 "outstanding": outstanding,
                 "timeout": timeout,
                 "timedOut": timedOut,
+                "waitsForService": waitsForService,
             },
             unknown,
         )

@@ -118,6 +118,14 @@ def _features_of_lifecycles(model: sym.SystemModel) -> set[str]:
         found.add("with nodes that are cleaned up")
     if any(life.shutsDown for life in lives):
         found.add("with nodes that are shut down")
-    if any(".replace" in event.name for event in LifecycleInterpreter(model).events):
+    events = [event.name for event in LifecycleInterpreter(model).events]
+    if any(".replace" in name for name in events):
         found.add("with readers that come again")
+    for word, feature in (
+        (".miss", "with requests that find no server"),
+        (".left", "with requests that are lost with a server"),
+        (".again", "with requests that are sent again"),
+    ):
+        if any(".client." in name and name.endswith(word) for name in events):
+            found.add(feature)
     return found

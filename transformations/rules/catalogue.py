@@ -12,6 +12,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules import (
+    absent_servers,
     capacities,
     coming_and_going,
     executors,
@@ -63,7 +64,7 @@ def _defined_in(*modules: ModuleType) -> tuple[type[Rule], ...]:
     return tuple(sorted(found, key=lambda rule: rule.__name__[:2]))
 
 
-_MANAGED = _defined_in(lifecycle, coming_and_going, managed)
+_MANAGED = _defined_in(lifecycle, coming_and_going, managed, absent_servers)
 """The rules of managed nodes, as they are shown and run."""
 
 FAMILIES = (

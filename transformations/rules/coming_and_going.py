@@ -20,8 +20,9 @@ from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.histories import PAIR, R2, R3, WRITER
-from dineros.transformations.rules.lifecycle import L1, Configuring, Home, L1Shutdown
+from dineros.transformations.rules.lifecycle import L1, Configuring, L1Shutdown, Leaves, Leaving
 from dineros.transformations.rules.notation import arc, place, read, transition
+from dineros.transformations.rules.services import Home
 
 LANGUAGE.add(__name__)
 
@@ -32,17 +33,6 @@ class Kept(Query):
     datatype = TRUTH
     _words = "{} keeps messages for a late {}"
     _answer = staticmethod(is_kept)
-
-
-class Leaves(Query):
-    """Whether a managed node may be cleaned up or shut down."""
-
-    datatype = TRUTH
-    _words = "{} may be cleaned up or shut down"
-
-    @staticmethod
-    def _answer(life: sym.Lifecycle) -> bool:
-        return life.cleansUp or life.shutsDown
 
 
 def _step(part: str, words: str, step: type[Step] = Drop) -> New:
@@ -103,6 +93,43 @@ class L4Deliver(Rule):
     configured = Made(L1.configured, of=node)
 
     waits = read(configured, queue.leave)
+
+
+class L4Settled(Rule):
+    """A node leaves when what was written for it while it was there has come to the writer's history.
+
+    So each message that is missed was written while its reader was not there.
+    """
+
+    writer = Node(sym.PublisherPort)
+    reader = Node(sym.SubscriberPort)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    bound = Made(R2.bound, of=[writer, reader])
+    change = Made(Leaving, of=node)
+
+    waits = read(bound.free, change.move)
+
+    where = [~Kept(writer, reader)]
+
+
+class L4SettledKept(Rule):
+    """Where a late reader gets it, only a node that is shut down waits for that."""
+
+    writer = Node(sym.PublisherPort)
+    reader = Node(sym.SubscriberPort)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    bound = Made(R2.bound, of=[writer, reader])
+    at_once = Made(L1Shutdown.at_once, of=node)
+    while_inactive = Made(L1Shutdown.while_inactive, of=node)
+    while_active = Made(L1Shutdown.while_active, of=node)
+
+    waits = [
+        read(bound.free, at_once.move),
+        read(bound.free, while_inactive.move),
+        read(bound.free, while_active.move),
+    ]
+
+    where = [Kept(writer, reader)]
 
 
 LEFT = "a message of the {queue} is lost: node net {reading} is not there any more"
@@ -187,17 +214,17 @@ class L4Read(Rule):
 
 
 class L4Clear(Rule):
-    """What a reader has when its node is cleaned up is lost."""
+    """What a reader has when its node is cleaned up or shut down is lost."""
 
     channel = Node(sym.TopicChannel)
     reader = Node(sym.SubscriberPort, channel=channel)
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
-    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    life = Node(sym.Lifecycle, of=node.lifecycle)
     received = Made(R3.received, of=reader)
     queue = Made(R3.queue, of=reader)
     away = Made(L1.away, of=node)
 
-    words = "a message for {subscriber} on topic {topic} is lost: node net {reading} is cleaned up"
+    words = "a message for {subscriber} on topic {topic} is lost: node net {reading} is not there any more"
     gone = transition(
         "{channel.id}.reader.{reader.place.id}.gone",
         Meaning(words, step=Drop, queue="subscriber", part="gone"),
@@ -208,6 +235,8 @@ class L4Clear(Rule):
     )
     loses = [arc(received, gone), read(away, gone)]
     clears = [arc(queue.load, clear), arc(clear, queue.capacity), read(away, clear)]
+
+    where = [Leaves(life)]
 
 
 class L4Cleared(Rule):

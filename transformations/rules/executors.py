@@ -31,7 +31,7 @@ from dineros.transformations.rules.callbacks import (
 from dineros.transformations.rules.histories import R3
 from dineros.transformations.rules.notation import arc, place, read
 from dineros.transformations.rules.requests import GiveUp
-from dineros.transformations.rules.services import S1, S4, Serving, instances
+from dineros.transformations.rules.services import S1, S4, Answering, Serving, instances
 
 
 class Lock(Fragment):
@@ -228,11 +228,11 @@ class E4Reply(Rule):
     copy = Made(S4.page, of=[service, instance])
     page = Node(sym.CallbackPage, of=copy)
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    serving = Made(Serving, of=[service, instance])
+    answering = Made(Answering, of=[service, instance])
     threads = Made(E1.threads, of=node)
     running = Made(E3.running, of=page)
 
-    ending = Ending(serving.t_return, threads, running)
+    ending = Ending(answering.t_return, threads, running)
 
 
 class E4Exclusive(Rule):

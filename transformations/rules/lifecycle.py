@@ -11,11 +11,11 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Drop, Lifecycle
-from dineros.transformations.language.creation import IMAGES, Fragment, New
+from dineros.transformations.language.creation import Fragment, New
+from dineros.transformations.language.datatypes import TRUTH
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression, Match
+from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import Query, ancestor
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
@@ -25,29 +25,21 @@ from dineros.transformations.rules.executors import E1, Lock
 from dineros.transformations.rules.histories import R3, Publication
 from dineros.transformations.rules.notation import arc, place, read, transition
 from dineros.transformations.rules.requests import GiveUp
-from dineros.transformations.rules.services import S1, S4, Serving, instances
+from dineros.transformations.rules.services import S1, S4, Answering, Home, Serving, instances
 from dineros.transformations.rules.timers import C1
 
 LANGUAGE.add(__name__)
 
 
-class Home(Expression):
-    """The node net of a place, also where that is on a server page of which only copies are left."""
+class Leaves(Query):
+    """Whether a managed node may be cleaned up or shut down."""
 
-    eclass = sym.NodeNet
+    datatype = TRUTH
+    _words = "{} may be cleaned up or shut down"
 
-    def __init__(self, place: Expression) -> None:
-        super().__init__(place)
-        self.place = place
-
-    def evaluate(self, match: Match) -> sym.NodeNet | None:
-        """Return it; None where there is no copy."""
-        place = self.place.evaluate(match)
-        copies = (images[place] for images in match[IMAGES].values() if place in images)
-        return node_net_of(place) or node_net_of(next(copies, None))
-
-    def __str__(self) -> str:
-        return f"node net of {self.place}"
+    @staticmethod
+    def _answer(life: sym.Lifecycle) -> bool:
+        return life.cleansUp or life.shutsDown
 
 
 class Working(Query):
@@ -99,6 +91,10 @@ class Configuring(StateChange):
 
 class Activating(StateChange):
     """A managed node is activated, or fails to be."""
+
+
+class Leaving(StateChange):
+    """A managed node that is configured is cleaned up or shut down."""
 
 
 class L1(Rule):
@@ -158,7 +154,7 @@ class L1Cleanup(Rule):
     configured = Made(L1.configured, of=node)
     away = Made(L1.away, of=node)
 
-    cleanup = StateChange("cleanup", "is cleaned up", [inactive, configured], [unconfigured, away])
+    cleanup = Leaving("cleanup", "is cleaned up", [inactive, configured], [unconfigured, away])
 
 
 class L1Shutdown(Rule):
@@ -177,10 +173,10 @@ class L1Shutdown(Rule):
     at_once = StateChange(
         "shutdown", "is shut down", [unconfigured, existing], [finalized], state="unconfigured"
     )
-    while_inactive = StateChange(
+    while_inactive = Leaving(
         "shutdown", "is shut down", [inactive, existing, configured], [finalized, away], state="inactive"
     )
-    while_active = StateChange(
+    while_active = Leaving(
         "shutdown", "is shut down", [active, existing, configured], [finalized, away], state="active"
     )
 
@@ -358,7 +354,7 @@ class L3Take(Rule):
 
 
 class L3Serve(Rule):
-    """It serves no request: the client waits for its service."""
+    """It takes no request."""
 
     service = Node(sym.ServiceChannel)
     instance = Index(upto=instances(service))
@@ -367,7 +363,20 @@ class L3Serve(Rule):
     serving = Made(Serving, of=[service, instance])
     configured = Made(L1.configured, of=node)
 
-    waits = [read(configured, serving.t_call), read(configured, serving.t_return)]
+    waits = read(configured, serving.t_call)
+
+
+class L3Answer(Rule):
+    """It answers none."""
+
+    service = Node(sym.ServiceChannel)
+    instance = Index(upto=instances(service))
+    copy = Made(S4.page, of=[service, instance])
+    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
+    answering = Made(Answering, of=[service, instance])
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, answering.t_return)
 
 
 class L3Ask(Rule):

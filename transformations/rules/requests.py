@@ -15,7 +15,7 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.calls import gives_up, loses_requests
+from dineros.metamodel.calls import gives_up, loses_requests, may_be_deserted, may_leave, sends_once
 from dineros.metamodel.records import Drop, Reply, Serve, Transfer
 from dineros.metamodel.records import GiveUp as GiveUpStep
 from dineros.transformations.language.creation import ForAll, Fragment, New, image
@@ -27,7 +27,7 @@ from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import OverflowQueue, arc, place, transition
-from dineros.transformations.rules.services import S1, S2, S3, S4, Serving, instances
+from dineros.transformations.rules.services import S1, S2, S3, S4, Answering, Home, Serving, instances
 
 LANGUAGE.add(__name__)
 
@@ -35,11 +35,14 @@ HISTORY = "request history of service {service}"
 
 
 class LosesRequests(Query):
-    """Whether more requests of a service may wait than its history keeps."""
+    """Whether more requests of a service may wait than its history keeps, or its server may not be there."""
 
     datatype = TRUTH
-    _words = "requests of {} can be lost"
-    _answer = staticmethod(loses_requests)
+    _words = "requests of {} can be lost, also because {} is not there"
+
+    @staticmethod
+    def _answer(service: sym.ServiceChannel, server: sym.NodeNet | None) -> bool:
+        return loses_requests(service) or may_be_deserted(service, server)
 
 
 class GivesUp(Query):
@@ -48,6 +51,41 @@ class GivesUp(Query):
     datatype = TRUTH
     _words = "a client of {} has a time-out"
     _answer = staticmethod(gives_up)
+
+
+class SendsOnce(Query):
+    """Whether a client sends each request once."""
+
+    datatype = TRUTH
+    _words = "{} sends each request once"
+    _answer = staticmethod(sends_once)
+
+
+class MayBeDeserted(Query):
+    """Whether requests of a service are lost while its server is not there."""
+
+    datatype = TRUTH
+    _words = "requests of {} are lost while {} is not there"
+    _answer = staticmethod(may_be_deserted)
+
+
+class MayLeave(Query):
+    """Whether requests of a service are lost with its server."""
+
+    datatype = TRUTH
+    _words = "requests of {} are lost with {}"
+    _answer = staticmethod(may_leave)
+
+
+class AnswersNobody(Query):
+    """Whether an instance of a service may work for a client that has given up, or has lost its request."""
+
+    datatype = TRUTH
+    _words = "a client of {} has a time-out, or loses requests that {} works on"
+
+    @staticmethod
+    def _answer(service: sym.ServiceChannel, server: sym.NodeNet | None) -> bool:
+        return gives_up(service) or may_leave(service, server)
 
 
 class RequestQueue(OverflowQueue):
@@ -122,7 +160,7 @@ class R5(Rule):
         means=Meaning("{queue}: free capacity", queue="request", called=HISTORY, part="capacity", rests=True),
     )
 
-    where = [LosesRequests(service)]
+    where = [LosesRequests(service, Home(service.server.entry))]
 
 
 class R5Client(Rule):
@@ -208,8 +246,39 @@ class R6Client(Rule):
     ]
 
 
+class R6Late(Rule):
+    """An instance may work for a client that no longer waits; its answer goes nowhere."""
+
+    service = Node(sym.ServiceChannel)
+    instance = Index(upto=instances(service))
+    active = Made(S3.active, of=[service, instance])
+    inactive = Made(S3.inactive, of=[service, instance])
+    page = Made(S4.page, of=[service, instance])
+    exit = Node(pn.Place, of=image(service.server.exit, page))
+
+    in_use = place(
+        "{service.id}.late.inUse[{instance}]",
+        means=Meaning("instance {instance} of service {service} works for a client that no longer waits"),
+    )
+    t_return = transition(
+        "{service.id}.late.return[{instance}]",
+        means=Meaning(
+            "instance {instance} of service {service} answers a client that no longer waits", step=Reply
+        ),
+    )
+    arcs = [
+        arc(exit, t_return),
+        arc(active, t_return),
+        arc(in_use, t_return),
+        arc(t_return, inactive),
+    ]
+    answering = Answering(t_return)
+
+    where = [AnswersNobody(service, Home(service.server.entry))]
+
+
 class R6Instance(Rule):
-    """Each instance may serve a late request; nobody gets its answer."""
+    """Each instance may take a late request."""
 
     service = Node(sym.ServiceChannel)
     instance = Index(upto=instances(service))
@@ -220,23 +289,13 @@ class R6Instance(Rule):
     inactive = Made(S3.inactive, of=[service, instance])
     page = Made(S4.page, of=[service, instance])
     entry = Node(pn.Place, of=image(service.server.entry, page))
-    exit = Node(pn.Place, of=image(service.server.exit, page))
+    in_use = Made(R6Late.in_use, of=[service, instance])
 
-    in_use = place(
-        "{service.id}.late.inUse[{instance}]",
-        means=Meaning("instance {instance} of service {service} works for a client that has given up"),
-    )
     t_call = transition(
         "{service.id}.late.call[{instance}]",
         means=Meaning(
             "instance {instance} of service {service} takes the request of a client that has given up",
             step=Serve,
-        ),
-    )
-    t_return = transition(
-        "{service.id}.late.return[{instance}]",
-        means=Meaning(
-            "instance {instance} of service {service} answers a client that has given up", step=Reply
         ),
     )
     arcs = [
@@ -247,12 +306,8 @@ class R6Instance(Rule):
         arc(t_call, entry),
         arc(t_call, active),
         arc(t_call, in_use),
-        arc(exit, t_return),
-        arc(active, t_return),
-        arc(in_use, t_return),
-        arc(t_return, inactive),
     ]
-    serving = Serving(t_call, t_return)
+    serving = Serving(t_call)
 
 
 class GiveUp(Fragment):
@@ -305,12 +360,25 @@ class R7Instance(Rule):
     instance = Index(upto=instances(service))
     ready = Made(S1.ready, of=client)
     in_use = Made(S2.in_use, of=[client, instance])
-    late = Made(R6Instance.in_use, of=[service, instance])
+    late = Made(R6Late.in_use, of=[service, instance])
 
     served = GiveUp("{service.id}.client.{client.client}.giveUp.inUse[{instance}]", in_use, ready)
     goes_on = arc(served.give_up, late)
 
     where = [client.timeout > 0]
+
+
+class R7Sent(Rule):
+    """A client that sends again until it is answered gives up while the server is not there, too."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    ready = Made(S1.ready, of=client)
+    sent = Made(R5Client.sent, of=client)
+
+    away = GiveUp("{service.id}.client.{client.client}.giveUp.sent", sent, ready)
+
+    where = [client.timeout > 0, MayBeDeserted(service, Home(service.server.entry)), ~SendsOnce(client)]
 
 
 class R7Place(Rule):

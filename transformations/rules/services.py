@@ -11,9 +11,10 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Reply, Request, Response, Serve
-from dineros.transformations.language.creation import Copy, Fragment, New, image
-from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.creation import IMAGES, Copy, Fragment, New, image
+from dineros.transformations.language.expressions import Expression, Match
 from dineros.transformations.language.functions import count, either, enclosing
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
@@ -27,12 +28,40 @@ def instances(service: Node) -> Expression:
 
 
 class Serving(Fragment):
-    """An instance takes a request, and answers it: the transitions, whoever asked."""
+    """An instance takes a request: the transition, whichever client asked."""
 
-    roles: Mapping[str, type[EObject]] = {"t_call": pn.Transition, "t_return": pn.Transition}
+    roles: Mapping[str, type[EObject]] = {"t_call": pn.Transition}
 
-    def __init__(self, t_call: Expression, t_return: Expression) -> None:
-        super().__init__(t_call=t_call, t_return=t_return)
+    def __init__(self, t_call: Expression) -> None:
+        super().__init__(t_call=t_call)
+
+
+class Answering(Fragment):
+    """An instance answers a request: the transition, whichever client asked."""
+
+    roles: Mapping[str, type[EObject]] = {"t_return": pn.Transition}
+
+    def __init__(self, t_return: Expression) -> None:
+        super().__init__(t_return=t_return)
+
+
+class Home(Expression):
+    """The node net of a place, also where that is on a server page of which only copies are left."""
+
+    eclass = sym.NodeNet
+
+    def __init__(self, place: Expression) -> None:
+        super().__init__(place)
+        self.place = place
+
+    def evaluate(self, match: Match) -> sym.NodeNet | None:
+        """Return it; None where there is no copy."""
+        place = self.place.evaluate(match)
+        copies = (images[place] for images in match[IMAGES].values() if place in images)
+        return node_net_of(place) or node_net_of(next(copies, None))
+
+    def __str__(self) -> str:
+        return f"node net of {self.place}"
 
 
 class S4(Rule):
@@ -70,6 +99,7 @@ class S4Client(Rule):
         outstanding=original.outstanding,
         timeout=original.timeout,
         timedOut=image(original.timedOut, page),
+        waitsForService=original.waitsForService,
         group=original.group,
     )
 
@@ -181,4 +211,5 @@ class S2(Rule):
         arc(t_return, responses),
         arc(t_return, inactive),
     ]
-    serving = Serving(t_call, t_return)
+    serving = Serving(t_call)
+    answering = Answering(t_return)

@@ -74,10 +74,12 @@ def timed_out_in_one_instance(port: sym.ClientPort, index: Index) -> Outcome:
     ),
 )
 def calls_of_ros2(port: sym.ClientPort, index: Index) -> Outcome:
-    """Only clients of ROS 2 have several requests under way, or give up."""
+    """Only clients of ROS 2 have several requests under way, give up, or wait for their service."""
     found = [f"{port.outstanding} requests under way"] if port.outstanding > 1 else []
     if port.timeout is not None:
         found.append(f"a time-out of {port.timeout:g} s")
+    if port.waitsForService:
+        found.append("a wait for its service")
     return not found or " and ".join(found)
 
 

@@ -278,7 +278,8 @@ def _is_plain_group(group: sym.CallbackGroup) -> bool:
 
 def _is_plain_client(client: sym.ClientPort) -> bool:
     """Tell whether the dialect has words for all that a client says."""
-    more = client.timeout is not None or client.timedOut is not None or client.group is not None
+    timed = client.timeout is not None or client.timedOut is not None
+    more = timed or client.group is not None or client.waitsForService
     return _is_plain(client.client) and client.outstanding == 1 and not more
 
 

@@ -10,10 +10,37 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from dineros.metamodel import sym
+from dineros.metamodel import pn, sym
 
 if TYPE_CHECKING:
     from tests.support.references.histories import Interpreter, State
+
+
+def node_of(element: pn.PageObject) -> sym.NodeNet | None:
+    """Return the node net that an element stands in."""
+    holder: object = element
+    while holder is not None and not isinstance(holder, sym.NodeNet):
+        holder = holder.eContainer()  # type: ignore[attr-defined]
+    return holder
+
+
+def sends_once(client: sym.ClientPort) -> bool:
+    """Tell whether a client is rclpy's, which sends a request once; our engine's sends it again."""
+    node = node_of(client.request)
+    return node is not None and str(node.execution) == "callbacks"
+
+
+def is_deserted(service: sym.ServiceChannel) -> bool:
+    """Tell whether a service may have no server while a client of rclpy asks it."""
+    node = node_of(service.server.page)
+    return node is not None and node.lifecycle is not None and any(map(sends_once, service.clients))
+
+
+def leaves(service: sym.ServiceChannel) -> bool:
+    """Tell whether such a server may go away while it has requests."""
+    node = node_of(service.server.page)
+    life = None if node is None else node.lifecycle
+    return life is not None and (life.cleansUp or life.shutsDown) and is_deserted(service)
 
 
 class ServicePlayer:
@@ -34,9 +61,12 @@ class ServicePlayer:
         self.calls = [(client, copy) for client in service.clients for copy in play._copies(client.request)]
         gives_up = any(client.timeout is not None for client, _ in self.calls)
         asked = sum(client.outstanding for client, _ in self.calls)
-        self.can_lose = gives_up or asked > service.depth
+        self.can_lose = gives_up or asked > service.depth or is_deserted(service)
         self.kept: list[int] = []
         self.nobodys: int | None = None
+        self.nobodys_at: dict[int, int] = {}
+        if gives_up or leaves(service):
+            self._served_for_nobody()
         if gives_up:
             self._nobody()
         for client, copy in self.calls:
@@ -48,12 +78,15 @@ class ServicePlayer:
 
     def _nobody(self) -> None:
         """Play the calls whose clients have given up: they are served, and nobody gets the answer."""
-        prefix = f"{self.service.id}.late"
         self.nobodys = self.play._slot((self.service, "late"))
-        self.nobodys_at = {number: self.play._slot((self.service, "late", number)) for number in self.busy}
         self.kept.append(self.nobodys)
         for number in self.busy:
-            self._serve(prefix, number, self.nobodys, self.nobodys_at[number], None)
+            self._take(f"{self.service.id}.late", number, self.nobodys, self.nobodys_at[number])
+
+    def _served_for_nobody(self) -> None:
+        for number in self.busy:
+            self.nobodys_at[number] = self.play._slot((self.service, "late", number))
+            self._answer(f"{self.service.id}.late", number, self.nobodys_at[number], None)
 
     def _client(self, client: sym.ClientPort, copy: int) -> None:
         play, service = self.play, self.service
@@ -88,7 +121,8 @@ class ServicePlayer:
             {request: -1, ready: -1, sent: 1},
         )
         for number in self.busy:
-            self._serve(prefix, number, kept, served[number], answered)
+            self._take(prefix, number, kept, served[number])
+            self._answer(prefix, number, served[number], answered)
         play._happens(f"{prefix}.res", lambda s: s[answered] > 0, {answered: -1, ready: 1, response: 1})
         if client.timeout is None:
             return
@@ -98,6 +132,8 @@ class ServicePlayer:
         for number, slot in served.items():
             waiting[f"inUse[{number}]"] = slot
             goes_on[f"inUse[{number}]"] = {self.nobodys_at[number]: 1}
+        if is_deserted(service) and not sends_once(client):
+            waiting["sent"] = sent
         for word, slot in waiting.items():
             play._happens(
                 f"{prefix}.giveUp.{word}",
@@ -105,15 +141,19 @@ class ServicePlayer:
                 {slot: -1, ready: 1, **told, **goes_on.get(word, {})},
             )
 
-    def _serve(self, prefix: str, number: int, kept: int, served: int, answered: int | None) -> None:
-        """Let an instance take a request, and answer it."""
-        play, busy, server = self.play, self.busy[number], self.service.server
-        entry, exit_ = play._place(server.entry, number), play._place(server.exit, number)
-        play._happens(
+    def _take(self, prefix: str, number: int, kept: int, served: int) -> None:
+        """Let an instance take a request."""
+        busy, entry = self.busy[number], self.play._place(self.service.server.entry, number)
+        self.play._happens(
             f"{prefix}.call[{number}]",
             lambda s: s[kept] > 0 and s[busy] == 0,
             {kept: -1, busy: 1, served: 1, entry: 1},
         )
+
+    def _answer(self, prefix: str, number: int, served: int, answered: int | None) -> None:
+        """Let an instance answer a request."""
+        play, busy = self.play, self.busy[number]
+        exit_ = play._place(self.service.server.exit, number)
         play._happens(
             f"{prefix}.return[{number}]",
             lambda s: s[exit_] > 0 and s[served] > 0,

@@ -243,13 +243,13 @@ class ExecutorInterpreter(Interpreter):
                     self._begin(f"{topic.id}.reader.{self._name(reader.place, 0)}.out", callback)
 
     def _names_of_calls(self, service: sym.ServiceChannel) -> list[str]:
+        """Return the prefixes of the events of calls, also of late ones that there may not be."""
         names = [
             f"{service.id}.client.{self._client_name(client, copy)}"
             for client in service.clients
             for copy in self._copies(client.request)
         ]
-        gives_up = any(client.timeout is not None for client in service.clients)
-        return [*names, f"{service.id}.late"] if gives_up else names
+        return [*names, f"{service.id}.late"]
 
     def _client_name(self, client: sym.ClientPort, copy: int) -> str:
         page = client.request.page

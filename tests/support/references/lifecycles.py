@@ -8,6 +8,7 @@ nothing of it exists; while it is inactive, only what it publishes is lost. It s
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
+from tests.support.references.calls import is_deserted, leaves, sends_once
 from tests.support.references.executors import ExecutorInterpreter, _node_of, _page_of
 from tests.support.references.histories import Guard, are_matched, quality_of
 
@@ -31,6 +32,8 @@ class LifecycleInterpreter(ExecutorInterpreter):
         self._life = {node: self._slot(("life", node)) for node in self._nodes}
         self._empty: dict[sym.NodeNet, list[int]] = {node: [] for node in self._nodes}
         """Slots that are empty when a node is configured."""
+        self._settled: dict[sym.NodeNet, list[tuple[str, int]]] = {node: [] for node in self._nodes}
+        """Slots that are empty when a node leaves; with the beginning of what it does then."""
         for topic in self._topics:
             self._writers(topic)
             self._readers(topic)
@@ -76,6 +79,9 @@ class LifecycleInterpreter(ExecutorInterpreter):
         if word.startswith("configure"):
             for empty in self._empty[node]:
                 self._if(name, lambda s, empty=empty: s[empty] == 0)  # type: ignore[misc]
+        for beginning, slot in self._settled[node]:
+            if word.startswith(beginning):
+                self._if(name, lambda s, slot=slot: s[slot] == 0)  # type: ignore[misc]
         if str(node.execution) == "callbacks":
             self._if(name, self._has_thread(node))
             self._if(name, self._is_at_rest(node))
@@ -129,6 +135,49 @@ class LifecycleInterpreter(ExecutorInterpreter):
                     self._if(event.name, server)
                 elif what in ("req", "res") or what.startswith("giveUp."):
                     self._if(event.name, clients[prefix])
+        if is_deserted(service):
+            self._deserted(service)
+
+    def _deserted(self, service: sym.ServiceChannel) -> None:
+        """Lose what clients of rclpy ask a server that is not there, and what it has when it goes away."""
+        node = _node_of(service.server.page)
+        assert node is not None and node.lifecycle is not None
+        there, away = self._is_there(node), self._in(node, UNCONFIGURED, FINALIZED)
+        goes, comes_again = leaves(service), node.lifecycle.cleansUp
+        for client in service.clients:
+            for copy in self._copies(client.request):
+                name = self._client_name(client, copy)
+                prefix = f"{service.id}.client.{name}"
+                sent, kept, lost = (self._slots[service, name, word] for word in ("sent", "kept", "lost"))
+                for word in ("in", "drop", "instead"):
+                    self._if(f"{prefix}.{word}", there)
+                if goes and comes_again:
+                    self._empty[node].append(kept)
+                if not sends_once(client):
+                    if goes:
+                        self._moved(f"{prefix}.again", kept, {sent: 1}, away)
+                    continue
+                if client.waitsForService:
+                    self._if(f"{prefix}.req", there)
+                self._moved(f"{prefix}.miss", sent, {lost: 1}, away)
+                if not goes:
+                    continue
+                self._moved(f"{prefix}.left", kept, {lost: 1}, away)
+                leaving = ("cleanup", "shutdown.inactive", "shutdown.active")
+                self._settled[node].extend((word, sent) for word in leaving)
+                for number in range(1, self._instances(service) + 1):
+                    served, late = self._slots[service, name, number], self._slots[service, "late", number]
+                    self._moved(f"{prefix}.unanswered[{number}]", served, {lost: 1, late: 1}, away)
+                    if comes_again:
+                        self._empty[node].append(served)
+        if goes and (service, "late") in self._slots:
+            late = self._slots[service, "late"]
+            self._moved(f"{service.id}.late.gone", late, {}, away)
+            if comes_again:
+                self._empty[node].append(late)
+
+    def _moved(self, name: str, slot: int, to: dict[int, int], guard: Guard) -> None:
+        self._happens(name, lambda s: s[slot] > 0 and guard(s), {slot: -1, **to})
 
     def _goals_of(self, action: sym.ActionChannel) -> None:
         """Let nothing happen to goals at an end whose node is not there; feedback it had is lost."""
@@ -150,7 +199,9 @@ class LifecycleInterpreter(ExecutorInterpreter):
                     self._if(event.name, self._is_there(_node_of(client.goal)))
         for client in action.clients:
             node, name = _node_of(client.goal), f"{action.id}.client.{client.client}.feedback"
-            if node is None or node.lifecycle is None or not node.lifecycle.cleansUp:
+            if node is None or node.lifecycle is None:
+                continue
+            if not (node.lifecycle.cleansUp or node.lifecycle.shutsDown):
                 continue
             if ("come", name) in self._slots:
                 away = self._in(node, UNCONFIGURED, FINALIZED)
@@ -186,6 +237,8 @@ class LifecycleInterpreter(ExecutorInterpreter):
                 self._if(f"{name}.{word}", lambda s: not self._in(other, *gone)(s))
             self._if(f"{name}.out", self._is_there(other))
             self._lost(f"{name}.miss", come, self._in(other, *gone))
+            leaving = ("shutdown.",) if late else ("cleanup", "shutdown.inactive", "shutdown.active")
+            self._settled[other].extend((word, come) for word in leaving)
             if other.lifecycle.shutsDown or (other.lifecycle.cleansUp and not late):
                 self._lost(f"{name}.left", kept, self._in(other, *gone))
             if other.lifecycle.cleansUp and late:
@@ -227,7 +280,7 @@ class LifecycleInterpreter(ExecutorInterpreter):
                 continue
             name = f"{topic.id}.reader.{self._name(reader.place, 0)}"
             self._if(f"{name}.out", self._is_there(node))
-            if node.lifecycle.cleansUp:
+            if node.lifecycle.cleansUp or node.lifecycle.shutsDown:
                 away = self._in(node, UNCONFIGURED, FINALIZED)
                 for word, slot in (("gone", "come"), ("clear", "kept")):
                     self._lost(f"{name}.{word}", self._slots[slot, name], away)

@@ -25,6 +25,9 @@ def lifecycle_models(draw: st.DrawFn) -> sym.SystemModel:
                 port.limit = draw(st.integers(1, 2))
                 if draw(st.integers(0, 3)):
                     port.qos = None
+    for channel in model.channels:
+        for client in channel.clients if isinstance(channel, sym.ServiceChannel) else ():
+            client.waitsForService = draw(st.booleans())
     return model
 
 

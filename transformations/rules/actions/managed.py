@@ -16,7 +16,7 @@ from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.feedback import A5, HISTORY, A5Tell
 from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken, Wish
 from dineros.transformations.rules.actions.slots import A6, slots
-from dineros.transformations.rules.lifecycle import L1, Configuring
+from dineros.transformations.rules.lifecycle import L1, Configuring, Leaves
 from dineros.transformations.rules.notation import arc, read, transition
 
 
@@ -106,17 +106,17 @@ class L3Hear(Rule):
 
 
 class L4Feedback(Rule):
-    """Feedback that a client has when its node is cleaned up is lost."""
+    """Feedback that a client has when its node is cleaned up or shut down is lost."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action)
     node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
-    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    life = Node(sym.Lifecycle, of=node.lifecycle)
     received = Made(A5.received, of=client)
     queue = Made(A5.queue, of=client)
     away = Made(L1.away, of=node)
 
-    words = "feedback for {client} of action {action} is lost: node net {node} is cleaned up"
+    words = "feedback for {client} of action {action} is lost: node net {node} is not there any more"
     gone = transition(
         "{action.id}.client.{client.client}.feedback.gone",
         Meaning(words, step=Drop, queue="feedback", called=HISTORY, part="gone"),
@@ -127,6 +127,8 @@ class L4Feedback(Rule):
     )
     loses = [arc(received, gone), read(away, gone)]
     clears = [arc(queue.load, clear), arc(clear, queue.capacity), read(away, clear)]
+
+    where = [Leaves(life)]
 
 
 class L4FeedbackCleared(Rule):

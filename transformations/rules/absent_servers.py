@@ -1,0 +1,270 @@
+"""Requests to managed nodes, which come and go (rules L6 and L7).
+
+rclpy sends a request once. One that is sent while its server is not configured is lost, and so is one that
+the server has, in its history or in an instance, when it is cleaned up or shut down; its client is never
+answered (seen on rclpy 7.1.6). A client that calls `wait_for_service` sends nothing meanwhile, but it loses
+what the server has all the same. Nodes that run our engine send a request again until it is answered.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import sym
+from dineros.metamodel.records import Drop, Transfer
+from dineros.transformations.language.errors import LANGUAGE
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.lifecycle import L1, Configuring, Leaving
+from dineros.transformations.rules.notation import Bound, arc, read, transition
+from dineros.transformations.rules.requests import (
+    HISTORY,
+    R5,
+    R6,
+    MayBeDeserted,
+    MayLeave,
+    R5Client,
+    R6Client,
+    R6Late,
+    SendsOnce,
+)
+from dineros.transformations.rules.services import S1, S2, Home, instances
+
+LANGUAGE.add(__name__)
+
+
+def _lost(part: str, words: str) -> Meaning:
+    """Return what it means that a request of a client is lost for a reason."""
+    return Meaning(
+        f"{{client}} of service {{service}} {{waits}}: its request is lost because {words}",
+        on_server_page=f"{{client}} {{waits}}: its request to service {{service}} is lost because {words}",
+        step=Drop,
+        queue="request",
+        called=HISTORY,
+        part=part,
+    )
+
+
+class L6(Rule):
+    """A request comes to a server that is configured."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    client = Node(sym.ClientPort, channel=service)
+    queue = Made(R5Client.queue, of=client)
+    configured = Made(L1.configured, of=server)
+
+    waits = [read(configured, queue.enter), read(configured, queue.drop)]
+
+    where = [MayBeDeserted(service, server)]
+
+
+class L6Instead(Rule):
+    """So does one in whose place a full history forgets another."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    client = Node(sym.ClientPort, channel=service)
+    instead = Made(R6Client.instead, of=client)
+    configured = Made(L1.configured, of=server)
+
+    waits = read(configured, instead)
+
+    where = [MayBeDeserted(service, server)]
+
+
+class L6Miss(Rule):
+    """What a client sends once while the server is not there is lost."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    client = Node(sym.ClientPort, channel=service)
+    sent = Made(R5Client.sent, of=client)
+    lost = Made(R5Client.lost, of=client)
+    away = Made(L1.away, of=server)
+
+    miss = transition(
+        "{service.id}.client.{client.client}.miss", means=_lost("miss", "node net {serving} is not there")
+    )
+    arcs = [arc(sent, miss), arc(miss, lost), read(away, miss)]
+
+    where = [MayBeDeserted(service, server), SendsOnce(client)]
+
+
+class L6Settled(Rule):
+    """A server leaves when what was sent to it while it was there has come to its history."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    client = Node(sym.ClientPort, channel=service)
+    sent = Made(R5Client.sent, of=client)
+
+    bound = Bound(
+        sent,
+        client.outstanding,
+        means=Meaning("{client} of service {service} has no request that is arriving", rests=True),
+    )
+
+    where = [MayLeave(service, server), SendsOnce(client), client.outstanding > 0]
+
+
+class L6Leave(Rule):
+    """So each request that is missed was sent while the server was not there."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    client = Node(sym.ClientPort, channel=service)
+    bound = Made(L6Settled.bound, of=client)
+    change = Made(Leaving, of=server)
+
+    waits = read(bound.free, change.move, weight=client.outstanding)
+
+
+class L6Wait(Rule):
+    """A client that waits for its service sends nothing meanwhile."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    client = Node(sym.ClientPort, channel=service, waitsForService=True)
+    t_req = Made(S1.t_req, of=client)
+    configured = Made(L1.configured, of=server)
+
+    waits = read(configured, t_req)
+
+    where = [SendsOnce(client)]
+
+
+class L7(Rule):
+    """A request in the history of a server that leaves is lost, where its client sends it once."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    client = Node(sym.ClientPort, channel=service)
+    requests = Made(S1.requests, of=client)
+    load = Made(R5.load, of=service)
+    capacity = Made(R5.capacity, of=service)
+    lost = Made(R5Client.lost, of=client)
+    away = Made(L1.away, of=server)
+
+    left = transition(
+        "{service.id}.client.{client.client}.left",
+        means=_lost("left", "node net {serving} is not there any more"),
+    )
+    arcs = [
+        arc(requests, left),
+        arc(load, left),
+        arc(left, lost),
+        arc(left, capacity),
+        read(away, left),
+    ]
+
+    where = [MayLeave(service, server), SendsOnce(client)]
+
+
+class L7Again(Rule):
+    """Otherwise its client sends it again."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    client = Node(sym.ClientPort, channel=service)
+    requests = Made(S1.requests, of=client)
+    load = Made(R5.load, of=service)
+    capacity = Made(R5.capacity, of=service)
+    sent = Made(R5Client.sent, of=client)
+    away = Made(L1.away, of=server)
+
+    again = transition(
+        "{service.id}.client.{client.client}.again",
+        means=Meaning(
+            "{client} sends its request to service {service} again",
+            step=Transfer,
+            queue="request",
+            called=HISTORY,
+            part="again",
+        ),
+    )
+    arcs = [
+        arc(requests, again),
+        arc(load, again),
+        arc(again, sent),
+        arc(again, capacity),
+        read(away, again),
+    ]
+
+    where = [MayLeave(service, server), ~SendsOnce(client)]
+
+
+class L7Late(Rule):
+    """A request whose client has given up is gone with the server."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    late = Made(R6.late, of=service)
+    load = Made(R5.load, of=service)
+    capacity = Made(R5.capacity, of=service)
+    away = Made(L1.away, of=server)
+
+    gone = transition(
+        "{service.id}.late.gone",
+        means=Meaning(
+            "the request of a client of service {service} that has given up is gone with node net {serving}",
+            step=Transfer,
+            part="late.gone",
+        ),
+    )
+    arcs = [arc(late, gone), arc(load, gone), arc(gone, capacity), read(away, gone)]
+
+    where = [MayLeave(service, server)]
+
+
+class L7Unanswered(Rule):
+    """What an instance works on when its server leaves is not answered, where the client sends it once."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    client = Node(sym.ClientPort, channel=service)
+    instance = Index(upto=instances(service))
+    in_use = Made(S2.in_use, of=[client, instance])
+    late = Made(R6Late.in_use, of=[service, instance])
+    lost = Made(R5Client.lost, of=client)
+    away = Made(L1.away, of=server)
+
+    unanswered = transition(
+        "{service.id}.client.{client.client}.unanswered[{instance}]",
+        means=_lost("unanswered", "node net {serving} is gone before it answers"),
+    )
+    arcs = [arc(in_use, unanswered), arc(unanswered, late), arc(unanswered, lost), read(away, unanswered)]
+    bound = Bound(
+        in_use,
+        1,
+        means=Meaning("instance {instance} of service {service} does not work for {client}", rests=True),
+    )
+
+    where = [MayLeave(service, server), SendsOnce(client)]
+
+
+class L7Answered(Rule):
+    """None of that is left when the server is configured again."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    life = Node(sym.Lifecycle, of=server.lifecycle, cleansUp=True)
+    client = Node(sym.ClientPort, channel=service)
+    instance = Index(upto=instances(service))
+    bound = Made(L7Unanswered.bound, of=[client, instance])
+    change = Made(Configuring, of=server)
+
+    waits = read(bound.free, change.move)
+
+
+class L7Emptied(Rule):
+    """Nor is anything in its history."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    life = Node(sym.Lifecycle, of=server.lifecycle, cleansUp=True)
+    capacity = Made(R5.capacity, of=service)
+    change = Made(Configuring, of=server)
+
+    waits = read(capacity, change.move, weight=service.depth)
+
+    where = [MayLeave(service, server)]
