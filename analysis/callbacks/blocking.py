@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
-from dineros.analysis.callbacks.waiting import Circle, Waiter, Waiting
+from dineros.analysis.callbacks.circles import Circle, Waiter
+from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 

@@ -11,8 +11,9 @@ from random import Random
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import Blocked
+from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.refining import Endings
-from dineros.analysis.callbacks.waiting import Callback, Circle, Waiting
+from dineros.analysis.callbacks.waiting import Callback, Waiting
 from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.nets.compiled import CompiledNet
 

@@ -1,89 +1,41 @@
-"""Who waits for whom: callbacks, their groups, the threads of executors, and clients of services.
+"""Who waits for whom: callbacks, their groups, the threads of executors, calls, and places of the model.
 
-A callback that has begun waits for the responses to its calls. A response waits for the callback that serves
-the request, and then for a thread and a group to be taken by; so does a callback that could begin. A thread
-and a group wait for the callbacks that have them. Where that leads in a circle, none of those in it ever
-moves (E. G. Coffman, M. Elphick, A. Shoshani, *System deadlocks*, ACM Computing Surveys 3(2), 1971).
+A callback that has begun waits for the answers to its calls, and for tokens that other callbacks give. An
+answer waits for the callback that serves the request, and then for a thread and a group to be taken by; so
+does a callback that could begin. A thread and a group wait for the callbacks that hold them, and so does a
+place that a semiflow shows to be a lock; other places wait for the callbacks that would put a token there.
+Where one of several is enough, all of them must wait. Those that wait in a circle never move (E. G. Coffman,
+M. Elphick, A. Shoshani, *System deadlocks*, ACM Computing Surveys 3(2), 1971).
 
-What the places and transitions of the net are, the links of the rules tell, never their names.
+The links of the rules tell what the places and transitions of the net are, never their names.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import TypeAlias
 
+from dineros.analysis.callbacks.calls import Call, calls_in
+from dineros.analysis.callbacks.circles import Circle, Reason, Waiter
 from dineros.analysis.model.subject import Subject
-from dineros.analysis.model.wording import client_words, source_of
+from dineros.analysis.model.wording import source_of, words
+from dineros.analysis.nets.bounds import flows_and_bounds
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
-from dineros.metamodel.callbacks.groups import callback_page_of, threads_of, works_on_goals
+from dineros.metamodel.callbacks.groups import callback_page_of, threads_of
 from dineros.metamodel.elements import node_net_of
-from dineros.metamodel.records import Reply, Request, Response, Serve
 from dineros.transformations.flattening.traces import Link
 
-Marking = Sequence[int]
-Kind = Literal["callback", "response", "group", "thread"]
+Marking: TypeAlias = Sequence[int]
+Key: TypeAlias = tuple[EObject, int | None]
+"""A callback page, and the number of its server instance or slot."""
 
-
-@dataclass(frozen=True)
-class Waiter:
-    """One that waits, or that is waited for.
-
-    Attributes
-    ----------
-    kind : {"callback", "response", "group", "thread"}
-        What it is.
-    text : str
-        The same in the words of the model.
-    element : str
-        Id of the callback page, service, callback group or node net.
-    model : EObject
-        The callback page, client or callback group; of a thread and a default group the node net.
-    """
-
-    kind: Kind
-    text: str
-    element: str
-    model: EObject = field(compare=False, repr=False)
-
-
-@dataclass(frozen=True)
-class Circle:
-    """Some that wait for each other: each for the next, the last for the first, which is a callback.
-
-    Attributes
-    ----------
-    waiters : tuple of Waiter
-        They.
-    sharers : tuple of tuple of Waiter
-        For each of them that is a thread, the callbacks that have the executor's other threads.
-    """
-
-    waiters: tuple[Waiter, ...]
-    sharers: tuple[tuple[Waiter, ...], ...]
-
-    def __str__(self) -> str:
-        first = self.waiters[0]
-        parts = [first.text]
-        following = (*self.waiters[1:], first)
-        for before, after, sharers in zip(self.waiters, following, self.sharers, strict=True):
-            which = "" if before is first else ", which"
-            if before.kind in ("group", "thread"):
-                names = [after.text, *(sharer.text for sharer in sharers)]
-                parts.append(f"{which} {' and '.join(names)} {'has' if len(names) == 1 else 'have'}")
-            else:
-                parts.append(f"{which} waits for {after.text}")
-        return "".join(parts)
-
-    @property
-    def elements(self) -> tuple[str, ...]:
-        """Ids of the elements of the model concerned, each once."""
-        return tuple(dict.fromkeys(waiter.element for waiter in self.waiters))
+Ways: TypeAlias = list[frozenset[Waiter]]
+"""Ways on for one that waits; each needs all of a set."""
 
 
 @dataclass
@@ -97,9 +49,9 @@ class Callback:
     page : sym.CallbackPage
         Its page.
     index : int or None
-        Number of the server instance.
+        Number of the server instance or slot.
     running, awaiting : int
-        Places of how often it runs, and how often it awaits a response.
+        Places of how often it runs, and how often it awaits an answer.
     """
 
     waiter: Waiter
@@ -118,19 +70,6 @@ class Callback:
         return _any(self.places, marking)
 
 
-@dataclass
-class _Call:
-    """A client, or a server instance's copy of it; transitions of its call, by server instance."""
-
-    waiter: Waiter
-    client: sym.ClientPort
-    index: int | None
-    takes: list[int]
-    calls: dict[int, int]
-    works: dict[int, int]
-    under_way: list[int]
-
-
 class Waiting:
     """What waits for what in markings of a net.
 
@@ -143,21 +82,25 @@ class Waiting:
     ----------
     callbacks : dict of (page, instance) to Callback
         All callbacks of nodes that run callbacks.
+    resources : dict of int to Waiter
+        Places of free threads and of free callback groups.
     """
 
     def __init__(self, subject: Subject) -> None:
         self._subject = subject
         self._net = subject.net
-        self.callbacks: dict[tuple[EObject, int | None], Callback] = {}
-        self._resources: dict[int, Waiter] = {}
+        self.callbacks: dict[Key, Callback] = {}
+        self.resources: dict[int, Waiter] = {}
+        self._requests: dict[sym.CallbackPage, set[pn.Place]] = {}
+        """Places of the requests whose answers a callback waits for, as far as they were asked."""
         for link in subject.links():
             part = "" if link.meaning is None else link.meaning.part
             if part in ("threads", "lock"):
-                self._resources[subject.place_index[link.target.id]] = _resource(link, part)
+                self.resources[subject.place_index[link.target.id]] = _resource(link, part)
             elif part == "running":
                 page = source_of(link, sym.CallbackPage)
-                waiter = Waiter("callback", _callback_words(page, link.index), page.id, page)
                 place = subject.place_index[link.target.id]
+                waiter = callback_waiter(page, link.index)
                 self.callbacks[page, link.index] = Callback(waiter, page, link.index, place)
         for link in subject.links():
             if link.meaning is not None and link.meaning.part == "awaiting":
@@ -166,113 +109,182 @@ class Waiting:
 
     def circle(self, marking: Marking) -> Circle | None:
         """Return some that wait for each other in a marking, a shortest circle; None where there is none."""
-        waits = list(self._waits(marking))
-        if not waits:
+        ways, held = self._ways(marking)
+        stuck = _stuck(ways)
+        if not stuck:
             return None
         import networkx as nx  # takes a while to import
 
-        graph: nx.DiGraph[Waiter] = nx.DiGraph(waits)
+        needs = {
+            waiter: sorted({n for way in ways[waiter] for n in way if n in stuck}, key=_text)
+            for waiter in sorted(stuck, key=_text)
+        }
+        edges = [(one, other) for one in needs for other in needs[one]]
         begun = {each.waiter for each in self.callbacks.values() if each.has_begun(marking)}
         circles: list[tuple[Waiter, ...]] = []
-        for part in nx.strongly_connected_components(graph):
-            here = graph.subgraph(part)
-            for waiter in part & begun:
-                ways = [nx.shortest_path(here, after, waiter) for after in here.successors(waiter)]
-                circles += [(waiter, *way[:-1]) for way in ways]
+        for part in nx.strongly_connected_components(nx.DiGraph(edges)):
+            here: nx.DiGraph[Waiter] = nx.DiGraph([edge for edge in edges if part.issuperset(edge)])
+            for waiter in (each for each in here if each in begun):
+                to = [nx.shortest_path(here, after, waiter) for after in here.successors(waiter)]
+                circles += [(waiter, *way[:-1]) for way in to]
         if not circles:
             return None
         waiters = min(circles, key=lambda circle: (len(circle), [waiter.text for waiter in circle]))
-        following = (*waiters[1:], waiters[0])
-        sharers = (
-            tuple(sorted((w for w in graph.successors(each) if w != after), key=lambda w: w.text))
-            if each.kind == "thread"
-            else ()
-            for each, after in zip(waiters, following, strict=True)
-        )
-        return Circle(waiters, tuple(sharers))
+        return Circle(waiters, tuple(_reasons(waiters, needs, ways, held)))
 
-    def _waits(self, marking: Marking) -> Iterator[tuple[Waiter, Waiter]]:
-        """Yield who waits for whom."""
-        for callback in self.callbacks.values():
+    def _ways(self, marking: Marking) -> tuple[dict[Waiter, Ways], set[Waiter]]:
+        """Return the ways on for each that waits; and the places that wait for those that hold a token."""
+        ways: dict[Waiter, Ways] = {}
+        missing: set[int] = set()
+        for key, callback in self.callbacks.items():
             if callback.has_begun(marking):
-                yield from self._waits_of(callback, marking)
+                ways[callback.waiter] = self._ways_on(key, marking, missing)
             else:
-                for begin in self._begins(callback):
-                    for resource in self._missing_only(begin, marking):
-                        yield callback.waiter, self._resources[resource]
-        for call in self._calls.values():
-            yield from self._waits_of_call(call, marking)
-        for resource, waiter in self._resources.items():
+                ways[callback.waiter] = self._ways_to_begin(callback, marking)
+        for call in self._calls:
+            if _any(call.under_way, marking):
+                ways[call.waiter] = self._ways_of_call(call, marking, ways, missing)
+        for resource, waiter in self.resources.items():
             if marking[resource] == 0:
-                yield from ((waiter, holder.waiter) for holder in self._holders(resource, marking))
+                ways[waiter] = [frozenset({each.waiter}) for each in self._holders(resource, marking)]
+        held: set[Waiter] = set()
+        for place in missing:
+            waiter = self._place_waiter(place)
+            holders = self._lock_holders(place, marking)
+            if holders:
+                held.add(waiter)
+            asking = {one for one, each in ways.items() if any(waiter in way for way in each)}
+            makers = [each for each in self._makers(place) if each not in asking]
+            ways[waiter] = [frozenset({each}) for each in holders or makers or self._makers(place)]
+        return ways, held
 
-    def _waits_of(self, callback: Callback, marking: Marking) -> Iterator[tuple[Waiter, Waiter]]:
-        requests = self._awaited[callback.page]
-        for (client, index), call in self._calls.items():
-            if (
-                client.timeout is None
-                and client.request in requests
-                and index == callback.index
-                and _any(call.under_way, marking)
-            ):
-                yield callback.waiter, call.waiter
-        begins = self._begins(callback)
-        for transition in self._inside[callback.page, callback.index]:
-            if transition in begins:
-                continue
-            for place in self._missing(transition, marking) - self._resources.keys():
-                others = {self._of[maker] for maker in self._raising[place] if maker in self._of}
-                others.discard((callback.page, callback.index))
-                waiters = {self.callbacks[key].waiter for key in others if key in self.callbacks}
-                for waiter in sorted(waiters, key=lambda waiter: waiter.text):
-                    yield callback.waiter, waiter
+    def _ways_on(self, key: Key, marking: Marking, missing: set[int]) -> Ways:
+        """Return how a callback that has begun may go on; a timeout of a call is a way that is not barred."""
+        page, index = key
+        assert isinstance(page, sym.CallbackPage)
+        awaited = [call for call in self._awaited(page, index) if _any(call.under_way, marking)]
+        if any(call.may_give_up for call in awaited):
+            return [frozenset()]
+        if awaited:
+            return [frozenset(call.waiter for call in awaited)]
+        begins = set(self._begins(self.callbacks[key])) if key in self.callbacks else set()
+        steps = [each for each in self._inside[key] if each not in begins]
+        reached = [each for each in steps if self._is_reached(each, marking)] or steps
+        ways: Ways = []
+        for step in reached:
+            lacking = self._missing(step, marking)
+            resources = lacking & self.resources.keys()
+            places = {place for place in lacking - resources if self._is_given(place, key)}
+            if resources or places:
+                missing |= places
+                ways.append(
+                    frozenset(self.resources[each] for each in resources)
+                    | frozenset(self._place_waiter(each) for each in places)
+                )
+        return ways
 
-    def _waits_of_call(self, call: _Call, marking: Marking) -> Iterator[tuple[Waiter, Waiter]]:
-        for take in call.takes:
-            for resource in self._missing_only(take, marking):
-                yield call.waiter, self._resources[resource]
-        if not _any(call.under_way, marking):
-            return
-        page = call.client.channel.server.page if call.client.channel else None
-        for instance, place in call.works.items():
-            server = self.callbacks.get((page, instance)) if page is not None else None
-            if server is not None and marking[place] > 0:
-                yield call.waiter, server.waiter
-        for instance, transition in call.calls.items():
-            server = self.callbacks.get((page, instance)) if page is not None else None
-            missing = self._missing(transition, marking)
-            if not missing or not missing <= self._resources.keys() | self._inactive:
-                continue
-            yield from ((call.waiter, self._resources[p]) for p in missing if p in self._resources)
-            if server is not None and server.has_begun(marking):
-                yield call.waiter, server.waiter
+    def _is_reached(self, transition: int, marking: Marking) -> bool:
+        inputs = [place for place, _ in self._net.pre.row(transition) if place not in self.resources]
+        return _any(inputs, marking)
+
+    def _ways_to_begin(self, callback: Callback, marking: Marking) -> Ways:
+        """Return what a callback that has not begun needs besides what begins it: a thread and its group."""
+        lacking = [self._missing(each, marking) & self.resources.keys() for each in self._begins(callback)]
+        return [frozenset(self.resources[each] for each in resources) for resources in lacking]
+
+    def _ways_of_call(
+        self, call: Call, marking: Marking, ways: dict[Waiter, Ways], missing: set[int]
+    ) -> Ways:
+        """Return how the answer to a call may come."""
+        lacking = [self._missing(each, marking) for each in call.takes]
+        taken = [each for each in lacking if each <= self.resources.keys()]
+        if taken:
+            return [frozenset(self.resources[each] for each in resources) for resources in taken]
+        working = [instance for instance, place in call.works.items() if marking[place] > 0]
+        if working:
+            return [self._serving(call, instance, marking, ways, missing) for instance in working]
+        found: Ways = []
+        for instance, transition in call.serves.items():
+            lacks = self._missing(transition, marking)
+            resources = frozenset(self.resources[each] for each in lacks & self.resources.keys())
+            if lacks & self._inactive:
+                found.append(resources | self._serving(call, instance, marking, ways, missing))
+            elif lacks <= self.resources.keys():
+                found.append(resources)
+        return found
+
+    def _serving(
+        self, call: Call, instance: int, marking: Marking, ways: dict[Waiter, Ways], missing: set[int]
+    ) -> frozenset[Waiter]:
+        """Return the callback that serves a call; one that awaits at each step of a goal is noted here."""
+        page = call.server
+        if not isinstance(page, sym.CallbackPage):
+            return frozenset()
+        key = page, instance
+        if key in self.callbacks:
+            callback = self.callbacks[key]
+            return frozenset({callback.waiter}) if callback.has_begun(marking) else frozenset()
+        waiter = callback_waiter(page, instance)
+        ways[waiter] = self._ways_on(key, marking, missing)
+        return frozenset({waiter})
+
+    def _awaited(self, page: sym.CallbackPage, index: int | None) -> list[Call]:
+        """Return the calls of a callback whose answers it waits for."""
+        requests = self._requests.get(page)
+        if requests is None:
+            requests = self._requests[page] = Body(page).requests
+        return [call for call in self._calls if call.request in requests and call.index == index]
 
     def _begins(self, callback: Callback) -> list[int]:
         """Return the transitions by which a callback begins, and ends at once where it is a single one."""
         once = [
             transition
             for transition in self._inside[callback.page, callback.index]
-            if any(place in self._resources for place, _ in self._net.pre.row(transition))
+            if any(place in self.resources for place, _ in self._net.pre.row(transition))
         ]
-        return [*self._raising[callback.running], *once]
-
-    def _missing_only(self, transition: int, marking: Marking) -> set[int]:
-        """Return the threads and groups that a transition lacks; none where it lacks something else."""
-        missing = self._missing(transition, marking)
-        return missing if missing <= self._resources.keys() else set()
+        return list(dict.fromkeys([*self._raising[callback.running], *once]))
 
     def _missing(self, transition: int, marking: Marking) -> set[int]:
         return {place for place, weight in self._net.pre.row(transition) if marking[place] < weight}
 
     def _holders(self, resource: int, marking: Marking) -> list[Callback]:
-        """Return the callbacks that have a thread, or a group."""
-        is_thread = self._resources[resource].kind == "thread"
+        """Return the callbacks that hold a thread, or a group."""
+        is_thread = self.resources[resource].kind == "thread"
         return [
             callback
             for callback in self.callbacks.values()
             if any(self._net.delta[t].get(resource, 0) < 0 for t in self._raising[callback.running])
             and (marking[callback.running] > 0 if is_thread else callback.has_begun(marking))
         ]
+
+    def _lock_holders(self, place: int, marking: Marking) -> list[Waiter]:
+        """Return the callbacks that hold the tokens of a place, where a semiflow shows who does."""
+        flows = self._net.once(flows_and_bounds)[0] or ()
+        for flow in sorted((each for each in flows if place in each.weights), key=lambda f: len(f.weights)):
+            marked = [other for other in flow.weights if other != place and marking[other] > 0]
+            owners = [self._owner_of.get(other) for other in marked]
+            found = [self.callbacks[key].waiter for key in owners if key in self.callbacks]
+            if found and len(found) == len(owners):
+                return list(dict.fromkeys(found))
+        return []
+
+    def _makers(self, place: int, but: Key | None = None) -> list[Waiter]:
+        """Return the callbacks that would put a token to a place, in the order of their names."""
+        keys = {self._of[maker] for maker in self._raising[place] if maker in self._of} - {but}
+        waiters = {self.callbacks[key].waiter for key in keys if key in self.callbacks}
+        return sorted(waiters, key=_text)
+
+    def _is_given(self, place: int, key: Key) -> bool:
+        """Tell whether a callback waits for a token from outside: of another one, or in a shared place."""
+        return bool(self._makers(place, None if self._owner_of.get(place) != key else key))
+
+    def _place_waiter(self, place: int) -> Waiter:
+        link = self._subject.link_of(self._net.places[place])
+        assert link is not None
+        sources = (source for source in link.sources if isinstance(source, pn.Place))
+        element: pn.Element = next(sources, link.target)
+        text = words(link) if link.meaning is not None else f"a token in place {words(link)}"
+        return Waiter("place", text, str(element.id), element, text)
 
     @cached_property
     def _raising(self) -> list[list[int]]:
@@ -285,93 +297,110 @@ class Waiting:
         return raising
 
     @cached_property
-    def _of(self) -> dict[int, tuple[EObject, int | None]]:
+    def _of(self) -> dict[int, Key]:
         """The callback that a transition of the model belongs to."""
-        found: dict[int, tuple[EObject, int | None]] = {}
-        for link in self._subject.links():
-            if isinstance(link.target, pn.Transition) and link.meaning is None and link.sources:
-                page = callback_page_of(link.sources[0])
-                if page is not None:
-                    found[self._subject.transition_index[link.target.id]] = page, link.index
-        return found
+        return dict(self._own(pn.Transition, self._subject.transition_index))
 
     @cached_property
-    def _inside(self) -> dict[tuple[EObject, int | None], list[int]]:
+    def _owner_of(self) -> dict[int, Key]:
+        """The callback that a place of the model belongs to; while it is marked, the callback has begun."""
+        found = dict(self._own(pn.Place, self._subject.place_index))
+        found.update((place, key) for key, each in self.callbacks.items() for place in each.places)
+        for call in self._calls:
+            page = callback_page_of(call.request)
+            if page is not None:
+                found.update(dict.fromkeys(call.under_way, (page, call.index)))
+        return found
+
+    def _own(self, kind: type[pn.Node], index: dict[str, int]) -> Iterator[tuple[int, Key]]:
+        for link in self._subject.links():
+            if isinstance(link.target, kind) and link.meaning is None and link.sources:
+                page = callback_page_of(link.sources[0])
+                if page is not None:
+                    yield index[link.target.id], (page, link.index)
+
+    @cached_property
+    def _inside(self) -> dict[Key, list[int]]:
         """The transitions of the model that belong to a callback."""
-        inside: dict[tuple[EObject, int | None], list[int]] = defaultdict(list)
+        inside: dict[Key, list[int]] = defaultdict(list)
         for transition, key in self._of.items():
             inside[key].append(transition)
         return inside
 
     @cached_property
-    def _awaited(self) -> dict[sym.CallbackPage, set[pn.Place]]:
-        """Places of the requests whose responses a callback waits for."""
-        return {callback.page: Body(callback.page).requests for callback in self.callbacks.values()}
-
-    @cached_property
     def _inactive(self) -> set[int]:
-        """Places that are marked while nobody uses a server instance."""
-        links = [link for link in self._subject.links() if link.meaning and link.meaning.part == "inactive"]
+        """Places that are marked while nobody uses a server instance or a slot."""
+        parts = ("inactive", "idle slot")
+        links = [link for link in self._subject.links() if link.meaning and link.meaning.part in parts]
         return {self._subject.place_index[link.target.id] for link in links}
 
     @cached_property
-    def _calls(self) -> dict[tuple[sym.ClientPort, int | None], _Call]:
-        steps: dict[tuple[sym.ClientPort, int | None], list[Link]] = defaultdict(list)
-        for link in self._subject.links():
-            client = next((source for source in link.sources if isinstance(source, sym.ClientPort)), None)
-            if client is not None and link.meaning is not None:
-                steps[client, link.client_index].append(link)
-        return {key: self._call(*key, links) for key, links in steps.items()}
-
-    def _call(self, client: sym.ClientPort, index: int | None, links: list[Link]) -> _Call:
-        places = {
-            self._subject.place_index[link.target.id]: link
-            for link in links
-            if isinstance(link.target, pn.Place)
-        }
-        moves: dict[type, dict[int, int]] = defaultdict(dict)
-        for link in links:
-            if link.meaning is not None and link.meaning.step in (Request, Serve, Reply, Response):
-                number = self._subject.transition_index[link.target.id]
-                moves[link.meaning.step][link.index or 0] = number
-        works = {
-            instance: next(place for place, _ in self._net.pre.row(transition) if place in places)
-            for instance, transition in moves[Reply].items()
-        }
-        service = source_of(links[0], sym.ServiceChannel)
-        text = f"the response of service {service.service} to {client_words(links[0])}"
-        return _Call(
-            Waiter("response", text, service.id, client),
-            client,
-            index,
-            list(moves[Response].values()),
-            moves[Serve],
-            works,
-            [p for p, link in places.items() if link.meaning is not None and not link.meaning.rests],
-        )
+    def _calls(self) -> list[Call]:
+        return calls_in(self._subject)
 
 
-def _any(places: Sequence[int], marking: Marking) -> bool:
+def _text(waiter: Waiter) -> str:
+    return waiter.text
+
+
+def _any(places: Iterable[int], marking: Marking) -> bool:
     return any(marking[place] > 0 for place in places)
+
+
+def _stuck(ways: dict[Waiter, Ways]) -> set[Waiter]:
+    """Return those that wait for each other: of each way on for them, something waits in turn."""
+    stuck = {waiter for waiter, each in ways.items() if each}
+    while True:
+        free = {waiter for waiter in stuck if any(way.isdisjoint(stuck) for way in ways[waiter])}
+        if not free:
+            return stuck
+        stuck -= free
+
+
+def _reasons(
+    waiters: Sequence[Waiter],
+    needs: dict[Waiter, list[Waiter]],
+    ways: dict[Waiter, Ways],
+    held: set[Waiter],
+) -> Iterator[Reason]:
+    """Yield why those in a circle wait, and why all do that they need besides, or could have instead."""
+    queue, known = list(waiters), set(waiters)
+    for waiter in queue:
+        is_choice = len(ways[waiter]) > 1
+        yield Reason(waiter, tuple(needs[waiter]), is_choice, waiter.kind != "place" or waiter in held)
+        new = [each for each in needs[waiter] if each not in known]
+        queue += new
+        known.update(new)
 
 
 def _resource(link: Link, part: str) -> Waiter:
     owner = link.sources[0]
     node = node_net_of(owner)
     assert node is not None
-    of = f"of node net {node.name or node.id}"
+    of = f"of node {node.name or node.id}"
     if part == "threads":
         threads = threads_of(node)
-        one = "the thread" if threads == 1 else f"one of the {threads} threads"
-        return Waiter("thread", f"{one} {of}", node.id, node)
+        short = "the only thread" if threads == 1 else f"one of the {threads} threads"
+        return Waiter("thread", f"{short} {of}", node.id, node, short)
     if isinstance(owner, sym.CallbackGroup):
-        return Waiter("group", f"callback group {owner.name or owner.id} {of}", owner.id, owner)
-    return Waiter("group", f"the default callback group {of}", node.id, node)
+        short = f"callback group {owner.name or owner.id}"
+        return Waiter("group", f"{short} {of}", owner.id, owner, short)
+    return Waiter("group", f"the default callback group {of}", node.id, node, "the default callback group")
 
 
-def _callback_words(page: sym.CallbackPage, index: int | None) -> str:
-    if index is None:
-        return f"callback {page.name or page.id}"
-    return (
-        f"callback {page.name or page.id} of {'slot' if works_on_goals(page) else 'server instance'} {index}"
-    )
+_KINDS = {
+    sym.CallbackKind.timer: "timer callback",
+    sym.CallbackKind.subscriber: "subscription callback",
+    sym.CallbackKind.server: "service callback",
+    sym.CallbackKind.client: "answer callback",
+    sym.CallbackKind.goal: "goal callback",
+}
+"""What ROS calls callbacks."""
+
+
+def callback_waiter(page: sym.CallbackPage, index: int | None = None) -> Waiter:
+    """Return a callback as one that waits, with the number of its server instance or slot."""
+    name = str(page.name or page.id)
+    if index is not None:
+        name += f" ({'slot' if page.kind == sym.CallbackKind.goal else 'instance'} {index})"
+    return Waiter("callback", f"{_KINDS[page.kind]} {name}", str(page.id), page, name)

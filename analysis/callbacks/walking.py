@@ -15,7 +15,8 @@ from random import Random
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import Blocked
-from dineros.analysis.callbacks.waiting import Callback, Circle, Waiting
+from dineros.analysis.callbacks.circles import Circle
+from dineros.analysis.callbacks.waiting import Callback, Waiting
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
 from dineros.analysis.nets.witness import replay
@@ -120,6 +121,13 @@ class Walks:
         if inside and all(each in endless for each in inside):  # else it may open again
             return [(inside[0], circle)]
         return [(each, None) for each in endless]
+
+    def never_ends_at_best(self, callback: Callback, marking: Sequence[int]) -> bool:
+        """Tell whether a callback never ends from a marking on, even if no thread or group were missing."""
+        free = list(marking)
+        for resource in self._waiting.resources:
+            free[resource] = max(free[resource], int(self._net.pre.weight.max(initial=1)))
+        return self._possible(free).isdisjoint(self._ends[id(callback)])
 
     def shortest(self, blocked: Blocked) -> Blocked:
         """Return the same with a run that goes no further, without what it does not need."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from dineros.analysis.callbacks.blocking import Blocked, blocked
+from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.searching import searched
-from dineros.analysis.callbacks.waiting import Circle
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
+from dineros.analysis.witnesses.findings import Fault, Wait, Witness, witness_of
 
 if TYPE_CHECKING:
     from dineros.analysis.checks.deadlocks import DeadlockGroup
@@ -146,8 +147,16 @@ class Callbacks(Question):
 
     @classmethod
     def find(cls, checked: Checked, circle: Circle, witness: Witness) -> None:
-        """Put a circle into the report, once."""
-        waiters = [waiter.text for waiter in circle.waiters]
-        finding = cls.CIRCLE.found(*circle.elements, witness=witness, waiters=waiters, circle=circle)
-        if all(other.message != finding.message for other in checked.report.findings):
-            checked.report.findings.append(finding)
+        """Put a circle into the report, once for all server instances."""
+        if any(other.shape == circle.shape for other in checked.circles):
+            return
+        checked.circles.append(circle)
+        finding = replace(
+            cls.CIRCLE.found(*circle.elements, witness=witness, circle=circle),
+            circle=tuple(waiter.text for waiter in circle.waiters),
+            waits=tuple(
+                Wait(reason.waiter.text, tuple(need.text for need in reason.needs), reason.is_choice)
+                for reason in circle.reasons
+            ),
+        )
+        checked.report.findings.append(finding)

@@ -103,7 +103,7 @@ class Goals(Question):
             asks = f"what can become of goals of {client.words} of action {client.channel.action}"
             with checked.guarded(partial(checked.leave_open, asks)):
                 self._fires(checked, client, self.LATE, client.late)
-                self._unheard(checked, client)
+                unheard(checked, client)
                 self._results(checked, client)
                 self._overtaking(checked, client)
         if checked.firings is not None:
@@ -123,24 +123,13 @@ class Goals(Question):
 
     def _fires(self, checked: Checked, client: _Client, fault: Fault, transitions: list[str]) -> None:
         if can_fire(checked, transitions):
-            self._add(checked, client, fault, firing_witness(checked, transitions))
-
-    def _unheard(self, checked: Checked, client: _Client) -> None:
-        """Find requests to cancel that can be made, of which the server never learns."""
-        hears = [
-            link.target.id
-            for link in checked.subject.links()
-            if link.meaning is not None and link.meaning.step is Canceling and client.channel in link.sources
-        ]
-        if hears and can_fire(checked, client.asks) and can_fire(checked, hears) is False:
-            reason, witness = _why_unheard(client.channel), firing_witness(checked, client.asks)
-            self._add(checked, client, self.UNHEARD, witness, reason=reason)
+            self.add(checked, client, fault, firing_witness(checked, transitions))
 
     def _results(self, checked: Checked, client: _Client) -> None:
         for transition, outcome in client.results:
             if getattr(client.port, outcome) is None and can_fire(checked, [transition]):
                 witness = firing_witness(checked, [transition])
-                self._add(checked, client, self.NOT_FETCHED, witness, outcome=outcome)
+                self.add(checked, client, self.NOT_FETCHED, witness, outcome=outcome)
 
     def _overtaking(self, checked: Checked, client: _Client) -> None:
         """Look for two goals of a client of which the later one ends first."""
@@ -152,7 +141,7 @@ class Goals(Question):
         slots = places[client.works[first]], index[client.accepts[second]]
         way, is_all = overtaking(checked.subject.net, *slots, ends)
         if way is not None:
-            self._add(checked, client, self.OVERTAKEN, witness_of(checked.subject, way))
+            self.add(checked, client, self.OVERTAKEN, witness_of(checked.subject, way))
         elif not is_all:
             question = f"whether goals of {client.words} can overtake each other"
             checked.leave_open(question, "there are too many markings")
@@ -170,16 +159,47 @@ class Goals(Question):
             stuck = next(filter(None, (never_without(sets, (index[place],)) for place in places)), None)
             if stuck is not None:
                 _, trace = next(last_parts(sets, stuck))
-                self._add(checked, client, fault, witness_of(checked.subject, trace), **parts)
+                self.add(checked, client, fault, witness_of(checked.subject, trace), **parts)
                 found = True
         return found
 
     @staticmethod
-    def _add(checked: Checked, client: _Client, fault: Fault, witness: Witness | None, **parts: str) -> None:
+    def add(checked: Checked, client: _Client, fault: Fault, witness: Witness | None, **parts: str) -> None:
+        """Put a finding about a client's goals into the report."""
         words, action = client.words, client.channel.action
         checked.report.findings.append(
             fault.found(*client.elements, witness=witness, client=words, action=action, **parts)
         )
+
+
+class Cancels(Question):
+    """Whether servers hear of requests to cancel: the part of `Goals` that threads decide."""
+
+    faults = (Goals.UNHEARD,)
+    asks = "whether requests to cancel goals are heard"
+
+    def ask(self, checked: Checked) -> None:
+        """Look at the goals of each client of each action."""
+        for client in _clients(checked):
+            unheard(checked, client)
+
+
+def unheard(checked: Checked, client: _Client) -> None:
+    """Find requests to cancel that can be made, of which the server never learns."""
+    hears = [
+        link.target.id
+        for link in checked.subject.links()
+        if link.meaning is not None and link.meaning.step is Canceling and client.channel in link.sources
+    ]
+    if not hears or not client.asks:
+        return
+    can_ask, can_hear = can_fire(checked, client.asks), can_fire(checked, hears)
+    if can_ask and can_hear is False:
+        reason, witness = _why_unheard(client.channel), firing_witness(checked, client.asks)
+        Goals.add(checked, client, Goals.UNHEARD, witness, reason=reason)
+    elif can_ask is not False and can_hear is None:
+        question = f"whether a request of {client.words} to cancel a goal is heard"
+        checked.leave_open(question, checked.why_open)
 
 
 def _clients(checked: Checked) -> Iterator[_Client]:

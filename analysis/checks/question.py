@@ -12,6 +12,7 @@ from typing import ClassVar
 from dineros.analysis.answers.apart import is_end
 from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.covering.directed import Directed
 from dineros.analysis.covering.firings import Firings
@@ -59,6 +60,8 @@ class Checked:
         Whether no question can be asked that needs a state space.
     callbacks_asked : bool
         Whether it has been looked for callbacks that can wait for ever.
+    circles : list of Circle
+        Those of them that wait for each other and are in the report.
     """
 
     model: pn.Net
@@ -71,6 +74,7 @@ class Checked:
     recurs: bool = False
     is_closed: bool = False
     callbacks_asked: bool = False
+    circles: list[Circle] = field(default_factory=list)
 
     @cached_property
     def subject(self) -> Subject:

@@ -7,6 +7,9 @@ leaves a reentrant group for an exclusive one of its own can only end a run in w
 mends the model is therefore found this way, and the smallest first (R. Reiter, *A theory of diagnosis from
 first principles*, Artificial Intelligence 32(1), 1987: hitting sets).
 
+A callback that never ends without a circle is mended by nothing where it would not end even if no thread and
+no group were ever missing. A request to cancel that is never heard may also be mended by `async def`.
+
 Each model is checked as `check` does: what is suggested is proved.
 """
 
@@ -19,23 +22,34 @@ from itertools import count
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.callbacks.waiting import Waiting
+from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.checks.blocking import Callbacks, Deadlock
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import check
+from dineros.analysis.checks.goals import Cancels, Goals
 from dineros.analysis.checks.overflow import Overflow
+from dineros.analysis.checks.properties import Properties
+from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.suggestions.changes import Changes, against_circle, against_run
+from dineros.analysis.suggestions.changes import (
+    Changes,
+    against_circle,
+    against_run,
+    against_unheard,
+    against_waiting,
+)
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
+from dineros.metamodel.elements import find
 from dineros.metamodel.settings import apply
 from dineros.transformations.language.copying import deep_copy
 
 MOST_CHANGES = 8
 """Changes together, beyond which the search gives up."""
 
-QUESTIONS = (Boundedness(), Overflow(), Deadlock(), Callbacks())
-WAITS = frozenset({Callbacks.CIRCLE.rule, Callbacks.ENDLESS.rule})
+QUESTIONS = (Boundedness(), Overflow(), Deadlock(), Callbacks(), Cancels())
+WAITS = frozenset({Callbacks.CIRCLE.rule, Callbacks.ENDLESS.rule, Goals.UNHEARD.rule})
 
 
 @dataclass
@@ -45,9 +59,13 @@ class Suggestion:
     Attributes
     ----------
     faults : list of Finding
-        What is to be mended: callbacks that can wait for ever.
+        What is to be mended: callbacks that can wait for ever, requests to cancel that are never heard.
     changes : list of (str, tuple of str)
         Each change in words, and as settings of the model.
+    others : list of list of (str, tuple of str)
+        As many other changes that mend all of it, too: callbacks that await.
+    breaks : list of str
+        Messages about properties of the model that do not hold any more with the changes.
     is_found : bool
         Whether the changes mend all of it; without faults there are none.
     is_proved : bool
@@ -62,6 +80,8 @@ class Suggestion:
 
     faults: list[Finding] = field(default_factory=list)
     changes: list[tuple[str, tuple[str, ...]]] = field(default_factory=list)
+    others: list[list[tuple[str, tuple[str, ...]]]] = field(default_factory=list)
+    breaks: list[str] = field(default_factory=list)
     is_found: bool = False
     is_proved: bool = False
     tried: int = 0
@@ -74,8 +94,9 @@ def suggest_callback_groups(
 ) -> Suggestion:
     """Return the smallest change after which no callback waits for ever and no more queues overflow.
 
-    Callbacks and clients may get callback groups of their own, groups may become reentrant, and executors
-    may get more threads; what the callbacks do stays as it is.
+    Callbacks and clients of services and actions may get callback groups of their own, groups may become
+    reentrant, and executors may get more threads; what the callbacks do stays as it is. Only a callback that
+    works on goals, and never hears of a request to cancel, may await instead.
 
     Parameters
     ----------
@@ -125,7 +146,8 @@ class _Search:
             suggestion.tried += 1
             faults = self._faults(report, is_first=not changes.cost[0])
             if not faults and not report.unknown:
-                self._found(changes, report)
+                self._found(changes, made, report)
+                self._find_others(size, [changes for (cost, *_), _, changes in queue if cost == size])
                 return
             if not faults:
                 self._open = self._open or str(report.unknown[0])
@@ -137,12 +159,32 @@ class _Search:
         suggestion.is_proved = not self._open
         suggestion.reason = self._open or "no change of callback groups and threads is enough"
 
-    def _found(self, changes: Changes, report: Report) -> None:
+    def _found(self, changes: Changes, made: sym.SystemModel, report: Report) -> None:
         suggestion = self._suggestion
         suggestion.changes = list(changes.steps(self._model))
         suggestion.proved = report.proved
-        suggestion.is_found, suggestion.is_proved = True, not self._open
-        suggestion.reason = self._open
+        suggestion.is_found = True
+        suggestion.is_proved = not self._open or changes.cost[0] <= 1
+        suggestion.reason = "" if suggestion.is_proved else self._open
+        if suggestion.changes and self._model.properties:
+            questions = (Boundedness(), Properties())
+            before = {
+                each.elements for each in check(self._model, self._budget, questions=questions).findings
+            }
+            after = check(made, self._budget, questions=questions).findings
+            suggestion.breaks = [each.message for each in after if each.elements not in before]
+
+    def _find_others(self, size: int, left: list[Changes]) -> None:
+        """Try what is left of the same size in which callbacks await: that is another kind of change."""
+        for changes in left:
+            made = self._changed(changes) if changes.awaiting else None
+            if made is None:
+                continue
+            self._budget.check_time()
+            report = check(made, self._budget, questions=QUESTIONS)
+            self._suggestion.tried += 1
+            if not report.unknown and not self._faults(report, is_first=False):
+                self._suggestion.others.append(list(changes.steps(self._model)))
 
     def _changed(self, changes: Changes) -> sym.SystemModel | None:
         """Return the model with some changes; None where it would not be valid any more."""
@@ -166,11 +208,16 @@ class _Search:
                 self._suggestion.reason = str(report.unknown[0])
         return [*waits, *(finding for finding in losses if finding.elements not in self._lost)]
 
-    @staticmethod
-    def _added(changes: Changes, fault: Finding) -> Iterator[Changes]:
+    def _added(self, changes: Changes, fault: Finding) -> Iterator[Changes]:
         """Yield these changes with one more that may mend a fault."""
+        if fault.rule == Goals.UNHEARD.rule:
+            action = find(self._model, fault.elements[0], sym.ActionChannel)
+            if isinstance(action.server.page, sym.CallbackPage):
+                yield from against_unheard(changes, action.server.page)
+            return
         witness = fault.witness
         if witness is None or witness.subject is None:
+            self._open = self._open or f"it is not known how this comes about: {fault.message}"
             return
         subject = witness.subject
         waiting = Waiting(subject)
@@ -179,6 +226,24 @@ class _Search:
         circle = waiting.circle(markings[-1])
         if circle is not None:
             yield from against_circle(changes, circle)
+        elif fault.rule == Callbacks.ENDLESS.rule:
+            yield from self._against_endless(changes, fault, waiting, subject, markings[-1])
         callbacks = waiting.callbacks.values()
         begun = {each.page: None for each in callbacks if any(map(each.has_begun, markings))}
         yield from against_run(changes, begun)
+
+    def _against_endless(
+        self, changes: Changes, fault: Finding, waiting: Waiting, subject: Subject, marking: list[int]
+    ) -> Iterator[Changes]:
+        """Yield what may mend a callback that never ends, though in no circle that is known."""
+        walks = Walks(subject.net, waiting)
+        ended = [
+            each
+            for each in waiting.callbacks.values()
+            if each.waiter.element == fault.elements[0] and each.has_begun(marking)
+        ]
+        if all(walks.never_ends_at_best(each, marking) for each in ended):
+            return
+        taken = [waiter for place, waiter in waiting.resources.items() if marking[place] == 0]
+        self._open = self._open or f"it is not known what all would help where {fault.message}"
+        yield from against_waiting(changes, taken)

@@ -5,13 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from dineros.analysis.callbacks.waiting import Circle, Waiter
-from dineros.metamodel import sym
-from dineros.metamodel.callbacks.groups import answered_on, begins_callback, callback_page_of, threads_of
-from dineros.metamodel.elements import elements, find
+from dineros.analysis.callbacks.circles import Circle, Waiter
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.callbacks.groups import (
+    answered_on,
+    begins_answer,
+    begins_callback,
+    callback_page_of,
+    group_or_node,
+    members_of,
+    threads_of,
+)
+from dineros.metamodel.calls import answers
+from dineros.metamodel.elements import elements, find, node_net_of
 
 Owner = tuple[str, str]
-"""Id of a callback page and no text; or id of a service, and the client."""
+"""Id of a callback page and no text; or id of a service or an action, and the client."""
 
 
 @dataclass(frozen=True)
@@ -26,17 +36,21 @@ class Changes:
         Those whose own group is reentrant; and callback groups, by their id, that become so.
     threads : tuple of (str, int)
         Node nets, by their id, that get so many more threads.
+    awaiting : frozenset of str
+        Callback pages, by their id, that become `async def` and await.
     """
 
     own: frozenset[Owner] = frozenset()
     reentrant: frozenset[Owner] = frozenset()
     threads: tuple[tuple[str, int], ...] = ()
+    awaiting: frozenset[str] = frozenset()
 
     @property
-    def cost(self) -> tuple[int, int, int]:
-        """How many changes there are; of as many, reentrant groups come last, more threads before them."""
+    def cost(self) -> tuple[int, int, int, int]:
+        """How many changes there are; of as many, awaiting comes last, then reentrant groups, threads."""
         more = sum(number for _, number in self.threads)
-        return len(self.own) + len(self.reentrant) + more, len(self.reentrant), more
+        count = len(self.own) + len(self.reentrant) + more + len(self.awaiting)
+        return count, len(self.awaiting), len(self.reentrant), more
 
     def with_thread(self, node: str) -> Changes:
         """Return these changes and one more thread."""
@@ -65,6 +79,8 @@ class Changes:
                 f"{threads} threads for node net {id}",
                 (f"{id}.executor=multi", f"{id}.threads={threads}"),
             )
+        for page in sorted(self.awaiting):
+            yield f"callback {page} as async def, which awaits at each step", (f"{page}.awaits=true",)
 
 
 def _named(model: sym.SystemModel, owner: Owner) -> tuple[str, str]:
@@ -72,18 +88,33 @@ def _named(model: sym.SystemModel, owner: Owner) -> tuple[str, str]:
     id, client = owner
     if not client:
         return id, f"callback {id}"
-    service = find(model, id, sym.ServiceChannel)
-    return f"{id}.client.{client}", f"client {client} of service {service.service}"
+    channel = find(model, id, sym.Channel)
+    what = (
+        f"action {channel.action}"
+        if isinstance(channel, sym.ActionChannel)
+        else f"service {getattr(channel, 'service', id)}"
+    )
+    return f"{id}.client.{client}", f"client {client} of {what}"
 
 
 def _with_client(model: sym.SystemModel, owner: Owner) -> Iterator[str]:
-    """Yield the callback page that a client's responses begin, where it is in a group, as its client is."""
+    """Yield the callback pages that a client's answers begin, where they are in a group, as its client is."""
     id, client = owner
-    ports = find(model, id, sym.ServiceChannel).clients if client else ()
-    for port in ports:
-        page = callback_page_of(port.response)
-        if port.client == client and begins_callback(port) and page is not None and page.group is not None:
-            yield str(page.id)
+    channel = find(model, id, sym.Channel) if client else None
+    for port in getattr(channel, "clients", ()):
+        if port.client == client:
+            pages = dict.fromkeys(callback_page_of(place) for place in _begun_by(port))
+            yield from (str(page.id) for page in pages if page is not None and page.group is not None)
+
+
+def _begun_by(port: sym.ClientPort | sym.ActionClientPort) -> Iterator[pn.Place]:
+    """Yield the places of a client whose answers begin a callback of their own."""
+    if isinstance(port, sym.ClientPort):
+        if begins_callback(port):
+            yield port.response
+        return
+    heard = [*answers(port), *([] if port.feedback is None else [port.feedback])]
+    yield from (place for place in heard if begins_answer(port, place))
 
 
 def against_circle(changes: Changes, circle: Circle) -> Iterator[Changes]:
@@ -96,11 +127,48 @@ def against_circle(changes: Changes, circle: Circle) -> Iterator[Changes]:
     around = zip((waiters[-1], *waiters[:-1]), waiters, (*waiters[1:], waiters[0]), strict=True)
     for before, one, after in around:
         if one.kind == "thread":
-            assert isinstance(one.model, sym.NodeNet)
             yield changes.with_thread(one.element)
         elif one.kind == "group":
-            yield from _own(changes, (before.model, after.model))
-            yield from _reentrant(changes, one, after)
+            yield from _own(changes, (*_asking(before, one), after.model))
+            yield from _reentrant(changes, one.model, after.model)
+
+
+def _asking(waiter: Waiter, group: Waiter) -> Iterator[object]:
+    """Yield what of one that waits for a group can leave it: a callback, a client, or who serves that."""
+    yield waiter.model
+    if isinstance(waiter.model, sym.ClientPort | sym.ActionClientPort) and waiter.model.channel is not None:
+        page = waiter.model.channel.server.page
+        if isinstance(page, sym.CallbackPage) and group_or_node(page) is group.model:
+            yield page
+
+
+def against_waiting(changes: Changes, resources: Iterable[Waiter]) -> Iterator[Changes]:
+    """Yield what, added to some changes, may free threads and groups that callbacks hold for ever."""
+    for resource in resources:
+        if resource.kind == "thread":
+            yield changes.with_thread(resource.element)
+        else:
+            yield from _free(changes, resource.model)
+
+
+def against_unheard(changes: Changes, page: sym.CallbackPage) -> Iterator[Changes]:
+    """Yield what, added to some changes, may let a server hear of requests to cancel while it works."""
+    node = node_net_of(page)
+    if node is not None:
+        yield changes.with_thread(str(node.id))
+    if str(page.id) not in changes.awaiting:
+        yield replace(changes, awaiting=changes.awaiting | {str(page.id)})
+    group = group_or_node(page)
+    if group is not None:
+        yield from _free(changes, group)
+
+
+def _free(changes: Changes, group: EObject) -> Iterator[Changes]:
+    """Yield the changes after which one callback less needs a group, or it is reentrant."""
+    members = members_of(group)
+    yield from _own(changes, members)
+    for member in members:
+        yield from _reentrant(changes, group, member)
 
 
 def against_run(changes: Changes, begun: Iterable[sym.CallbackPage]) -> Iterator[Changes]:
@@ -117,13 +185,13 @@ def _own(changes: Changes, models: Sequence[object]) -> Iterator[Changes]:
             yield replace(changes, own=changes.own | {owner})
 
 
-def _reentrant(changes: Changes, group: Waiter, holder: Waiter) -> Iterator[Changes]:
+def _reentrant(changes: Changes, group: object, holder: object) -> Iterator[Changes]:
     """Yield the group made reentrant; or that of the callback that has it, where it is its own."""
-    owner = _owner(holder.model)
+    owner = _owner(holder)
     if owner is not None and owner in changes.own:
         made = owner
-    elif isinstance(group.model, sym.CallbackGroup):
-        made = (str(group.model.id), "")
+    elif isinstance(group, sym.CallbackGroup):
+        made = (str(group.id), "")
     else:
         return
     if made not in changes.reentrant:
@@ -136,6 +204,6 @@ def _owner(model: object) -> Owner | None:
         model = next(iter(answered_on(model)), None)
     if isinstance(model, sym.CallbackPage):
         return str(model.id), ""
-    if isinstance(model, sym.ClientPort) and model.channel is not None and model.client:
+    if isinstance(model, sym.ClientPort | sym.ActionClientPort) and model.channel and model.client:
         return str(model.channel.id), model.client
     return None

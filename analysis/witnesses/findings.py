@@ -84,6 +84,33 @@ def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:
 
 
 @dataclass(frozen=True)
+class Wait:
+    """Why one of those that wait for each other waits.
+
+    Attributes
+    ----------
+    waiter : str
+        The one that waits, in the words of the model.
+    needs : tuple of str
+        What it waits for; a thread, a group and a place wait for the callbacks that hold or give them.
+    is_choice : bool
+        Whether one of these would be enough.
+    """
+
+    waiter: str
+    needs: tuple[str, ...]
+    is_choice: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {
+            "waits": self.waiter,
+            "for": list(self.needs),
+            "enough": "one" if self.is_choice else "all",
+        }
+
+
+@dataclass(frozen=True)
 class Finding:
     """Something that is wrong with a model.
 
@@ -101,6 +128,8 @@ class Finding:
         How it comes about.
     circle : tuple of str
         Those that wait for each other, each for the next and the last for the first, where that is the fault.
+    waits : tuple of Wait
+        Why each of them waits, and those that they need besides.
     """
 
     rule: str
@@ -109,17 +138,21 @@ class Finding:
     message: str
     witness: Witness | None = None
     circle: tuple[str, ...] = ()
+    waits: tuple[Wait, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return the finding for JSON."""
-        return {
+        found: dict[str, Any] = {
             "rule": self.rule,
             "severity": self.severity,
             "elements": list(self.elements),
             "message": self.message,
             "witness": self.witness.to_dict() if self.witness else None,
-            **({"circle": list(self.circle)} if self.circle else {}),
         }
+        if self.circle:
+            found["circle"] = list(self.circle)
+            found["waits"] = [wait.to_dict() for wait in self.waits]
+        return found
 
 
 @dataclass(frozen=True)
@@ -175,12 +208,9 @@ class Fault:
     meaning: str
     message: str
 
-    def found(
-        self, *elements: str, witness: Witness | None = None, waiters: Sequence[str] = (), **parts: object
-    ) -> Finding:
+    def found(self, *elements: str, witness: Witness | None = None, **parts: object) -> Finding:
         """Return a finding of this kind, with the parts of its message."""
-        message = self.message.format(**parts)
-        return Finding(self.rule, self.severity, elements, message, witness, tuple(waiters))
+        return Finding(self.rule, self.severity, elements, self.message.format(**parts), witness)
 
 
 Unknown = Outcome.left_open

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dineros.cli.analysing import say_witness
-from dineros.cli.console import say, say_json, summarise
+from dineros.cli.console import SEVERITIES, say, say_json, summarise
 from dineros.cli.models import rules_of
 from dineros.metamodel.errors import counted
 
@@ -61,18 +61,24 @@ def say_callback_groups(
     """Print which callback groups and threads to change, what that mends, and what is proved of it."""
     reason = ending or found.reason
     if as_json:
-        changes = [{"text": words, "settings": list(settings)} for words, settings in found.changes]
-        mends = [{**_fault(fault), "circle": list(fault.circle)} for fault in found.faults]
+        changes = _changes(found.changes)
+        mends = [fault.to_dict() for fault in found.faults]
         report = {"found": found.is_found, "proved": found.is_proved, "changes": changes, "mends": mends}
+        report |= {"others": [_changes(each) for each in found.others], "breaks": found.breaks}
         _say_json(net, model, report, found.tried, reason)
         return
     _say_faults(found.faults, witnesses)
-    for words, settings in found.changes:
-        say(f"change: {words}: {' '.join(f'--set {setting}' for setting in settings)}")
+    for which, made in [("change", found.changes), *(("or", other) for other in found.others)]:
+        for words, settings in made:
+            say(f"{which}: {words}: {' '.join(f'--set {setting}' for setting in settings)}")
     if found.is_found:
+        heard = any(fault.rule == "cancel-never-heard" for fault in found.faults)
+        waits = "no callback waits for ever" + (", requests to cancel are heard" if heard else "")
         with_it = ", and no queue overflows that did not before" if found.changes else ""
         least = "; no smaller change is enough" if found.changes and found.is_proved else ""
-        say(f"proved: no callback waits for ever{with_it}{least}")
+        say(f"proved: {waits}{with_it}{least}")
+    for broken in found.breaks:
+        say(f"warning: with the change, {broken}", SEVERITIES["warning"])
     if reason:
         what = "whether a smaller change is enough" if found.is_found else "what to change"
         none = found.is_proved and not found.is_found
@@ -87,7 +93,7 @@ def say_start_order(
     reason, steps = ending or found.reason, list(zip(found.order, found.settings, strict=True))
     if as_json:
         order = [{"transition": what, "node": node, "setting": setting} for (what, node), setting in steps]
-        mends = [_fault(fault) for fault in found.faults]
+        mends = [fault.to_dict() for fault in found.faults]
         proved = found.is_found or found.is_proved
         report = {"found": found.is_found, "proved": proved, "order": order, "mends": mends}
         _say_json(net, model, report, found.tried, reason)
@@ -103,6 +109,10 @@ def say_start_order(
     summarise(f"{model}: {counted(found.tried, 'start order')} checked")
 
 
+def _changes(changes: Sequence[tuple[str, tuple[str, ...]]]) -> list[dict[str, Any]]:
+    return [{"text": words, "settings": list(settings)} for words, settings in changes]
+
+
 def _say_json(net: pn.Net, model: Path, report: dict[str, Any], checked: int, reason: str) -> None:
     say_json({"model": str(model), **rules_of(net), **report, "checked": checked, "reason": reason})
 
@@ -113,12 +123,3 @@ def _say_faults(faults: Sequence[Finding], witnesses: bool) -> None:
         say(f"to mend: {fault.message}", "bold red")
         if witnesses and fault.witness:
             say_witness(fault.witness)
-
-
-def _fault(fault: Finding) -> dict[str, Any]:
-    return {
-        "rule": fault.rule,
-        "elements": list(fault.elements),
-        "message": fault.message,
-        "witness": fault.witness.to_dict() if fault.witness else None,
-    }

@@ -7,7 +7,8 @@ from hypothesis import HealthCheck, assume, given, settings
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import blocked
-from dineros.analysis.callbacks.waiting import Circle, Waiting
+from dineros.analysis.callbacks.circles import Circle
+from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.checks.check import check
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.witness import replay
@@ -23,18 +24,21 @@ from tests.support.references.histories import TooManyStatesError
 from tests.support.ros2_systems.blocking_callbacks import some_waits_for_ever
 from tests.support.ros2_systems.executor_cases import FIGURES, Case, case_model
 from tests.support.ros2_systems.executor_models import executor_models
+from tests.support.ros2_systems.waiting_models import awaiting_result, sharing_a_lock
 
-MONITOR = "callback OnTimer waits for the response of service level to client monitor, which waits for"
+MONITOR = (
+    "deadlock in node monitor: timer callback OnTimer blocks in a call of service level; the response needs"
+)
 CIRCLES = {
-    "same_group": f"{MONITOR} the default callback group of node net monitor, which callback OnTimer has",
-    "one_thread": f"{MONITOR} the thread of node net monitor, which callback OnTimer has",
-    "reentrant": f"{MONITOR} one of the 2 threads of node net monitor, which callback OnTimer has",
-    "awaiting": f"{MONITOR} the default callback group of node net monitor, which callback OnTimer has",
-    "answer_one_thread": "callback OnLevel waits for the response of service level to client again, which "
-    "waits for the thread of node net monitor, which callback OnLevel has",
-    "calling_each_other": "callback OnRoute of server instance 1 waits for the response of service position "
-    "to instance 1 of service route, which waits for the thread of node net planner, which callback OnRoute "
-    "of server instance 1 has",
+    "same_group": f"{MONITOR} the default callback group, which OnTimer itself holds",
+    "one_thread": f"{MONITOR} the only thread, which OnTimer itself holds",
+    "reentrant": f"{MONITOR} one of the 2 threads, all of which OnTimer itself holds",
+    "awaiting": f"{MONITOR} the default callback group, which OnTimer itself holds",
+    "answer_one_thread": "deadlock in node monitor: answer callback OnLevel blocks in a call of service "
+    "level; the response needs the only thread, which OnLevel itself holds",
+    "calling_each_other": "deadlock in node planner: service callback OnRoute (instance 1) blocks in a call "
+    "of service position; the response needs the default callback group and the only thread, which OnRoute "
+    "(instance 1) itself holds",
 }
 
 
@@ -98,7 +102,7 @@ def test_a_circle_is_found_while_other_nodes_go_on() -> None:
     (finding,) = found(model, "callback-deadlock")
     assert finding.message == CIRCLES["same_group"]
     assert finding.elements == ("OnTimer", "Level", "monitor")
-    assert finding.circle[-1] == "the default callback group of node net monitor"
+    assert finding.circle[-1] == "the default callback group of node monitor"
 
 
 def test_two_nodes_that_ask_each_other() -> None:
@@ -131,10 +135,71 @@ def test_two_nodes_that_ask_each_other() -> None:
 def test_threads_that_several_callbacks_have() -> None:
     model = case_model(Case(kind="reentrant", threads=2, timers=2))
     texts = [str(circle) for circle in circles(model)]
-    assert any(
-        "one of the 2 threads of node net A, which callback OnTimer and callback OnTimer1 have" in t
-        for t in texts
+    assert (
+        "deadlock in node A: timer callback OnTimer blocks in a call of service /work; the response needs "
+        "one of the 2 threads, all of which OnTimer and timer callback OnTimer1 hold; OnTimer1 blocks in a "
+        "call of service /work"
+    ) in texts
+
+
+def test_every_reason_is_named() -> None:
+    """Two server instances and a timer share two threads and a lock: those that hold are named."""
+    texts = [str(circle) for circle in circles(sharing_a_lock())]
+    start = "deadlock in node n: "
+    assert texts[0] == (
+        f"{start}service callback OnWork (instance 1) waits for a token in place Lock, which timer callback "
+        "OnTimer holds; OnTimer blocks in a call of service /work; the response has to come from OnWork "
+        "(instance 1)"
     )
+    assert texts[2] == (
+        f"{start}timer callback OnTimer blocks in a call of service /work; the response has to come from "
+        "service callback OnWork (instance 2), or needs one of the 2 threads, all of which OnWork (instance "
+        "2) and OnTimer hold; OnWork (instance 2) waits for a token in place Lock, which OnTimer itself holds"
+    )
+    by_lock, by_threads = found(sharing_a_lock(), "callback-deadlock")
+    assert [by_lock.message, by_threads.message] == [texts[0], texts[2]], "instances are alike"
+    response = "the response of service /work to client own"
+    assert by_threads.to_dict()["waits"][1] == {
+        "waits": response,
+        "for": ["one of the 2 threads of node n", "service callback OnWork (instance 2)"],
+        "enough": "one",
+    }
+
+
+def test_a_callback_that_waits_for_a_result() -> None:
+    """It holds the thread and the group that the result of its goal needs."""
+    model = awaiting_result()
+    (finding,) = found(model, "callback-deadlock", "callback-never-ends", "deadlock")
+    assert finding.message == (
+        "deadlock in node boss: timer callback OnTimer blocks for the result of action /act; the result "
+        "needs the default callback group and the only thread, which OnTimer itself holds"
+    )
+    assert finding.to_dict()["waits"] == [
+        {
+            "waits": "timer callback OnTimer",
+            "for": ["the result of action /act for client boss"],
+            "enough": "all",
+        },
+        {
+            "waits": "the result of action /act for client boss",
+            "for": ["the default callback group of node boss", "the only thread of node boss"],
+            "enough": "all",
+        },
+        *(
+            {"waits": each, "for": ["timer callback OnTimer"], "enough": "all"}
+            for each in ("the default callback group of node boss", "the only thread of node boss")
+        ),
+    ]
+
+
+@pytest.mark.parametrize("awaits", [False, True])
+def test_a_goal_that_waits_for_the_one_that_sent_it(awaits: bool) -> None:
+    """What works on it is in the same node: it cannot be accepted, or, where it awaits, not go on."""
+    model = awaiting_result(threads=1, same=True, awaits=awaits)
+    (finding,) = found(model, "callback-deadlock", "callback-never-ends")
+    assert "timer callback OnTimer blocks for the result of action /act" in finding.message
+    assert "the only thread" in finding.message and "which OnTimer itself holds" in finding.message
+    assert not found(awaiting_result(threads=2, same=True, awaits=awaits, own=True), "callback-deadlock")
 
 
 def test_a_callback_that_waits_for_nobody() -> None:
@@ -146,7 +211,7 @@ def test_a_callback_that_waits_for_nobody() -> None:
     flow(sym.Transition(id="Begin", page=page), between, end)
     flow(never, end)
     (finding,) = found(model, "callback-never-ends")
-    assert finding.message == "callback OnTimer can begin and never end"
+    assert finding.message == "timer callback OnTimer can begin and never end"
 
 
 def test_a_callback_that_waits_for_one_of_its_group() -> None:
@@ -165,6 +230,6 @@ def test_a_callback_that_waits_for_one_of_its_group() -> None:
     flow(sym.Transition(id="Set", page=second), pn.ReferencePlace(id="Flag@", target=flag, page=second))
     (circle,) = circles(model)
     assert str(circle) == (
-        "callback OnTimer waits for callback OnOther, which waits for the default callback group of node net "
-        "n, which callback OnTimer has"
+        "deadlock in node n: timer callback OnTimer waits for a token in place Flag, which timer callback "
+        "OnOther would give; OnOther needs the default callback group, which OnTimer holds"
     )

@@ -237,8 +237,8 @@ def test_work_on_a_goal_that_waits_for_its_own_thread() -> None:
     )
     (circle,) = of_rule(check(model), "callback-deadlock")
     assert circle.message == (
-        "callback Deliver of slot 1 waits for the response of service /where to slot 1 of action /deliver, "
-        "which waits for the thread of node net robot, which callback Deliver of slot 1 has"
+        "deadlock in node robot: goal callback Deliver (slot 1) blocks in a call of service /where; the "
+        "response needs the only thread, which Deliver (slot 1) itself holds"
     )
     page.awaits = True
     assert not of_rule(check(model), "callback-deadlock")

@@ -21,7 +21,14 @@ from dineros.transformations.language.copying import deep_copy
 from examples.callbacks.models import node, program, timer, topic
 from tests.runtime.ros.test_callbacks import BLOCK
 from tests.support.ros2_systems.blocking_callbacks import some_waits_for_ever
+from tests.support.ros2_systems.deliveries import deliveries
 from tests.support.ros2_systems.executor_cases import Case, case_model
+from tests.support.ros2_systems.waiting_models import (
+    awaiting_result,
+    served_in_a_busy_group,
+    sharing_a_lock,
+    waiting_for_an_echo,
+)
 
 OWN = "Level.client.monitor.group=Level_monitor_group"
 MENDS = {
@@ -134,3 +141,68 @@ def test_out_of_time() -> None:
     found = suggest_callback_groups(program("same_group"), Budget(seconds=1e-9))
     assert (found.is_found, found.is_proved) == (False, False)
     assert "time" in found.reason
+
+
+def test_the_group_of_a_client_of_an_action_is_a_change() -> None:
+    model = awaiting_result()
+    found = suggest_callback_groups(model)
+    assert settings(found) == [
+        "Act.client.boss.group=Act_boss_group",
+        "boss.executor=multi",
+        "boss.threads=2",
+    ]
+    assert (found.is_found, found.is_proved) == (True, True)
+    assert not [each for each in check(changed(model, settings(found))).findings if each.severity == "error"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("awaits", [False, True])
+def test_so_is_that_of_its_server(awaits: bool) -> None:
+    model = awaiting_result(same=True, awaits=awaits)
+    found = suggest_callback_groups(model)
+    assert settings(found) == ["OnTimer.group=OnTimer_group", "boss.executor=multi", "boss.threads=2"]
+    assert (found.is_found, found.is_proved) == (True, True)
+
+
+def test_a_server_leaves_the_group_of_all_that_ask_it() -> None:
+    """One change instead of one for each callback that asks."""
+    found = suggest_callback_groups(served_in_a_busy_group(timers=2))
+    assert settings(found) == ["OnWork.group=OnWork_group"]
+    assert (found.is_found, found.is_proved) == (True, True)
+
+
+def test_a_lock_of_the_model_is_not_mended() -> None:
+    """Whatever threads there are: who holds the lock waits for one that needs it."""
+    found = suggest_callback_groups(sharing_a_lock())
+    assert (found.is_found, found.is_proved) == (False, True)
+
+
+def test_a_callback_that_waits_for_a_message_of_its_own_group() -> None:
+    """No circle shows that, and yet a group helps."""
+    model = waiting_for_an_echo()
+    found = suggest_callback_groups(model)
+    assert [fault.rule for fault in found.faults] == ["callback-never-ends"]
+    assert (found.is_found, found.is_proved) == (True, True)
+    assert settings(found) == ["OnWait.group=OnWait_group"]
+
+
+def test_requests_to_cancel_that_are_never_heard() -> None:
+    """A second thread hears them, and so does work that awaits."""
+    model = deliveries(cancels=1)
+    find(model, "robot", sym.NodeNet).execution = sym.Execution.callbacks
+    found = suggest_callback_groups(model)
+    assert [fault.rule for fault in found.faults] == ["cancel-never-heard"]
+    assert settings(found) == ["robot.executor=multi", "robot.threads=2"]
+    assert [[each for _, made in other for each in made] for other in found.others] == [
+        ["Deliver.awaits=true"]
+    ]
+    for made in (settings(found), ["Deliver.awaits=true"]):
+        assert "cancel-never-heard" not in {each.rule for each in check(changed(model, made)).findings}
+
+
+def test_properties_that_a_change_breaks_are_told() -> None:
+    """With two threads, two goals are worked on at once."""
+    model = deliveries(clients=2)
+    find(model, "robot", sym.NodeNet).execution = sym.Execution.callbacks
+    model.properties.append(sym.Property(id="One", text="always Driving <= 1"))
+    assert [each for each in suggest_callback_groups(model).breaks if "One" in each]

@@ -29,9 +29,9 @@ SECOND = 1_000_000_000
 TEXT, NUMBER, TRIGGER = "std_msgs/msg/String", "std_msgs/msg/Float64", "std_srvs/srv/Trigger"
 
 NESTED = (
-    "callback planner.serves_plan of server instance 1 waits for the response of service /where to instance "
-    "1 of service /plan, which waits for the thread of node net planner, which callback planner.serves_plan "
-    "of server instance 1 has"
+    "deadlock in node planner: service callback planner.serves_plan (instance 1) blocks in a call of service "
+    "/where; the response needs the default callback group and the only thread, which planner.serves_plan "
+    "(instance 1) itself holds"
 )
 """Why the robot's planner waits for ever."""
 
