@@ -31,8 +31,8 @@ def test_a_circle_in_every_format(run: Run, path: Path) -> None:
     result = run("check", path, "--witnesses", *TWO_THREADS)
     assert result.exit_code == 1
     text = (
-        "deadlock in node monitor: timer callback OnTimer blocks in a call of service level; the response needs "
-        "the default callback group, which OnTimer itself holds"
+        "deadlock in node monitor: timer callback OnTimer blocks in a call of service level; the response "
+        "needs the default callback group, which OnTimer itself holds"
     )
     assert (
         f"error: {text} [7 steps] [callback-deadlock]\n    1  the timer of callback OnTimer ticks"
