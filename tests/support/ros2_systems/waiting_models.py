@@ -117,8 +117,9 @@ def waiting_for_an_echo() -> sym.SystemModel:
     owner, mirror = node(model, "n", threads=3), sym.NodeNet(id="mirror", net=model)
     waits, asks = timer(owner, 1.0), timer(owner, 1.0)
     waits.id, asks.id = "OnWait", "OnAsk"
-    hears = sym.CallbackPage(id="OnEcho", page=owner, group=sym.CallbackGroup(id="ears"))
-    owner.callbackGroups.append(hears.group)
+    ears = sym.CallbackGroup(id="ears")
+    owner.callbackGroups.append(ears)
+    hears = sym.CallbackPage(id="OnEcho", page=owner, group=ears)
     between, heard = sym.Place(id="Between", page=waits), sym.Place(id="Heard", page=owner, capacity=1)
     goes_on, asked = sym.Transition(id="GoOn", page=waits), sym.Place(id="Asked", page=owner)
     flow(sym.Transition(id="Begin", page=waits), between, goes_on)
