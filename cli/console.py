@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,25 +12,35 @@ from typing import Any, TextIO
 import click
 
 from dineros.cli.options import invocation
+from dineros.metamodel.errors import printable
 
 SEVERITIES = {"error": "bold red", "warning": "yellow"}
 """Styles of findings."""
 
+_CONTROLS = re.compile("[\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+
 
 def say(text: str, style: str | None = None) -> None:
-    """Print one line of the result.
+    """Print one line of the result; line breaks and other controls in it are shown, not obeyed.
 
     Parameters
     ----------
     text : str
-        The line.
+        The line; it may hold what stands in files.
     style : str, optional
         A style of rich, such as ``bold red``, for terminals.
     """
+    line = printable(text)
     if style is None or not sys.stdout.isatty():
-        click.echo(text)
+        click.echo(line)
     else:
-        _print_styled(text, style, sys.stdout)
+        _print_styled(line, style, sys.stdout)
+
+
+def say_lines(text: str) -> None:
+    """Print lines of the result."""
+    for line in text.split("\n"):
+        say(line)
 
 
 def summarise(text: str, style: str | None = None) -> None:
@@ -40,21 +51,24 @@ def summarise(text: str, style: str | None = None) -> None:
 
 def say_json(value: Any) -> None:
     """Print a value as JSON, the only thing on stdout."""
-    click.echo(json.dumps(value, indent=2, ensure_ascii=False))
+    text = json.dumps(value, indent=2, ensure_ascii=False)
+    # JSON leaves some controls as they are, which it could only have in strings.
+    click.echo(_CONTROLS.sub(lambda each: f"\\u{ord(each[0]):04x}", text))
 
 
 def warn(text: str) -> None:
     """Print a line for people on stderr, even with `-q`."""
+    line = printable(text)
     if sys.stderr.isatty():
-        _print_styled(text, "yellow", sys.stderr)
+        _print_styled(line, "yellow", sys.stderr)
     else:
-        click.echo(text, err=True)
+        click.echo(line, err=True)
 
 
 def note(text: str) -> None:
     """Print a line about what is done on stderr, with `-v` only."""
     if invocation().verbosity > 0:
-        click.echo(text, err=True)
+        click.echo(printable(text), err=True)
 
 
 @contextmanager
@@ -64,8 +78,9 @@ def working(text: str) -> Iterator[None]:
         yield
         return
     from rich.console import Console
+    from rich.text import Text
 
-    with Console(stderr=True).status(text):
+    with Console(stderr=True).status(Text(printable(text))):
         yield
 
 

@@ -7,7 +7,7 @@ import sys
 
 import click
 
-from dineros.metamodel.errors import BudgetError, DinerosError, without_middle
+from dineros.metamodel.errors import BudgetError, DinerosError, printable, without_middle
 
 WRONG_USE = 2
 UNKNOWN = 3
@@ -48,7 +48,7 @@ def _one_line(error: Exception) -> str:
 
 def _complain(line: str) -> None:
     try:
-        click.echo(line, err=True)
+        click.echo(printable(line), err=True)
     except BrokenPipeError:
         no_reader()
 

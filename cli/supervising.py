@@ -29,7 +29,7 @@ from dineros.analysis.nets.memory import (
 from dineros.cli.failures import UNKNOWN, failed
 from dineros.cli.options import ExampleCommand, command, invocation
 from dineros.cli.searching import INTERRUPTED, MEMORY, TIME, WHY, Limits, Pieces, Search, Whereabouts, use
-from dineros.metamodel.errors import BudgetError
+from dineros.metamodel.errors import BudgetError, printable
 
 LOOK_SECONDS = 0.02
 """Between two looks at the memory."""
@@ -271,10 +271,10 @@ class Watch:
             return
         self._shown = now if self._is_terminal else now - now % self._pause
         if self._is_terminal:
-            sys.stderr.write(f"{_CLEAR}{self.at}")
+            sys.stderr.write(f"{_CLEAR}{printable(str(self.at))}")
             self._has_line = True
         else:
-            sys.stderr.write(f"{now:.0f} s: {self.at}\n")
+            sys.stderr.write(f"{now:.0f} s: {printable(str(self.at))}\n")
         sys.stderr.flush()
 
     def _clear(self) -> None:

@@ -7,9 +7,13 @@ Every error a user can cause derives from `DinerosError` and prints as one line,
 from __future__ import annotations
 
 import difflib
+import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+_UNSEEN = {"Cc", "Cf", "Zl", "Zp"}
+"""Unicode's categories of what is no visible character: controls, formats, ends of lines and paragraphs."""
 
 SHOWN = 2000
 """Characters of an error that are shown: what is wrong with an input may quote all of it."""
@@ -18,6 +22,20 @@ SHOWN = 2000
 def without_middle(line: str) -> str:
     """Leave out the middle of a long line: where it is wrong stands first, what would mend it last."""
     return line if len(line) <= SHOWN else f"{line[: SHOWN // 2]} ... {line[-SHOWN // 2 :]}"
+
+
+def printable(text: str) -> str:
+    r"""Return a text as one line that steers no terminal.
+
+    What files hold is data: a line break would begin a line that looks like one of ours, an escape sequence
+    would steer the terminal, and a mark of direction would change the order of what is read. Each is shown as
+    Python writes it, such as ``\n``. Tabs stay.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        repr(each)[1:-1] if each != "\t" and unicodedata.category(each) in _UNSEEN else each for each in text
+    )
 
 
 @dataclass(frozen=True)
@@ -65,7 +83,7 @@ class DinerosError(Exception):
     def __str__(self) -> str:
         where = f"{self.location}: " if self.location and str(self.location) else ""
         hint = f" ({self.hint})" if self.hint else ""
-        return without_middle(" ".join(f"{where}{self.message}{hint}".split()))
+        return without_middle(printable(" ".join(f"{where}{self.message}{hint}".split())))
 
 
 class BudgetError(DinerosError):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from dineros.cli.console import say
+from dineros.cli.console import say_lines
 from dineros.cli.options import COMPLETION_VARIABLE, command
 
 
@@ -21,5 +21,5 @@ def completion(shell: str) -> int:
     root = click.get_current_context().find_root().command
     script = get_completion_class(shell)
     assert script is not None
-    say(script(root, {}, "dineros", COMPLETION_VARIABLE).source())
+    say_lines(script(root, {}, "dineros", COMPLETION_VARIABLE).source())
     return 0

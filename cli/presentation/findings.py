@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import say_witness, write_witness
-from dineros.cli.console import SEVERITIES, note, say, say_json, summarise
+from dineros.cli.console import SEVERITIES, note, say, say_json, say_lines, summarise
 from dineros.cli.models import rules_of
 from dineros.cli.options import invocation
 from dineros.metamodel.errors import counted
@@ -43,7 +43,7 @@ def print_report(
         from dineros.analysis.checks.report_formats import to_junit
 
         command = "check" if faults is None else "diff"
-        say(to_junit(report, model, f"dineros {command}").decode())
+        say_lines(to_junit(report, model, f"dineros {command}").decode())
     else:
         _print_text(report, model, witnesses)
 

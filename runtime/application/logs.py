@@ -15,6 +15,8 @@ import sysconfig
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from dineros.metamodel.errors import printable
+
 FORMAT = "[%(levelname)s] [%(name)s]: %(message)s"
 """How records look on a terminal: as ROS writes them."""
 
@@ -48,6 +50,15 @@ class OwnLogs(logging.Filter):
         )
 
 
+class _OneLine(logging.Formatter):
+    """Shows what the engine logs as one line, whatever names and messages hold; handlers log as they like."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the text of a record."""
+        text = super().format(record)
+        return printable(text) if record.name.partition(".")[0] == "dineros" and not record.exc_info else text
+
+
 @contextmanager
 def logs_to(handler: logging.Handler, level: int) -> Iterator[None]:
     """Hand what is logged from a level on to a handler, as long as the block lasts.
@@ -74,7 +85,7 @@ def logs_to(handler: logging.Handler, level: int) -> Iterator[None]:
 def terminal_handler() -> logging.Handler:
     """Return a handler that writes to stderr, and leaves out what libraries tell about themselves."""
     handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter(FORMAT))
+    handler.setFormatter(_OneLine(FORMAT))
     handler.addFilter(OwnLogs())
     return handler
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import click
@@ -51,7 +52,7 @@ def certify(model: Path, certificate: Path, as_json: bool) -> int:
         say(f"refuted: {certificate}: {reason}", "bold red")
         return VIOLATED
     text = f"enabled({asked['text']})" if asked["kind"] == "enabled" else asked["text"]
-    changed = "".join(f" --set {setting}" for setting in found["settings"])
+    changed = "".join(f" --set {shlex.quote(setting)}" for setting in found["settings"])
     base = found["signals"] == BASE
     variant = " without signals" if base else f" --signals {found['signals']} --overflow {found['overflow']}"
     options = changed + (variant if isinstance(net, sym.SystemModel) else "")

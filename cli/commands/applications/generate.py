@@ -101,8 +101,8 @@ def generate(
     except generators.EditedError as error:
         for edit in error.edits:
             warn(f"{edit.path} {edit.message}:")
-            if edit.difference:
-                warn(edit.difference.rstrip("\n"))
+            for line in edit.difference.splitlines():
+                warn(line)
         raise
     if not check:
         say_what_is_by_hand([system], model)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.console import say, say_json, summarise
+from dineros.cli.console import say, say_json, say_lines, summarise
 from dineros.cli.options import command, json_option, rules_option
 
 if TYPE_CHECKING:
@@ -75,7 +75,9 @@ def _list(families: tuple[Family, ...], as_json: bool) -> None:
         return
     width = max(len(name_of(rule)) for family in families for rule in family.rules)
     for number, family in enumerate(families):
-        say(f"{'' if number == 0 else chr(10)}{family.title}", "bold")
+        if number:
+            say("")
+        say(family.title, "bold")
         for rule in family.rules:
             say(f"  {name_of(rule):{width}}  {summary_of(rule)}")
 
@@ -100,5 +102,4 @@ def _describe(rule: type[Rule]) -> None:
     from dineros.transformations.pictures.describing import documentation_of, rule_text
     from dineros.transformations.rules.catalogue import name_of
 
-    say(f"{name_of(rule)}: {documentation_of(rule)}\n")
-    say(rule_text(rule))
+    say_lines(f"{name_of(rule)}: {documentation_of(rule)}\n\n{rule_text(rule)}")
