@@ -13,6 +13,7 @@ from urllib.parse import quote
 from lxml import etree
 
 from dineros.analysis.checks.check import FAULTS
+from dineros.analysis.model.times import left_out_times
 from dineros.analysis.witnesses.findings import Fault, Finding, Report, Step, Suppressed, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.elements import elements
@@ -71,7 +72,8 @@ def to_sarif(
                                 "message": {"text": f"unknown: {unknown}"},
                             }
                             for unknown in report.unknown
-                        ],
+                        ]
+                        + _times(model),
                     }
                 ],
                 "artifacts": [{"location": {"uri": _uri(path)}}],
@@ -80,6 +82,15 @@ def to_sarif(
             }
         ],
     }
+
+
+def _times(model: pn.Net) -> list[dict[str, Any]]:
+    """Return the notification that firing intervals are left out, if the model has such."""
+    times = left_out_times(model)
+    if times is None:
+        return []
+    text = f"{times}; findings need not occur with times" if times.changes_runs else str(times)
+    return [{"level": "note", "message": {"text": text}}]
 
 
 def _rule(rule: str, severity: str, faults: Mapping[str, Fault]) -> dict[str, Any]:

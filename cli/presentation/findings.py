@@ -11,12 +11,20 @@ from dineros.cli.analysing import say_witness, write_witness
 from dineros.cli.console import SEVERITIES, note, say, say_json, say_lines, summarise
 from dineros.cli.models import rules_of
 from dineros.cli.options import invocation
+from dineros.cli.presentation.times import say_times, times_fields
 from dineros.metamodel.errors import counted
 
 _ALWAYS_SHOWN = ("suppression-expired", "suppression-unused")
 """Rules of notes that are printed without `-v`: what a team has to act on."""
 
+CHECKED = (
+    "that something never happens, boundedness and the absence of deadlocks hold with times, too; deadlocks, "
+    "unbounded places, violated properties, and that a transition can fire, need not"
+)
+SAME = "no interval has a latest time, so all answers hold with times, too"
+
 if TYPE_CHECKING:
+    from dineros.analysis.model.times import LeftOutTimes
     from dineros.analysis.witnesses.findings import Fault, Report
     from dineros.metamodel import pn
 
@@ -33,8 +41,10 @@ def print_report(
 
     `faults` are the kinds of what can be found, by name, where they are not those of a check.
     """
+    from dineros.analysis.model.times import left_out_times
+
     if format == "json":
-        say_json({**report.to_dict(str(model)), **rules_of(net)})
+        say_json({**report.to_dict(str(model)), **rules_of(net), **times_fields(left_out_times(net), False)})
     elif format == "sarif":
         from dineros.analysis.checks.report_formats import to_sarif
 
@@ -45,7 +55,7 @@ def print_report(
         command = "check" if faults is None else "diff"
         say_lines(to_junit(report, model, f"dineros {command}").decode())
     else:
-        _print_text(report, model, witnesses)
+        _print_text(report, model, witnesses, left_out_times(net))
 
 
 def show_failures(report: Report) -> None:
@@ -68,7 +78,7 @@ def write_witnesses(
             summarise(f"{model} -> {path}: {counted(len(finding.witness.steps), 'step')}")
 
 
-def _print_text(report: Report, model: Path, witnesses: bool) -> None:
+def _print_text(report: Report, model: Path, witnesses: bool, times: LeftOutTimes | None) -> None:
     for finding in report.findings:
         if finding.severity == "note":
             tell = say if finding.rule in _ALWAYS_SHOWN else note
@@ -92,6 +102,8 @@ def _print_text(report: Report, model: Path, witnesses: bool) -> None:
         note(f"proved: {proved}")
     if report.by:
         note(f"answered by: {report.by}")
+    if times is not None:
+        say_times(times, CHECKED if times.changes_runs else SAME)
     faults = sum(finding.severity != "note" for finding in report.findings)
     counts = f"{faults} found, {len(report.proved)} proved, {len(report.unknown)} unknown"
     summarise(f"{model}: {counts}{_accepted(report)}")

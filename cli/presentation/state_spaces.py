@@ -8,12 +8,18 @@ from typing import TYPE_CHECKING, Any
 from dineros.cli.analysing import say_witness
 from dineros.cli.console import say, say_json
 from dineros.cli.presentation.evidence import say_confirmation
+from dineros.cli.presentation.times import say_times, times_fields
 
 if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.questions.state_space import StateSpace
 
+FEWER_MARKINGS = (
+    "with times there may be fewer markings, arcs and deadlocks, and an unbounded net may be bounded; "
+    "bounds hold"
+)
+SAME_MARKINGS = "no interval has a latest time, so the markings are those with times"
 _OF_THE_REDUCED_NET = ("places", "transitions")
 _OF_THE_REST = (
     "states",
@@ -47,7 +53,10 @@ def say_state_space(
     as_json : bool
         Whether to print JSON.
     """
+    from dineros.analysis.model.times import left_out_times
     from dineros.analysis.witnesses.findings import pumping_witness
+
+    times = left_out_times(subject.model)
 
     figures = {**asked, **space.to_dict()}
     if asked["reduced"]:
@@ -64,6 +73,7 @@ def say_state_space(
             more["confirmation"] = confirmation.to_dict() if confirmation else None
         if pumping is not None:
             more["pumping"] = pumping.to_dict()
+        more |= times_fields(times, False)
         say_json({**figures, **more, **({"rest": rest} if rest else {})})
     else:
         for name, value in figures.items():
@@ -77,6 +87,8 @@ def say_state_space(
         for name, value in rest.items():
             if value not in (None, ""):
                 say(f"  {name.replace('_', ' '):21} {_shown(name, value)}")
+        if times is not None:
+            say_times(times, FEWER_MARKINGS if times.changes_runs else SAME_MARKINGS)
     if confirmation is not None:
         say_confirmation(confirmation, as_json)
 

@@ -20,14 +20,17 @@ from dineros.cli.presentation.evidence import (
     share_of,
 )
 from dineros.cli.presentation.scheduling import answer_on_workers
+from dineros.cli.presentation.times import answer_and_times, say_times, times_fields
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
+    from dineros.analysis.model.times import LeftOutTimes
     from dineros.analysis.questions.engines import Question
     from dineros.analysis.witnesses.findings import Witness
+    from dineros.metamodel import pn
 
 
 @dataclass
@@ -48,6 +51,8 @@ class Asking:
         Whether the certificate is written.
     confirmation : Confirmation or None
         What the others say.
+    times : LeftOutTimes or None
+        Firing intervals of the net, which no engine knows.
     """
 
     model: Path
@@ -62,6 +67,7 @@ class Asking:
     as_json: bool
     is_proved: bool = False
     confirmation: Confirmation | None = None
+    times: LeftOutTimes | None = None
 
     def refuse_tina_on_workers(self) -> None:
         """Find out that the options exclude each other; raises `UsageError`."""
@@ -70,7 +76,15 @@ class Asking:
 
     def subject(self) -> Subject:
         """Read the model, refuse an invalid one, and flatten and compile it."""
-        return load_subject(self.model, self.settings, self.signals, self.overflow)
+        subject = load_subject(self.model, self.settings, self.signals, self.overflow)
+        self.leave_out_times(subject.model)
+        return subject
+
+    def leave_out_times(self, model: pn.Net) -> None:
+        """Remember the firing intervals of a model, so that its answers name them."""
+        from dineros.analysis.model.times import left_out_times
+
+        self.times = left_out_times(model)
 
     def answer(
         self, subject: Subject, kind: str, text: str, question: Question, *, signals: str = "", **more: Any
@@ -128,6 +142,7 @@ class Asking:
         say: Callable[[], None],
         first: Mapping[str, object],
         *,
+        is_universal: bool,
         is_timed: bool = True,
         **last: object,
     ) -> None:
@@ -143,6 +158,8 @@ class Asking:
             Prints the answer for people.
         first, **last
             What JSON says of the question, and of the answer, besides.
+        is_universal : bool
+            Whether the answer speaks of all runs, and thus of those with times.
         is_timed : bool
             Whether JSON says the seconds.
         """
@@ -152,9 +169,12 @@ class Asking:
             timed = ("seconds",) if is_timed else ()
             told = {name: getattr(answer, name) for name in ("status", "reason", "by", "states", *timed)}
             shown = {"witness": witness.to_dict() if witness else None}
-            say_json({"model": str(self.model), **first, **told, **shown, **last, **self._backing()})
+            times = times_fields(self.times, None if answer.status == "unknown" else is_universal)
+            say_json({"model": str(self.model), **first, **told, **shown, **last, **times, **self._backing()})
         else:
             say()
+            if self.times is not None and answer.status != "unknown":
+                say_times(self.times, answer_and_times(self.times, is_universal))
         if self.certificate is not None:
             say_certificate(self.certificate, answer, self.is_proved, self.as_json)
         if self.confirm and (self.confirmation is not None or answer.status != "unknown"):

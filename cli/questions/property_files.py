@@ -15,6 +15,7 @@ from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.options import invocation
 from dineros.cli.presentation.evidence import refuse_certificates, say_confirmations
 from dineros.cli.presentation.scheduling import properties_on_workers
+from dineros.cli.presentation.times import say_times, times_fields
 from dineros.cli.searching import search
 from dineros.metamodel.errors import DinerosError, Location
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.evidence.proving import Asked
     from dineros.analysis.model.subject import Subject
+    from dineros.analysis.model.times import LeftOutTimes
+    from dineros.analysis.nets.compiled import CompiledNet
     from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
     from dineros.cli.questions.asking import Asking
     from dineros.metamodel import pn
@@ -63,6 +66,7 @@ def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | Non
             rows = [
                 {"kind": one.kind, "status": _status(answer.value)}
                 | {name: getattr(answer, name) for name in ("id", "value", "seconds", "technique", "reason")}
+                | times_fields(asking.times, _is_of_all_runs(one, answer, subject.net))
                 for one, answer in zip(properties, answers, strict=True)
             ]
             if asking.confirm:
@@ -73,6 +77,7 @@ def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | Non
             for answer in answers:
                 if answer.value is None:
                     say(_line(answer))
+            _say_times(asking.times, properties, answers, subject.net)
         values = [answer.value for answer in answers]
         if any(value is False for value in values):
             return VIOLATED
@@ -242,6 +247,47 @@ def _read(subject: Subject, wanted: Sequence[str]) -> tuple[list[Property], Grou
                 raise click.UsageError(f"{one.id!r} is asked twice")
             found[one.id] = one
     return list(found.values()), names
+
+
+def _is_of_all_runs(property: Property, answer: PropertyAnswer, net: CompiledNet) -> bool | None:
+    """Return whether an answer stays if the net has fewer runs; None for one that is not known.
+
+    Of a bound, that places hold no more stays.
+    """
+    from dineros.analysis.model.times import is_of_all_runs
+    from dineros.analysis.properties.property import said_of_all
+
+    if answer.value is None:
+        return None
+    if property.kind in ("bound", "ltl"):
+        return property.kind == "bound" or bool(answer.value)
+    formula = property.formula or said_of_all(property.examination, net)
+    return is_of_all_runs(formula, bool(answer.value))
+
+
+def _say_times(
+    times: LeftOutTimes | None,
+    properties: Sequence[Property],
+    answers: Sequence[PropertyAnswer],
+    net: CompiledNet,
+) -> None:
+    """Print that times are left out, and which answers hold with them."""
+    if times is None:
+        return
+    of_all = [_is_of_all_runs(one, answer, net) for one, answer in zip(properties, answers, strict=True)]
+    kept, lost = (
+        [
+            one.id
+            for one, each in zip(properties, of_all, strict=True)
+            if each is not None and times.survives(each) is wanted
+        ]
+        for wanted in (True, False)
+    )
+    parts = [f"holds with times, too: {', '.join(kept)}"] if kept else []
+    parts += [f"need not hold with times: {', '.join(lost)}"] if lost else []
+    if any(one.kind == "bound" for one in properties):
+        parts.append("a bound may not be reached")
+    say_times(times, "; ".join(parts) or "nothing is known")
 
 
 def _note(file: str, text: str) -> None:

@@ -63,7 +63,9 @@ def verify_formula(
                 say_unfairness(unfair, subject.net.transitions)
 
         named = unfair.to_dict(subject.net.transitions) if unfair else None
-        asking.tell(verdict, witness, formula, say_text, {**first, "formula": formula}, unfair=named)
+        told = {**first, "formula": formula}
+        of_all = _is_of_all_runs(logic, formula, verdict.status)
+        asking.tell(verdict, witness, formula, say_text, told, is_universal=of_all, unfair=named)
         return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
 
     run.draft(lambda ending: say(run.unknown(ending)))
@@ -93,6 +95,7 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
 
     run = search()
     net = load_valid(asking.model, asking.settings)
+    asking.leave_out_times(net)
     with reading_formula(str(asking.model)):
         property = property_named(net, name)
     with reading_formula(f"property {property.id}"):
@@ -113,7 +116,10 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
         say_text = partial(
             say_verdict, verdict, shown, witness, asking.model, asking.output, is_linear=is_linear
         )
-        asking.tell(verdict, witness, text, say_text, first)
+        answered = {"holds": "violated", "violated": "holds"} if reading.is_negated else {}
+        status = answered.get(verdict.status, verdict.status)
+        of_all = _is_of_all_runs(reading.logic, str(reading.formula), status)
+        asking.tell(verdict, witness, text, say_text, first, is_universal=of_all)
         if verdict.status == "unknown":
             return UNKNOWN
         return HOLDS if (verdict.status == "holds") == is_expected else VIOLATED
@@ -130,3 +136,13 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
     )
     with run.answer():
         return say(stored.verdict(verdict))
+
+
+def _is_of_all_runs(logic: str, formula: str, status: str) -> bool:
+    """Return whether a verdict stays if the net has fewer runs."""
+    from dineros.analysis.logic.language.parser import parse
+    from dineros.analysis.model.times import is_of_all_runs
+
+    if logic == "ltl" or status == "unknown":
+        return status == "holds"
+    return is_of_all_runs(parse(formula, "ctl"), status == "holds")

@@ -57,7 +57,9 @@ def find(enabled: str | None, marking: str | None, order: Order, **options: Any)
     def say(answer: Outcome) -> int:
         witness = witness_of(subject, answer.trace) if answer.trace is not None else None
         shown = partial(say_way, answer, goal, witness, asking.model, asking.output)
-        asking.tell(answer, witness, goal, shown, {**first, "goal": goal}, is_timed=False)
+        told = {**first, "goal": goal}
+        never = answer.status == "unreachable"
+        asking.tell(answer, witness, goal, shown, told, is_universal=never, is_timed=False)
         return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]
 
     run.draft(lambda ending: say(run.unknown(ending)))

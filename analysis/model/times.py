@@ -1,0 +1,108 @@
+"""Firing intervals, which the engines leave out, and which answers hold all the same.
+
+With times a net has some of its runs only (Merlin's time Petri nets): a transition with a latest time can
+force others to wait. So the markings with times are some of those without, and each of them enables the same.
+What holds in all markings or runs without times holds with them; what some run shows may be impossible. If no
+interval has a latest time, nothing is ever forced: each run is possible with times if it waits long enough.
+
+References
+----------
+P. Merlin, D. Farber, *Recoverability of communication protocols*, IEEE Trans. Communications 24(9), 1976.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dineros.analysis.logic.language.syntax import (
+    Equivalent,
+    Exists,
+    ForAll,
+    Formula,
+    Implies,
+    Not,
+)
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import transitions
+from dineros.metamodel.errors import counted
+from dineros.metamodel.files.schema import number_text
+
+
+@dataclass(frozen=True)
+class LeftOutTimes:
+    """Firing intervals of a net that its analysis does not know.
+
+    Attributes
+    ----------
+    count : int
+        How many transitions have an interval that says something.
+    example : str
+        One of them, with its interval.
+    changes_runs : bool
+        Whether some interval has a latest time; if none has, all answers hold with times.
+    """
+
+    count: int
+    example: str
+    changes_runs: bool
+
+    def survives(self, is_universal: bool) -> bool:
+        """Return whether an answer holds with times; `is_universal` if it speaks of all runs without them."""
+        return is_universal or not self.changes_runs
+
+    def __str__(self) -> str:
+        return f"firing intervals are left out ({counted(self.count, 'transition')}, such as {self.example})"
+
+
+def left_out_times(net: pn.Net) -> LeftOutTimes | None:
+    """Return the intervals that are left out; None where there is nothing to say.
+
+    That is so for a net without intervals, and for a system model whose intervals have no latest time.
+    """
+    timed = [
+        (transition, interval)
+        for transition in transitions(net)
+        if (interval := transition.interval) is not None and _says_something(interval)
+    ]
+    bounded = [pair for pair in timed if pair[1].latest is not None]
+    if not timed or (isinstance(net, sym.SystemModel) and not bounded):
+        return None
+    transition, interval = (bounded or timed)[0]
+    return LeftOutTimes(len(timed), f"{transition.id} {_text(interval)}", bool(bounded))
+
+
+def _says_something(interval: pn.TimeInterval) -> bool:
+    return interval.latest is not None or interval.earliest > 0 or bool(interval.earliestExcluded)
+
+
+def _text(interval: pn.TimeInterval) -> str:
+    start = "]" if interval.earliestExcluded else "["
+    if interval.latest is None:
+        return f"{start}{number_text(interval.earliest)},w["
+    end = "[" if interval.latestExcluded else "]"
+    return f"{start}{number_text(interval.earliest)},{number_text(interval.latest)}{end}"
+
+
+def is_of_all_runs(formula: Formula, value: bool) -> bool:
+    """Return whether a verdict on a formula of branching time stays if runs are taken away.
+
+    That is so if the formula holds and quantifies over all paths only, or is violated and quantifies over
+    some path only; negations turn one into the other.
+    """
+    todo, seen = [(formula, value)], set()
+    while todo:
+        part, is_positive = todo.pop()
+        if (part, is_positive) in seen:
+            continue
+        seen.add((part, is_positive))
+        if isinstance(part, (Exists if is_positive else ForAll)):
+            return False
+        if isinstance(part, Not):
+            todo.append((part.operands[0], not is_positive))
+        elif isinstance(part, Implies):
+            todo += [(part.operands[0], not is_positive), (part.operands[1], is_positive)]
+        elif isinstance(part, Equivalent):
+            todo += [(operand, sign) for operand in part.operands for sign in (True, False)]
+        else:
+            todo += [(operand, is_positive) for operand in part.operands]
+    return True
