@@ -12,10 +12,13 @@ from dineros.metamodel.errors import counted
 
 MOST_NAMES = 5
 """Transitions named in one line."""
+_HOLDS = "this answer holds with times, too"
+_NEED_NOT_HOLD = "with times this answer need not hold: the run may be impossible"
 
 if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.model.fairness import Unfairness
+    from dineros.analysis.model.times import LeftOutTimes
     from dineros.analysis.witnesses.findings import Witness
 
 
@@ -73,3 +76,22 @@ def _note_who(answer: Outcome) -> None:
 
 def _reason(answer: Outcome) -> str:
     return f" ({answer.reason})" if answer.reason else ""
+
+
+def say_times(times: LeftOutTimes | None, text: str) -> None:
+    """Print that times are left out, and what that means; nothing for a net without."""
+    if times is not None:
+        say(f"note: {times}; {text}")
+
+
+def answer_and_times(times: LeftOutTimes, is_universal: bool) -> str:
+    """Return whether an answer holds with times, in words."""
+    return _HOLDS if times.survives(is_universal) else _NEED_NOT_HOLD
+
+
+def times_fields(times: LeftOutTimes | None, is_universal: bool | None) -> dict[str, object]:
+    """Return for JSON that times are left out, and whether the answer holds with them; nothing for others."""
+    if times is None:
+        return {}
+    holds = None if is_universal is None else times.survives(is_universal)
+    return {"times": {"left_out": str(times), "transitions": times.count, "holds_with_times": holds}}

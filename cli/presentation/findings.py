@@ -11,7 +11,7 @@ from dineros.cli.analysing import say_witness, write_witness
 from dineros.cli.console import SEVERITIES, note, say, say_json, say_lines, summarise
 from dineros.cli.models import rules_of
 from dineros.cli.options import invocation
-from dineros.cli.presentation.times import say_times, times_fields
+from dineros.cli.presentation.answers import say_times, times_fields
 from dineros.metamodel.errors import counted
 
 _ALWAYS_SHOWN = ("suppression-expired", "suppression-unused")

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from dineros.cli.analysing import say_witness
 from dineros.cli.console import say, say_json
+from dineros.cli.presentation.answers import say_times, times_fields
 from dineros.cli.presentation.evidence import say_confirmation
-from dineros.cli.presentation.times import say_times, times_fields
 
 if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation

@@ -11,6 +11,7 @@ import click
 
 from dineros.cli.analysing import load_subject, write_witness
 from dineros.cli.console import say_json
+from dineros.cli.presentation.answers import answer_and_times, say_times, times_fields
 from dineros.cli.presentation.evidence import (
     certified,
     confirmed,
@@ -20,7 +21,6 @@ from dineros.cli.presentation.evidence import (
     share_of,
 )
 from dineros.cli.presentation.scheduling import answer_on_workers
-from dineros.cli.presentation.times import answer_and_times, say_times, times_fields
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ import click
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, load_valid, reading_formula
 from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.options import invocation
+from dineros.cli.presentation.answers import say_times, times_fields
 from dineros.cli.presentation.evidence import refuse_certificates, say_confirmations
 from dineros.cli.presentation.scheduling import properties_on_workers
-from dineros.cli.presentation.times import say_times, times_fields
 from dineros.cli.searching import search
 from dineros.metamodel.errors import DinerosError, Location
 
