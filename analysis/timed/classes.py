@@ -1,0 +1,370 @@
+"""State class graphs of time Petri nets.
+
+W and M are linear classes, by equality and by inclusion; S and E are strong classes, by equality and by
+inclusion. By inclusion only the largest classes are kept, so the graph has the same markings and fewer
+classes. The letters are those of TINA.
+
+References
+----------
+B. Berthomieu, M. Diaz, *Modeling and verification of time dependent systems using time Petri nets*, IEEE TSE
+17(3), 1991. B. Berthomieu, F. Vernadat, *State class constructions for branching analysis of time Petri
+nets*, TACAS 2003, LNCS 2619.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget, Progress
+from dineros.analysis.explicit.lazy_arrays import lazy_zeros
+from dineros.analysis.nets.compiled import ArcTable, Int64Array
+from dineros.analysis.nets.memory import DEFAULT_SHARE, free_memory, mappable_memory
+from dineros.analysis.timed.nets import UNBOUNDED, TimedNet
+from dineros.metamodel.errors import DinerosError
+
+Kind = Literal["W", "M", "S", "E"]
+
+FIRST_TABLE = 1 << 16
+FIRST_SLICE, LARGEST_SLICE = 1 << 8, 1 << 22
+CALL_SECONDS = 0.1
+FIRST_CLOCKS = 16
+MAPPED_SHARE = 0.4
+
+
+class _Net(NamedTuple):
+    """A time Petri net as kernels read it; rows of CSR tables by transition."""
+
+    take_start: Any
+    take_place: Any
+    take_weight: Any
+    put_start: Any
+    put_place: Any
+    put_weight: Any
+    test_start: Any
+    test_place: Any
+    test_weight: Any
+    inhibitor_start: Any
+    inhibitor_place: Any
+    inhibitor_weight: Any
+    lower: Any
+    upper: Any
+    has_clock: Any
+    above_start: Any
+    above: Any
+
+
+class _Known(NamedTuple):
+    """All that was found."""
+
+    control: Any
+    markings: Any  #: marking x place
+    marking_table: Any
+    enabled_start: Any  #: by marking: rows of `enabled` and `next_marking`
+    clocks: Any  #: by marking: how many of its enabled transitions have a clock; these stand first
+    enabled: Any
+    next_marking: Any  #: by enabled transition: the marking after it, or -1
+    kept_start: Any  #: by enabled transition: where in `kept` the clocks of the next marking start
+    kept: Any  #: by clock of the next marking: the clock that goes on, from 1, or 0
+    class_marking: Any
+    record_start: Any
+    codes: Any
+    class_table: Any
+    code: Any  #: room for one record
+    parent: Any
+    via: Any
+    edge_target: Any
+    edge_label: Any
+    edge_first: Any
+    edge_last: Any
+    first_class: Any  #: by marking, where classes are compared by inclusion
+    next_class: Any
+    replaced_by: Any
+    todo: Any
+
+
+class _Work(NamedTuple):
+    """Room for matrices."""
+
+    tokens: Any
+    matrix: Any
+    elapsed: Any
+    low: Any
+    pieces: Any
+    split: Any
+
+
+@dataclass(frozen=True)
+class ClassGraph:
+    """State classes and what leads from one to another.
+
+    Attributes
+    ----------
+    kind : {"W", "M", "S", "E"}
+    classes, edges, markings : int
+        How many there are. An edge is a class, a transition and the class after it.
+    deadlocks : int
+        Classes in which nothing can fire, however long one waits.
+    is_complete : bool
+    reason : str or None
+        Why it is not complete: "time", "memory", "states", "tokens" or "interrupted".
+    memory_bytes : int
+        Bytes of the tables.
+    """
+
+    kind: Kind
+    classes: int
+    edges: int
+    markings: int
+    deadlocks: int
+    is_complete: bool
+    reason: str | None
+    memory_bytes: int
+
+
+def class_graph(net: TimedNet, kind: Kind = "W", budget: Budget = UNLIMITED) -> ClassGraph:
+    """Build the graph of all state classes.
+
+    Parameters
+    ----------
+    net
+        The net. W and M do not know priorities.
+    kind
+        Which classes; see the module.
+    budget
+        Limits; a share of the free memory unless one is given.
+
+    Raises
+    ------
+    DinerosError
+        The net has priorities and the classes are linear, or a bound is too large.
+    """
+    search = ClassSearch(net, kind, budget)
+    search.run()
+    return search.graph()
+
+
+class ClassSearch:
+    """A search through the state classes of a net; `run` goes through with it.
+
+    Parameters
+    ----------
+    net, kind, budget
+        As `class_graph` takes them.
+    keeps_edges : bool
+        Whether edges are kept, not only counted.
+    keeps_parents : bool
+        Whether each class remembers from where it was first reached.
+    """
+
+    def __init__(
+        self,
+        net: TimedNet,
+        kind: Kind = "W",
+        budget: Budget = UNLIMITED,
+        *,
+        keeps_edges: bool = False,
+        keeps_parents: bool = False,
+    ) -> None:
+        self.is_strong, self.by_inclusion = kind in "SE", kind in "ME"
+        if net.has_priorities and not self.is_strong:
+            raise DinerosError(
+                f"classes {kind} do not know priorities, which the net has", hint="S and E do"
+            )
+        self.net, self.kind = net, kind
+        self.reason: str | None = None
+        if budget.memory_bytes is None:
+            budget = budget.share(most_bytes=int(free_memory() * DEFAULT_SHARE))
+        self._budget = budget.begun()
+        self._keeps_edges = keeps_edges or self.by_inclusion
+        self._tables = _tables(net)
+        largest = int(max((abs(b) for b in (*self._tables.lower, *self._tables.upper) if b != UNBOUNDED), default=1))
+        self._type, self._bits = next(
+            (kind_of, bits)
+            for kind_of, bits in ((np.int16, 15), (np.int32, 31), (np.int64, 62))
+            if largest + 1 < 1 << bits
+        )
+        self._top = (1 << self._bits) - 1
+        self._known = self._room(keeps_parents)
+        self._work = self._matrices(FIRST_CLOCKS)
+
+    def _room(self, keeps_parents: bool) -> _Known:
+        """Map the tables; they take memory as they fill."""
+        places, transitions = len(self.net.untimed.places), len(self.net.untimed.transitions)
+        mapped = min(self._budget.memory, int(mappable_memory() * MAPPED_SHARE) // 16)
+        rows = max(mapped // 8, 1 << 12)
+        classes = max(mapped // (8 * 4), 1 << 12)
+        edges = rows if self._keeps_edges else 0
+        linked = classes if self.by_inclusion else 0
+        marking_rows = max(mapped // (4 * max(places, 1)), 1 << 10)
+        return _Known(
+            control=np.zeros(16, dtype=np.int64),
+            markings=lazy_zeros(marking_rows * places // 2 + 1).view(np.int32)[: marking_rows * places].reshape(
+                marking_rows, places
+            ),
+            marking_table=np.zeros(FIRST_TABLE, dtype=np.int64),
+            enabled_start=lazy_zeros(min(marking_rows, classes) + 1),
+            clocks=lazy_zeros(min(marking_rows, classes) + 1),
+            enabled=lazy_zeros(rows + transitions),
+            next_marking=lazy_zeros(rows + transitions),
+            kept_start=lazy_zeros(rows + transitions),
+            kept=lazy_zeros(rows // 2 + transitions).view(np.int32),
+            class_marking=lazy_zeros(classes),
+            record_start=lazy_zeros(classes + 1),
+            codes=lazy_zeros(rows).view(self._type),
+            class_table=np.zeros(FIRST_TABLE, dtype=np.int64),
+            code=np.zeros(0, dtype=np.int64),
+            parent=lazy_zeros(classes if keeps_parents else 0),
+            via=lazy_zeros(classes if keeps_parents else 0),
+            edge_target=lazy_zeros(edges),
+            edge_label=lazy_zeros(edges),
+            edge_first=lazy_zeros(classes if self._keeps_edges else 0),
+            edge_last=lazy_zeros(classes if self._keeps_edges else 0),
+            first_class=lazy_zeros(min(marking_rows, classes) + 1),
+            next_class=lazy_zeros(linked),
+            replaced_by=lazy_zeros(linked),
+            todo=lazy_zeros(linked),
+        )
+
+    def _matrices(self, clocks: int) -> _Work:
+        """Make room for matrices of so many clocks."""
+        uppers = self._tables.upper[self._tables.has_clock]
+        depth = min(clocks, int((uppers == UNBOUNDED).sum())) if self.is_strong else 0
+        size = clocks + 1
+        self._known = self._known._replace(code=np.zeros(size * (size + 2), dtype=np.int64))
+        return _Work(
+            self.net.untimed.initial.copy(),
+            np.zeros((size, size), dtype=np.int64),
+            np.zeros((size, size), dtype=np.int64),
+            np.zeros(size, dtype=np.int64),
+            np.zeros((depth + 3, size, size), dtype=np.int64),
+            np.zeros(depth + 3, dtype=np.int64),
+        )
+
+    def run(self) -> None:
+        """Search until all is seen or a limit is hit."""
+        from dineros.analysis.timed.kernels import exploration as kernels
+
+        self._budget.stage("state classes")
+        shape = (self.is_strong, self.by_inclusion)
+        size = FIRST_SLICE
+        has_begun = False
+        try:
+            while self.reason is None:
+                if has_begun:
+                    began = time.perf_counter()
+                    status = kernels.explore(
+                        self._tables, self._known, self._work, *shape, self._keeps_edges, self._bits, self._top, size
+                    )
+                    took = time.perf_counter() - began
+                else:
+                    status = kernels.begin(self._tables, self._known, self._work, *shape, self._bits, self._top)
+                    has_begun, took = status == kernels.DONE, 1.0
+                    self._known.control[5] = 0  # no edge leads to the initial class
+                if status == kernels.DONE and took != 1.0:
+                    return
+                if status == kernels.GOES_ON:
+                    factor = CALL_SECONDS / max(took, 1e-6)
+                    size = int(max(1, min(LARGEST_SLICE, size * min(4.0, max(0.25, factor)))))
+                elif status == kernels.WANTS_TABLE:
+                    self._enlarge_tables()
+                elif status == kernels.WANTS_CLOCKS:
+                    most = int(self._known.control[9])
+                    self._work = self._matrices(max(most, 2 * (len(self._work.low) - 1)))
+                elif status == kernels.WANTS_ROOM:
+                    self.reason = "memory"
+                elif status == kernels.TOO_MANY_TOKENS:
+                    self.reason = "tokens"
+                self._look()
+        except KeyboardInterrupt:
+            self.reason = "interrupted"
+        except MemoryError:
+            self.reason = "memory"
+
+    def _look(self) -> None:
+        budget, control = self._budget, self._known.control
+        if budget.progress is not None:
+            budget.progress(Progress("states", int(control[3]), self.memory_bytes))
+        if self.reason is None and budget.is_over:
+            self.reason = "time"
+        elif self.reason is None and self.memory_bytes > budget.memory:
+            self.reason = "memory"
+        elif self.reason is None and budget.states is not None and control[3] >= budget.states:
+            self.reason = "states"
+
+    def _enlarge_tables(self) -> None:
+        from dineros.analysis.timed.kernels.markings import find_markings_again
+        from dineros.analysis.timed.kernels.records import find_classes_again
+
+        known = self._known
+        markings, classes = int(known.control[0]), int(known.control[3])
+        if 2 * markings > known.marking_table.size:
+            known = known._replace(marking_table=lazy_zeros(2 * known.marking_table.size))
+            find_markings_again(known)
+        if 2 * classes > known.class_table.size:
+            known = known._replace(class_table=lazy_zeros((8 if classes < 1 << 22 else 2) * known.class_table.size))
+            find_classes_again(known)
+        self._known = known
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes of the tables that are filled."""
+        known, control = self._known, self._known.control
+        markings, enabled, kept, classes, codes, edges = (int(n) for n in control[:6])
+        return (
+            markings * (4 * known.markings.shape[1] + 24)
+            + enabled * 24
+            + kept * 4
+            + classes * (16 + 16 * bool(known.parent.size) + 16 * self._keeps_edges + 24 * self.by_inclusion)
+            + codes * known.codes.itemsize
+            + edges * 16 * self._keeps_edges
+            + known.marking_table.nbytes
+            + known.class_table.nbytes
+        )
+
+    def graph(self) -> ClassGraph:
+        """Return what was found."""
+        control = self._known.control
+        classes, edges, deadlocks = int(control[3]), int(control[5]), int(control[8])
+        markings = int(control[0])
+        if self.by_inclusion:
+            classes, edges, deadlocks = self._alive()
+        return ClassGraph(
+            self.kind, classes, edges, markings, deadlocks, self.reason is None, self.reason, self.memory_bytes
+        )
+
+    def _alive(self) -> tuple[int, int, int]:
+        known = self._known
+        count = int(known.control[3])
+        final = known.replaced_by[:count].copy()
+        alive = final == -1
+        final[alive] = np.flatnonzero(alive)
+        while not alive[final].all():
+            final = final[final]
+        edges = deadlocks = 0
+        transitions = len(self.net.untimed.transitions)
+        for number in np.flatnonzero(alive):
+            part = slice(int(known.edge_first[number]), int(known.edge_last[number]))
+            keys = final[known.edge_target[part]] * transitions + known.edge_label[part]
+            edges += len(np.unique(keys))
+            deadlocks += part.start == part.stop
+        return int(alive.sum()), edges, deadlocks
+
+
+def _tables(net: TimedNet) -> _Net:
+    lower, upper = net.scaled()
+    above = ArcTable.from_rows([dict.fromkeys(row, 1) for row in net.above])
+    parts: list[Int64Array] = []
+    for table in (net.take, net.put, net.test, net.untimed.inhibitor):
+        parts += [table.pointer, table.place, table.weight]
+    return _Net(
+        *parts,
+        lower,
+        upper,
+        np.array([not interval.is_free for interval in net.intervals], dtype=np.bool_),
+        above.pointer,
+        above.place,
+    )

@@ -1,0 +1,168 @@
+"""Kernels for what firing a transition does to the bounds of a class.
+
+Linear classes bound the times until transitions fire; strong classes bound the times for which transitions
+have been enabled. All matrices are in normal form: each bound is the strictest one that follows from all.
+
+References
+----------
+B. Berthomieu, F. Vernadat, *State class constructions for branching analysis of time Petri nets*, TACAS
+2003, LNCS 2619.
+"""
+
+from __future__ import annotations
+
+from dineros.analysis.nets.kernel_cache import kernel
+from dineros.analysis.timed.kernels.records import UNBOUNDED, ZERO, plus
+
+
+@kernel()
+def least_waits(matrix, clocks, low):  # type: ignore[no-untyped-def]
+    """By clock: the bound of how much longer than the first one to fire its transition has to wait."""
+    for j in range(1, clocks + 1):
+        least = ZERO
+        for i in range(1, clocks + 1):
+            least = min(least, matrix[i, j])
+        low[j] = least
+
+
+@kernel()
+def can_fire_first(matrix, clocks, clock):  # type: ignore[no-untyped-def]
+    """Whether the transition of a clock (0: one without a clock) of a linear class can fire before all others."""
+    for i in range(1, clocks + 1):
+        if matrix[i, clock] < ZERO:
+            return False
+    return True
+
+
+@kernel()
+def fire_linear(net, known, matrix, low, clock, kept, after, result):  # type: ignore[no-untyped-def]
+    """Write the class after a transition of a linear class has fired first, which it can.
+
+    `clock` is the number of the transition's clock, 0 if it has none: it may fire at any time, so what others
+    still have to wait is bounded above by what they had to wait before.
+    """
+    first, count = known.enabled_start[after], known.clocks[after]
+    result[0, 0] = ZERO
+    for a in range(1, count + 1):
+        i = known.kept[kept + a - 1]
+        if i:
+            result[a, 0] = matrix[i, clock]
+            result[0, a] = low[i]
+        else:
+            transition = known.enabled[first + a - 1]
+            result[a, 0] = net.upper[transition]
+            result[0, a] = net.lower[transition]
+    for a in range(1, count + 1):
+        i = known.kept[kept + a - 1]
+        for b in range(1, count + 1):
+            bound = plus(result[a, 0], result[0, b])
+            j = known.kept[kept + b - 1]
+            if i and j:
+                bound = min(bound, matrix[i, j])
+            result[a, b] = bound
+        result[a, a] = ZERO
+
+
+@kernel()
+def let_time_pass(net, known, matrix, row, clocks, fired, elapsed):  # type: ignore[no-untyped-def]
+    """Write the clocks that can be reached by waiting, until `fired` may fire as far as others let it.
+
+    Clocks stay within their latest bounds, and below the earliest bounds of transitions with priority over
+    `fired` (-1: priorities do not count). Whether there are any.
+    """
+    first = known.enabled_start[row]
+    elapsed[0, 0] = ZERO
+    for i in range(1, clocks + 1):
+        elapsed[0, i] = matrix[0, i]
+        elapsed[i, 0] = UNBOUNDED
+    for k in range(1, clocks + 1):
+        transition = known.enabled[first + k - 1]
+        limit = net.upper[transition]
+        if fired >= 0 and is_above(net, transition, fired):
+            limit = min(limit, 1 - net.lower[transition])
+        if limit < UNBOUNDED:
+            for i in range(1, clocks + 1):
+                elapsed[i, 0] = min(elapsed[i, 0], plus(matrix[i, k], limit))
+    for i in range(1, clocks + 1):
+        if plus(elapsed[i, 0], elapsed[0, i]) < ZERO:
+            return False
+        for j in range(1, clocks + 1):
+            elapsed[i, j] = min(matrix[i, j], plus(elapsed[i, 0], elapsed[0, j]))
+        elapsed[i, i] = ZERO
+    return True
+
+
+@kernel()
+def is_above(net, transition, fired):  # type: ignore[no-untyped-def]
+    """Whether a transition has priority over another."""
+    for k in range(net.above_start[fired], net.above_start[fired + 1]):
+        if net.above[k] == transition:
+            return True
+    return False
+
+
+@kernel()
+def fire_strong(net, known, elapsed, clocks, clock, fired, kept, after, low, result):  # type: ignore[no-untyped-def]
+    """Write the clocks after a transition has fired, which it can once time has passed."""
+    for j in range(1, clocks + 1):
+        low[j] = elapsed[0, j]
+    if clock:
+        earliest = net.lower[fired]
+        for j in range(1, clocks + 1):
+            low[j] = min(low[j], plus(earliest, elapsed[clock, j]))
+        low[clock] = min(low[clock], earliest)
+    count = known.clocks[after]
+    result[0, 0] = ZERO
+    for a in range(1, count + 1):
+        i = known.kept[kept + a - 1]
+        result[a, 0] = elapsed[i, 0] if i else ZERO
+        result[0, a] = low[i] if i else ZERO
+    for a in range(1, count + 1):
+        i = known.kept[kept + a - 1]
+        for b in range(1, count + 1):
+            bound = plus(result[a, 0], result[0, b])
+            j = known.kept[kept + b - 1]
+            if i and j:
+                bound = min(bound, elapsed[i, j])
+            result[a, b] = bound
+        result[a, a] = ZERO
+
+
+@kernel()
+def keep_below(matrix, clocks, clock, limit):  # type: ignore[no-untyped-def]
+    """Keep what has a clock within an upper bound; whether anything is left."""
+    if plus(matrix[0, clock], limit) < ZERO:
+        return False
+    if limit >= matrix[clock, 0]:
+        return True
+    for i in range(clocks + 1):
+        through = plus(matrix[i, clock], limit)
+        if through < UNBOUNDED:
+            for j in range(clocks + 1):
+                if i != j:
+                    matrix[i, j] = min(matrix[i, j], plus(through, matrix[0, j]))
+    return True
+
+
+@kernel()
+def keep_above_and_forget(matrix, clocks, clock, limit):  # type: ignore[no-untyped-def]
+    """Keep what has a clock above a lower bound (of ``0 - x``), and forget how far above; whether any is left.
+
+    Once a transition without a latest bound may fire, it does not matter for how long it has been enabled.
+    """
+    if plus(matrix[clock, 0], limit) < ZERO:
+        return False
+    if limit < matrix[0, clock]:
+        for i in range(clocks + 1):
+            through = plus(matrix[i, 0], limit)
+            if through < UNBOUNDED:
+                for j in range(clocks + 1):
+                    if i != j:
+                        matrix[i, j] = min(matrix[i, j], plus(through, matrix[clock, j]))
+    matrix[0, clock] = limit
+    matrix[clock, 0] = UNBOUNDED
+    for i in range(1, clocks + 1):
+        if i != clock:
+            matrix[clock, i] = UNBOUNDED
+            matrix[i, clock] = plus(matrix[i, 0], limit)
+    return True

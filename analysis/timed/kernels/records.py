@@ -1,0 +1,197 @@
+"""Kernels for difference bounds and for how state classes are stored.
+
+A bound of a difference is twice a number, plus 1 if the number itself is allowed; so a smaller bound is a
+stricter one. A class of n clocks is stored as a record: n upper bounds, n lower bounds (of ``0 - x``), one bit
+for each ordered pair of clocks, and the bounds of the pairs whose bit is set. A pair is left out when its
+bound follows from those of its two clocks, so each class has one record, and equal classes have equal ones.
+"""
+
+from __future__ import annotations
+
+from dineros.analysis.nets.kernel_cache import kernel
+from dineros.analysis.timed.kernels.markings import (
+    CLASSES,
+    CODES,
+    INDEX_BITS,
+    INDEX_MASK,
+    TAG_SHIFT,
+    finished,
+    mixed,
+)
+
+UNBOUNDED = 1 << 60
+ZERO = 1
+
+
+@kernel(inline="always")
+def plus(one, other):  # type: ignore[no-untyped-def]
+    """Add two bounds."""
+    if one >= UNBOUNDED or other >= UNBOUNDED:
+        return UNBOUNDED
+    return one + other - ((one | other) & 1)
+
+
+@kernel()
+def encode(matrix, clocks, code, bits, top):  # type: ignore[no-untyped-def]
+    """Write the record of a matrix in normal form; return its length.
+
+    Row and column 0 of the matrix are those of 0. `bits` go into one element; `top` stands for no bound.
+    """
+    for i in range(1, clocks + 1):
+        code[i - 1] = min(matrix[i, 0], top)
+        code[clocks + i - 1] = matrix[0, i]
+    at = 2 * clocks
+    values = at + (clocks * (clocks - 1) + bits - 1) // bits
+    bit, word = 0, 0
+    for i in range(1, clocks + 1):
+        upper = matrix[i, 0]
+        for j in range(1, clocks + 1):
+            if i == j:
+                continue
+            if matrix[i, j] < plus(upper, matrix[0, j]):
+                word |= 1 << bit
+                code[values] = matrix[i, j]
+                values += 1
+            bit += 1
+            if bit == bits:
+                code[at] = word
+                at += 1
+                bit, word = 0, 0
+    if bit:
+        code[at] = word
+    return values
+
+
+@kernel()
+def decode(known, number, clocks, matrix, bits, top):  # type: ignore[no-untyped-def]
+    """Write the matrix of a class."""
+    codes, first = known.codes, known.record_start[number]
+    matrix[0, 0] = ZERO
+    for i in range(1, clocks + 1):
+        upper = codes[first + i - 1]
+        matrix[i, 0] = UNBOUNDED if upper == top else upper
+        matrix[0, i] = codes[first + clocks + i - 1]
+    at = first + 2 * clocks
+    values = at + (clocks * (clocks - 1) + bits - 1) // bits
+    bit = 0
+    for i in range(1, clocks + 1):
+        for j in range(1, clocks + 1):
+            if i == j:
+                matrix[i, j] = ZERO
+                continue
+            if codes[at] >> bit & 1:
+                matrix[i, j] = codes[values]
+                values += 1
+            else:
+                matrix[i, j] = plus(matrix[i, 0], matrix[0, j])
+            bit += 1
+            if bit == bits:
+                at += 1
+                bit = 0
+
+
+@kernel(inline="always")
+def hash_record(marking, codes, first, length):  # type: ignore[no-untyped-def]
+    """Hash of a record of a marking."""
+    code = mixed(0, marking)
+    for at in range(first, first + length):
+        code = mixed(code, codes[at])
+    return finished(code)
+
+
+@kernel()
+def class_of(known, marking, code, length):  # type: ignore[no-untyped-def]
+    """Return the number of a class, and whether it is new; there must be room."""
+    codes, control = known.codes, known.control
+    value = hash_record(marking, code, 0, length)
+    mask = known.class_table.size - 1
+    slot, tag = value & mask, value >> TAG_SHIFT
+    while known.class_table[slot] != 0:
+        entry = known.class_table[slot]
+        if entry >> INDEX_BITS == tag:
+            number = (entry & INDEX_MASK) - 1
+            if known.class_marking[number] == marking:
+                first = known.record_start[number]
+                is_same = True
+                for at in range(length):
+                    if codes[first + at] != code[at]:
+                        is_same = False
+                        break
+                if is_same:
+                    return number, False
+        slot = (slot + 1) & mask
+    known.class_table[slot] = tag << INDEX_BITS | (control[CLASSES] + 1)
+    return append(known, marking, code, length), True
+
+
+@kernel()
+def append(known, marking, code, length):  # type: ignore[no-untyped-def]
+    """Store a record that is new."""
+    control = known.control
+    number, first = control[CLASSES], control[CODES]
+    for at in range(length):
+        known.codes[first + at] = code[at]
+    known.class_marking[number] = marking
+    known.record_start[number + 1] = first + length
+    control[CLASSES] = number + 1
+    control[CODES] = first + length
+    return number
+
+
+@kernel()
+def find_classes_again(known):  # type: ignore[no-untyped-def]
+    """Put all classes into a fresh table."""
+    mask = known.class_table.size - 1
+    for number in range(known.control[CLASSES]):
+        first = known.record_start[number]
+        value = hash_record(
+            known.class_marking[number], known.codes, first, known.record_start[number + 1] - first
+        )
+        slot = value & mask
+        while known.class_table[slot] != 0:
+            slot = (slot + 1) & mask
+        known.class_table[slot] = (value >> TAG_SHIFT) << INDEX_BITS | (number + 1)
+
+
+@kernel()
+def is_within(known, number, clocks, matrix, bits, top):  # type: ignore[no-untyped-def]
+    """Whether a matrix in normal form allows only what a class allows: it keeps each bound of the record."""
+    codes, first = known.codes, known.record_start[number]
+    for i in range(1, clocks + 1):
+        upper = codes[first + i - 1]
+        if (upper != top and matrix[i, 0] > upper) or matrix[0, i] > codes[first + clocks + i - 1]:
+            return False
+    at = first + 2 * clocks
+    values = at + (clocks * (clocks - 1) + bits - 1) // bits
+    bit = 0
+    for i in range(1, clocks + 1):
+        for j in range(1, clocks + 1):
+            if i == j:
+                continue
+            if codes[at] >> bit & 1:
+                if matrix[i, j] > codes[values]:
+                    return False
+                values += 1
+            bit += 1
+            if bit == bits:
+                at += 1
+                bit = 0
+    return True
+
+
+@kernel()
+def covers(known, number, clocks, matrix, other, bits, top):  # type: ignore[no-untyped-def]
+    """Whether a matrix allows all that a class allows; `other` is room for the matrix of the class."""
+    codes, first = known.codes, known.record_start[number]
+    for i in range(1, clocks + 1):
+        upper = codes[first + i - 1]
+        if (upper == top and matrix[i, 0] < UNBOUNDED) or (upper != top and upper > matrix[i, 0]):
+            return False
+        if codes[first + clocks + i - 1] > matrix[0, i]:
+            return False
+    decode(known, number, clocks, other, bits, top)
+    for i in range(1, clocks + 1):
+        for j in range(1, clocks + 1):
+            if other[i, j] > matrix[i, j]:
+                return False
+    return True
