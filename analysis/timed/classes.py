@@ -325,6 +325,11 @@ class ClassSearch:
             + known.class_table.nbytes
         )
 
+    def markings(self) -> Int64Array:
+        """Return the markings found, one row each, places in the order of the net."""
+        found: Int64Array = self._known.markings[: int(self._known.control[0])].astype(np.int64)
+        return found
+
     def graph(self) -> ClassGraph:
         """Return what was found."""
         control = self._known.control

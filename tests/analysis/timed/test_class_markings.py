@@ -1,0 +1,33 @@
+"""State classes against regions of random nets: all kinds reach the same markings, and none is left out."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from dineros.analysis.timed.classes import ClassSearch
+from tests.analysis.timed.time_nets import RandomNet, lively_net
+
+
+def markings(net: RandomNet, kind: str) -> set[tuple[int, ...]]:
+    search = ClassSearch(net.net, kind)  # type: ignore[arg-type]
+    search.run()
+    assert search.reason is None
+    return {tuple(row) for row in search.markings().tolist()}
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_all_kinds_reach_the_markings_of_the_regions(seed: int) -> None:
+    net = lively_net(Random(seed))
+    expected = net.regions().markings
+    for kind in "WMSE":
+        assert markings(net, kind) == expected, kind
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_strong_classes_obey_priorities(seed: int) -> None:
+    net = lively_net(Random(1000 + seed), has_priorities=True)
+    expected = net.regions().markings
+    for kind in "SE":
+        assert markings(net, kind) == expected, kind
