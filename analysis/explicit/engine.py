@@ -64,6 +64,15 @@ def explore(net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Opti
     )
 
 
+def count_marked(net: CompiledNet, place: str, budget: Budget = UNLIMITED) -> tuple[int | None, str]:
+    """Count the reachable markings in which a place holds tokens; None, and why, where a limit is hit."""
+    search = _search(net, (), budget, {})
+    search.run()
+    if search.reason is not None:
+        return None, search.reason
+    return search.count_marked(net.places.index(place)), ""
+
+
 def find(net: CompiledNet, goal: Goal, budget: Budget = UNLIMITED, **options: Unpack[Options]) -> Outcome:
     """Search a witness of a goal, a shortest one unless depth first; budget and options as for `explore`.
 

@@ -70,6 +70,7 @@ FOLDERS = {
         "model",
         "witnesses",
         "acceptance",
+        "timed",
         "tina",
         "properties",
         "callbacks",

@@ -20,6 +20,7 @@ from dineros.cli.analysing import (
 from dineros.cli.models import rules_of
 from dineros.cli.options import json_option, model_argument, settings_option, variant_options
 from dineros.cli.presentation.state_spaces import say_state_space
+from dineros.cli.questions.timed import TimedCount, count_with_time, time_option
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -27,21 +28,32 @@ from dineros.cli.supervising import search_command
 if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.questions.state_space import StateSpace
+    from dineros.analysis.timed.classes import Kind
 
 
 @search_command(
     "dineros statespace sorting.sym.xmi --signals none",
     "dineros statespace sorting.sym.xmi --set BlueObjects.tokens=0 --engine symbolic --json",
+    "dineros statespace train.net --time --classes M",
 )
 @model_argument()
 @variant_options
 @click.option("--reduce", is_flag=True, help="Count on a smaller net; what that does not keep is left out.")
 @click.option(
     "--engine",
-    type=click.Choice(["auto", "explicit", "symbolic", "tina"]),
+    type=click.Choice(["auto", "explicit", "symbolic", "tina", "classes", "integer"]),
     default="auto",
     show_default=True,
-    help="Explicit search, decision diagrams, or TINA where it is on the PATH.",
+    help="Explicit search, decision diagrams, or TINA if it is on the PATH; with --time: state classes, or time "
+    "as a counter, which counts markings.",
+)
+@time_option("Count with the firing intervals of the net: its state classes.")
+@click.option(
+    "--classes",
+    "construction",
+    type=click.Choice(["W", "M", "S", "E"]),
+    help="With --time: linear classes by equality (W, the default) or inclusion (M), strong classes by equality "
+    "(S, the default with priorities) or inclusion (E).",
 )
 @search_order_option("How the explicit engine goes; counts are the same.")
 @confirm_option
@@ -54,6 +66,8 @@ def statespace(
     overflow: str,
     reduce: bool,
     engine: str,
+    timed: bool,
+    construction: Kind | None,
     order: str,
     confirm: bool,
     no_cache: bool,
@@ -68,6 +82,13 @@ def statespace(
     """
     if order == "depth-first" and engine != "explicit":
         raise click.UsageError("--search depth-first goes with --engine explicit")
+    if timed:
+        if reduce or engine not in ("auto", "classes", "integer"):
+            raise click.UsageError("--time goes with --engine classes or integer, and without --reduce")
+        asked_of = TimedCount(model, settings, signals, overflow, construction, engine, confirm, as_json)
+        return count_with_time(asked_of)
+    if engine in ("classes", "integer") or construction is not None:
+        raise click.UsageError("--classes and --engine classes or integer go with --time")
     start_quickly()
     orders = orders_beside(model, no_cache)
     from dineros.analysis.questions.reduced_space import reduced_state_space

@@ -1,0 +1,39 @@
+"""Markings of a net in which time is counted: by explicit search, or by decision diagrams."""
+
+from __future__ import annotations
+
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.explicit.engine import count_marked
+from dineros.analysis.timed.integer import IntegerNet
+
+FEW = 2_000_000
+"""States up to which they are searched one by one before diagrams are tried."""
+
+
+def count_markings(made: IntegerNet, budget: Budget) -> int:
+    """Return how many markings of the timed net are reachable.
+
+    Raises
+    ------
+    BudgetExceededError
+        A limit was hit before.
+    """
+    from dineros.analysis.symbolic.engine import symbolic_state_space
+    from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
+
+    budget = budget.begun()
+    found, reason = count_marked(made.net, made.end, budget.share(0.5, 0.5, most_states=FEW))
+    if found is not None:
+        return found
+    if reason == "interrupted" or budget.is_over:
+        raise BudgetExceededError(reason)
+    try:
+        space = symbolic_state_space(made.net, budget.share(0.7))
+        if space.complete:
+            return space.satisfying({made.end: (1, None)})
+    except (UnknownBoundError, LevelSizeError, BudgetExceededError):
+        budget.stage("explicit search")
+    found, reason = count_marked(made.net, made.end, budget)
+    if found is None:
+        raise BudgetExceededError(reason)
+    return found

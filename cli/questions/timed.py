@@ -1,0 +1,112 @@
+"""Questions about nets with their times: what `--time` does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid
+from dineros.cli.console import say, say_json
+from dineros.cli.models import rules_of
+from dineros.cli.options import Adds
+from dineros.cli.searching import search
+
+if TYPE_CHECKING:
+    from dineros.analysis.timed.classes import Kind
+    from dineros.analysis.timed.state_space import TimedStateSpace
+    from dineros.analysis.timed.subject import TimedSubject
+
+
+def time_option(help: str) -> Adds:
+    """Add `--time`, passed as `timed`."""
+    return click.option("--time", "timed", is_flag=True, help=help)
+
+
+def load_timed_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> TimedSubject:
+    """Read a model, refuse an invalid one, flatten it where it is a system model, and compile it with times."""
+    from dineros.analysis.timed.subject import timed_subject_of
+    from dineros.metamodel.errors import DinerosError, Location
+
+    model = load_valid(path, settings)
+    search().stage("flattening")
+    try:
+        return timed_subject_of(model, signals, overflow)  # type: ignore[arg-type]
+    except DinerosError as error:
+        error.location = error.location or Location(path)
+        raise
+
+
+@dataclass(frozen=True)
+class TimedCount:
+    """What `statespace --time` was asked."""
+
+    model: Path
+    settings: tuple[str, ...]
+    signals: str
+    overflow: str
+    construction: Kind | None
+    engine: str
+    confirm: bool
+    as_json: bool
+
+
+def count_with_time(asked: TimedCount) -> int:
+    """Count a timed state space and print it; return the exit status."""
+    from dineros.analysis.timed.state_space import timed_state_space, unfinished_timed
+
+    run = search()
+    subject = load_timed_subject(asked.model, asked.settings, asked.signals, asked.overflow)
+    net = subject.timed
+    kind: Kind = asked.construction or ("S" if net.has_priorities else "W")
+    engine = "classes" if asked.engine == "auto" else asked.engine
+    other = "integer" if engine == "classes" else "classes"
+    flattened = subject.flattened is not None
+    about = {
+        "model": str(asked.model),
+        "signals": asked.signals if flattened else None,
+        "overflow": asked.overflow if flattened else None,
+        **rules_of(subject.model),
+    }
+    agrees: list[bool | None] = []
+
+    def tell(space: TimedStateSpace) -> int:
+        confirmed = {"confirmed_by": other, "agrees": agrees[0]} if agrees else {}
+        figures = {**about, **space.to_dict(), **confirmed}
+        if asked.as_json:
+            say_json(figures)
+        else:
+            for name, value in figures.items():
+                if value not in (None, ""):
+                    say(f"{name.replace('_', ' '):22} {_shown(name, value)}")
+        return HOLDS if space.complete else UNKNOWN
+
+    def so_far(ending: str) -> int:
+        seen = run.last.count if run.last is not None and run.last.unit == "states" else None
+        return tell(unfinished_timed(net, kind, engine, seen, ending, run.limits.spent))
+
+    run.draft(so_far)
+    budget = run.budget()
+    space = timed_state_space(net, kind, engine, budget)  # type: ignore[arg-type]
+    if asked.confirm and space.complete:
+        run.stage("confirming the count of markings")
+        again = timed_state_space(net, kind, other, budget)  # type: ignore[arg-type]
+        agrees.append(again.markings == space.markings if again.complete else None)
+        if agrees[0] is False:
+            why = f"{engine} counts {space.markings} markings, {other} {again.markings}: a fault of an engine"
+            space = replace(space, complete=False, reason=why)
+    with run.answer():
+        return tell(replace(space, reason=run.reason(space.reason)))
+
+
+def _shown(name: str, value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if name == "peak_memory_bytes" and isinstance(value, int):
+        return f"{value / 2**20:,.0f} MiB"
+    if isinstance(value, float):
+        return f"{value:.2f}"
+    return f"{value:,}" if isinstance(value, int) else str(value)
