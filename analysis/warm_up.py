@@ -15,13 +15,17 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from hashlib import blake2b
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.kernel_cache import ROOM, kept_in
 from dineros.metamodel.errors import DinerosError
+
+if TYPE_CHECKING:
+    from dineros.analysis.timed.classes import Kind
 
 MEMORY = 1 << 26
 """Bytes that a question of a warm-up may take."""
@@ -158,7 +162,28 @@ def _walks() -> None:
     follow(walks.arrays, np.ones(len(walks.net.transitions), dtype=np.int64), 1)
 
 
+def _state_classes() -> None:
+    """Compile the search through state classes: linear and strong, by equality and by inclusion."""
+    from fractions import Fraction
+
+    from dineros.analysis.timed.nets import Interval, TimedNet
+    from dineros.analysis.timed.search import ClassSearch
+
+    work = Transition("work", {"p": 1}, {"q": 1})
+    rest = Transition("rest", {"q": 1}, {"p": 1})
+    late = Interval(Fraction(1))
+    net = TimedNet.build(
+        {"p": 1, "q": 0}, [work, rest], {"work": Interval(Fraction(1), Fraction(2)), "rest": late}
+    )
+    kinds: tuple[Kind, ...] = ("W", "M", "S", "E")
+    for kind in kinds:
+        search = ClassSearch(net, kind, Budget(MEMORY), keeps_parents=True)
+        search.run()
+        search.enlarge_tables(always=True)
+
+
 PARTS: dict[str, Callable[[], None]] = {
+    "state classes": _state_classes,
     "search": partial(_search, 8),
     "diagrams": _diagrams,
     "runs": _runs,

@@ -415,15 +415,16 @@ class Search:
 
     def count_marked(self, place: int) -> int:
         """Return in how many of the markings a place holds tokens."""
-        for k, cell in enumerate(self.layout.cells):
-            if place in cell.places:
-                break
+        k, cell = next((k, cell) for k, cell in enumerate(self.layout.cells) if place in cell.places)
         word, shift, mask = (int(row[k]) for row in (self.layout.word, self.layout.shift, self.layout.masks))
         rows, found = self._storage.markings.rows, 0
         for me, notes in enumerate(self._crew):
             first, last = me * rows, me * rows + int(notes.control[COUNT])
             for start in range(first, last, _ROWS_AT_ONCE):
-                codes = self._storage.markings.store[start : min(last, start + _ROWS_AT_ONCE), word] >> shift & mask
+                codes = (
+                    self._storage.markings.store[start : min(last, start + _ROWS_AT_ONCE), word] >> shift
+                    & mask
+                )
                 tokens = codes if cell.values is None else cell.values[codes, cell.places.index(place)]
                 found += int((tokens > 0).sum())
         return found

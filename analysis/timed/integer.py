@@ -6,10 +6,10 @@ places. Each transition with an interval has a counter that holds 0 while the tr
 token says what happens: the net may fire while it lies on `now`; it walks through the counters when time
 passes, or when a firing may have disabled others.
 
-Worked example. ``t`` takes from ``p`` within [1, 2]. Its counter has the values 0, 1, 2. From ``now`` a unit of
-time passes: ``t`` is enabled, so its counter goes up to 1, and in a second round to 2. A third round gets stuck at
-``t``, which is enabled and has reached its latest bound: it never comes back to ``now``. ``t`` fires at 1 or at 2, by
-one transition for each value, which also sets the counter back.
+Worked example. ``t`` takes from ``p`` within [1, 2]. Its counter has the values 0, 1, 2. From ``now`` a
+unit of time passes: ``t`` is enabled, so its counter goes up to 1, and in a second round to 2. A third round
+gets stuck at ``t``, which is enabled and has reached its latest bound: it never comes back to ``now``. ``t``
+fires at 1 or at 2, by one transition for each value, which also sets the counter back.
 
 This engine shares nothing with state classes but the net, so each can confirm the other.
 """
@@ -23,7 +23,7 @@ from dineros.analysis.nets.compiled import CompiledNet, Transition, unused
 from dineros.analysis.timed.nets import TimedNet
 from dineros.metamodel.errors import DinerosError
 
-MOST_TRANSITIONS = 200_000
+MOST_TRANSITIONS = 5_000
 """A net with more is not made: the bounds are too far apart for counters."""
 
 Arcs = dict[str, int]
@@ -38,9 +38,9 @@ class IntegerNet:
     net : CompiledNet
         The places of the timed net under their own names, counters and what goes on.
     now : str
-        The place that is marked between two rounds: there the other places hold a marking of the timed net.
+        Marked between two rounds; then the other places hold a marking of the timed net.
     end : str
-        Marked when all counters have been forgotten: markings with it stand for the markings of the timed net.
+        Marked when all counters are forgotten: each marking with it is one of the timed net.
     """
 
     net: CompiledNet
@@ -64,9 +64,7 @@ def integer_net(net: TimedNet) -> IntegerNet:
                 hint="state classes (--classes) know open intervals",
             )
     if net.has_priorities:
-        raise DinerosError(
-            "time as a counter does not know priorities", hint="state classes do: --classes S"
-        )
+        raise DinerosError("time as a counter does not know priorities", hint="state classes do: --classes S")
     return _Maker(net).made()
 
 
@@ -161,9 +159,7 @@ class _Maker:
         own = self._clocks.get(transition)
         resets = [_Case()] if own is None else [self._reset(own, v) for v in range(own.earliest, own.top + 1)]
         first = [
-            _Case(
-                {**taken, **reset.takes}, dict(reset.puts), {**reads, **reset.reads}, conditions.inhibitors
-            )
+            _Case({**taken, **reset.takes}, dict(reset.puts), {**reads, **reset.reads}, conditions.inhibitors)
             for reset in resets
         ]
         puts = [[_Case(puts=self._named(put))]] if put else []
@@ -175,7 +171,9 @@ class _Maker:
         ]
         if not at_once:
             # Nothing looks at the marking between taking and putting.
-            steps[: 1 + len(puts)] = [[_Case(c.takes, _sum(c.puts, self._named(put)), c.reads, c.inhibitors) for c in first]]
+            steps[: 1 + len(puts)] = [
+                [_Case(c.takes, _sum(c.puts, self._named(put)), c.reads, c.inhibitors) for c in first]
+            ]
         self._steps(net.transitions[transition], self._now, self._now, steps)
 
     def _ticks(self, clock: _Clock) -> Iterator[_Case]:

@@ -149,11 +149,11 @@ class TimedNet:
             take.append(taken)
             put.append({index[p]: w for p, w in one.outputs.items()})
             test.append(needed)
-        tables = (ArcTable.from_rows(rows) for rows in (take, put, test))
+        tables = [ArcTable.from_rows(rows) for rows in (take, put, test)]
         names = {name: t for t, name in enumerate(untimed.transitions)}
         above = _closed([(names[high], names[low]) for high, low in priorities], len(names))
         given = tuple(intervals.get(name, Interval()) for name in untimed.transitions)
-        return cls(untimed, *tables, given, above)
+        return cls(untimed, tables[0], tables[1], tables[2], given, above)
 
     @property
     def has_times(self) -> bool:
@@ -180,8 +180,8 @@ class TimedNet:
         Returns
         -------
         lower, upper : int64 arrays, shape (transitions,)
-            Of the difference bound ``-t <= -earliest`` and ``t <= latest``: twice the number, plus 1 if the bound
-            belongs to the interval; `UNBOUNDED` without a latest bound.
+            Of the difference bounds ``-t <= -earliest`` and ``t <= latest``: twice the number, plus 1 if the
+            bound belongs to the interval; `UNBOUNDED` without a latest bound.
 
         Raises
         ------
@@ -198,9 +198,7 @@ class TimedNet:
                     hint="bounds whose ratio is smaller can be counted",
                 )
             lower.append(-2 * low + (not interval.is_open_below))
-            upper.append(
-                UNBOUNDED if interval.latest is None else 2 * high + (not interval.is_open_above)
-            )
+            upper.append(UNBOUNDED if interval.latest is None else 2 * high + (not interval.is_open_above))
         return np.array(lower, dtype=np.int64), np.array(upper, dtype=np.int64)
 
 
@@ -216,7 +214,7 @@ def compile_timed_net(net: pn.Net) -> TimedNet:
     DinerosError
         An interval is empty, an arc joins two nodes of a kind, or a place has a capacity that no arc obeys.
     """
-    rows: dict[pn.Node, tuple[dict[str, int], dict[str, int], dict[str, int], dict[str, int]]]
+    rows: dict[pn.Transition, tuple[dict[str, int], dict[str, int], dict[str, int], dict[str, int]]]
     rows = {transition: ({}, {}, {}, {}) for transition in transitions(net)}
     for arc in arcs(net):
         source, target = resolve(arc.source), resolve(arc.target)

@@ -27,7 +27,7 @@ def time_option(help: str) -> Adds:
 
 
 def load_timed_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> TimedSubject:
-    """Read a model, refuse an invalid one, flatten it where it is a system model, and compile it with times."""
+    """Read a model, refuse an invalid one, flatten a system model, and compile it with its times."""
     from dineros.analysis.timed.subject import timed_subject_of
     from dineros.metamodel.errors import DinerosError, Location
 

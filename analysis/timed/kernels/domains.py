@@ -27,11 +27,11 @@ def least_waits(matrix, clocks, low):  # type: ignore[no-untyped-def]
 
 @kernel()
 def can_fire_first(matrix, clocks, clock):  # type: ignore[no-untyped-def]
-    """Whether the transition of a clock (0: one without a clock) of a linear class can fire before all others."""
+    """Whether a transition of a linear class can fire first; clock 0 stands for one without a clock."""
+    can = True
     for i in range(1, clocks + 1):
-        if matrix[i, clock] < ZERO:
-            return False
-    return True
+        can &= matrix[i, clock] >= ZERO
+    return can
 
 
 @kernel()
@@ -95,10 +95,10 @@ def let_time_pass(net, known, matrix, row, clocks, fired, elapsed):  # type: ign
 @kernel()
 def is_above(net, transition, fired):  # type: ignore[no-untyped-def]
     """Whether a transition has priority over another."""
+    found = False
     for k in range(net.above_start[fired], net.above_start[fired + 1]):
-        if net.above[k] == transition:
-            return True
-    return False
+        found |= net.above[k] == transition
+    return found
 
 
 @kernel()
@@ -146,7 +146,7 @@ def keep_below(matrix, clocks, clock, limit):  # type: ignore[no-untyped-def]
 
 @kernel()
 def keep_above_and_forget(matrix, clocks, clock, limit):  # type: ignore[no-untyped-def]
-    """Keep what has a clock above a lower bound (of ``0 - x``), and forget how far above; whether any is left.
+    """Keep what has a clock above a lower bound (of ``0 - x``), forget how far above; whether any is left.
 
     Once a transition without a latest bound may fire, it does not matter for how long it has been enabled.
     """

@@ -179,9 +179,7 @@ def begin(net, known, work, is_strong, by_inclusion, bits, top):  # type: ignore
         for j in range(1, clocks + 1):
             if i != j:
                 upper, lower = initial[i, 0], initial[0, j]
-                initial[i, j] = (
-                    UNBOUNDED if upper == UNBOUNDED else upper + lower - ((upper | lower) & 1)
-                )
+                initial[i, j] = UNBOUNDED if upper == UNBOUNDED else upper + lower - ((upper | lower) & 1)
     reach(known, -1, -1, marking, clocks, initial, work.pieces[-1], by_inclusion, False, bits, top)
     return DONE
 
@@ -247,11 +245,14 @@ def expand(net, known, work, number, is_strong, by_inclusion, keeps_edges, bits,
         room = has_room(net, known)
         if room != DONE:
             return room
-        if is_strong and net.above.size:
-            if is_overridden(net, known, row, clocks, fired) or not let_time_pass(
-                net, known, matrix, row, clocks, fired, work.elapsed
-            ):
-                continue
+        if is_strong and net.above.size and is_overridden(net, known, row, clocks, fired):
+            continue
+        if (
+            is_strong
+            and net.above.size
+            and not let_time_pass(net, known, matrix, row, clocks, fired, work.elapsed)
+        ):
+            continue
         if is_strong:
             if clock and plus(work.elapsed[clock, 0], net.lower[fired]) < ZERO:
                 continue
@@ -268,7 +269,17 @@ def expand(net, known, work, number, is_strong, by_inclusion, keeps_edges, bits,
         if is_strong:
             fire_strong(net, known, work.elapsed, clocks, clock, fired, kept, after, low, result)
             status = reach_pieces(
-                net, known, number, fired, after, work.pieces, work.split, by_inclusion, keeps_edges, bits, top
+                net,
+                known,
+                number,
+                fired,
+                after,
+                work.pieces,
+                work.split,
+                by_inclusion,
+                keeps_edges,
+                bits,
+                top,
             )
             if status != DONE:
                 return status

@@ -1,9 +1,9 @@
 """Kernels for difference bounds and for how state classes are stored.
 
 A bound of a difference is twice a number, plus 1 if the number itself is allowed; so a smaller bound is a
-stricter one. A class of n clocks is stored as a record: n upper bounds, n lower bounds (of ``0 - x``), one bit
-for each ordered pair of clocks, and the bounds of the pairs whose bit is set. A pair is left out when its
-bound follows from those of its two clocks, so each class has one record, and equal classes have equal ones.
+stricter one. A class of n clocks is stored as a record: n upper bounds, n lower bounds (of ``0 - x``), one
+bit for each ordered pair of clocks, and the bounds of the pairs whose bit is set. A pair is left out when
+its bound follows from those of its two clocks, so equal classes have equal records.
 """
 
 from __future__ import annotations

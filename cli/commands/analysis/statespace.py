@@ -44,16 +44,16 @@ if TYPE_CHECKING:
     type=click.Choice(["auto", "explicit", "symbolic", "tina", "classes", "integer"]),
     default="auto",
     show_default=True,
-    help="Explicit search, decision diagrams, or TINA if it is on the PATH; with --time: state classes, or time "
-    "as a counter, which counts markings.",
+    help="Explicit search, decision diagrams, or TINA if it is on the PATH; with --time: state classes, or "
+    "time as a counter, which counts markings.",
 )
 @time_option("Count with the firing intervals of the net: its state classes.")
 @click.option(
     "--classes",
     "construction",
     type=click.Choice(["W", "M", "S", "E"]),
-    help="With --time: linear classes by equality (W, the default) or inclusion (M), strong classes by equality "
-    "(S, the default with priorities) or inclusion (E).",
+    help="With --time: linear classes by equality (W, the default) or inclusion (M), strong classes by "
+    "equality (S, the default with priorities) or inclusion (E).",
 )
 @search_order_option("How the explicit engine goes; counts are the same.")
 @confirm_option

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from dineros.analysis.timed.classes import ClassSearch
+from dineros.analysis.timed.search import ClassSearch
 from tests.analysis.timed.time_nets import RandomNet, lively_net
 
 

@@ -59,7 +59,10 @@ def random_net(random: Random, has_priorities: bool = False, is_closed: bool = F
                     pairs.add((high, low))
     made = []
     for number in range(count):
-        take = {random.randrange(places): random.choice((1, 1, 1, 1, 2)) for _ in range(random.choice((1, 1, 1, 2)))}
+        take = {
+            random.randrange(places): random.choice((1, 1, 1, 1, 2))
+            for _ in range(random.choice((1, 1, 1, 2)))
+        }
         put: dict[int, int] = {}
         for _ in range(min(sum(take.values()), random.choice((0, 1, 1, 1, 2, 2)))):
             place = random.randrange(places)
@@ -80,7 +83,16 @@ def random_net(random: Random, has_priorities: bool = False, is_closed: bool = F
                     todo.append(high)
         made.append(
             TimedTransition(
-                f"t{number}", take, put, read, inhibitor, earliest, latest, opens_below, opens_above, frozenset(above)
+                f"t{number}",
+                take,
+                put,
+                read,
+                inhibitor,
+                earliest,
+                latest,
+                opens_below,
+                opens_above,
+                frozenset(above),
             )
         )
     return RandomNet(initial, made, tuple(sorted(pairs)))

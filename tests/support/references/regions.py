@@ -1,9 +1,9 @@
 """Time Petri nets by their meaning: a graph of clock regions, plain and slow, independent of the product.
 
-A state is a marking and, for each enabled transition, for how long it has been enabled. Two states of a marking
-belong to one region if their clocks have the same whole parts, the same clocks with no fraction, and the same
-order of fractions; a clock beyond all bounds of its transition counts as such (Alur and Dill, 1994). From a
-region time passes to the next one, or a transition fires; the graph is finite if the markings are.
+A state is a marking and, for each enabled transition, for how long it has been enabled. Two states of a
+marking belong to one region if their clocks have the same whole parts, the same clocks with no fraction, and
+the same order of fractions; a clock beyond all bounds of its transition counts as such (Alur and Dill, 1994).
+From a region time passes to the next one, or a transition fires; the graph is finite if the markings are.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 Marking: TypeAlias = tuple[int, ...]
 Clocks: TypeAlias = tuple[tuple[int, int, int], ...]
-"""By enabled transition: its number, the whole part of its clock (-1: beyond all bounds), the rank of the fraction."""
+"""By enabled transition: its number, the whole part of its clock (-1: beyond all bounds), its rank."""
 State: TypeAlias = tuple[Marking, Clocks]
 
 

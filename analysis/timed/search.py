@@ -1,0 +1,260 @@
+"""The search through the state classes of a time Petri net: tables, rounds, limits."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget, Progress
+from dineros.analysis.explicit.lazy_arrays import lazy_zeros
+from dineros.analysis.nets.compiled import Int64Array
+from dineros.analysis.nets.memory import DEFAULT_SHARE, free_memory, mappable_memory
+from dineros.analysis.timed.classes import ClassGraph, Kind
+from dineros.analysis.timed.kernels import exploration as kernels
+from dineros.analysis.timed.kernels.markings import (
+    CLASSES,
+    CONTROL_SIZE,
+    DEADLOCKS,
+    EDGES,
+    MARKINGS,
+    MOST_CLOCKS,
+    find_markings_again,
+)
+from dineros.analysis.timed.kernels.records import find_classes_again
+from dineros.analysis.timed.nets import UNBOUNDED, TimedNet
+from dineros.analysis.timed.tables import Known, Work, net_tables
+from dineros.metamodel.errors import DinerosError
+
+FIRST_TABLE = 1 << 16
+"""Entries of the tables that find markings and classes again."""
+FIRST_SLICE, LARGEST_SLICE = 1 << 8, 1 << 22
+CALL_SECONDS = 0.1
+FIRST_CLOCKS = 16
+MAPPED_SHARE = 0.4
+"""Share of the address space left that all tables together may map."""
+
+
+class ClassSearch:
+    """A search through the state classes of a net; `run` goes through with it.
+
+    Parameters
+    ----------
+    net, kind, budget
+        As `class_graph` takes them.
+    keeps_edges : bool
+        Whether edges are kept, not only counted.
+    keeps_parents : bool
+        Whether each class remembers from where it was first reached.
+    """
+
+    def __init__(
+        self,
+        net: TimedNet,
+        kind: Kind = "W",
+        budget: Budget = UNLIMITED,
+        *,
+        keeps_edges: bool = False,
+        keeps_parents: bool = False,
+    ) -> None:
+        self.is_strong, self.by_inclusion = kind in "SE", kind in "ME"
+        if net.has_priorities and not self.is_strong:
+            raise DinerosError(f"classes {kind} do not know priorities, which the net has", hint="S and E do")
+        self.net, self.kind = net, kind
+        self.reason: str | None = None
+        if budget.memory_bytes is None:
+            budget = budget.share(most_bytes=int(free_memory() * DEFAULT_SHARE))
+        self._budget = budget.begun()
+        self._keeps_edges = keeps_edges or self.by_inclusion
+        self._tables = net_tables(net)
+        largest = int(
+            max((abs(b) for b in (*self._tables.lower, *self._tables.upper) if b != UNBOUNDED), default=1)
+        )
+        self._type, self._bits = next(
+            (kind_of, bits) for kind_of, bits in ((np.int32, 31), (np.int64, 62)) if largest + 1 < 1 << bits
+        )
+        self._top = (1 << self._bits) - 1
+        self._known = self._room(keeps_parents)
+        self._work = self._matrices(FIRST_CLOCKS)
+
+    def _room(self, keeps_parents: bool) -> Known:
+        """Map the tables; they take memory as they fill."""
+        places, transitions = len(self.net.untimed.places), len(self.net.untimed.transitions)
+        mapped = min(self._budget.memory, int(mappable_memory() * MAPPED_SHARE) // 16)
+        rows = max(mapped // 8, 1 << 12)
+        classes = max(mapped // (8 * 4), 1 << 12)
+        edges = rows if self._keeps_edges else 0
+        linked = classes if self.by_inclusion else 0
+        marking_rows = max(mapped // (4 * max(places, 1)), 1 << 10)
+        return Known(
+            control=np.zeros(CONTROL_SIZE, dtype=np.int64),
+            markings=lazy_zeros(marking_rows * places // 2 + 1)
+            .view(np.int32)[: marking_rows * places]
+            .reshape(marking_rows, places),
+            marking_table=np.zeros(FIRST_TABLE, dtype=np.int64),
+            enabled_start=lazy_zeros(min(marking_rows, classes) + 1),
+            clocks=lazy_zeros(min(marking_rows, classes) + 1),
+            enabled=lazy_zeros(rows + transitions),
+            next_marking=lazy_zeros(rows + transitions),
+            kept_start=lazy_zeros(rows + transitions),
+            kept=lazy_zeros(rows // 2 + transitions).view(np.int32),
+            class_marking=lazy_zeros(classes),
+            record_start=lazy_zeros(classes + 1),
+            codes=lazy_zeros(rows).view(self._type),
+            class_table=np.zeros(FIRST_TABLE, dtype=np.int64),
+            code=np.zeros(0, dtype=np.int64),
+            parent=lazy_zeros(classes if keeps_parents else 0),
+            via=lazy_zeros(classes if keeps_parents else 0),
+            edge_target=lazy_zeros(edges),
+            edge_label=lazy_zeros(edges),
+            edge_first=lazy_zeros(classes if self._keeps_edges else 0),
+            edge_last=lazy_zeros(classes if self._keeps_edges else 0),
+            first_class=lazy_zeros(min(marking_rows, classes) + 1),
+            next_class=lazy_zeros(linked),
+            replaced_by=lazy_zeros(linked),
+            todo=lazy_zeros(linked),
+        )
+
+    def _matrices(self, clocks: int) -> Work:
+        """Make room for matrices of so many clocks."""
+        uppers = self._tables.upper[self._tables.has_clock]
+        depth = min(clocks, int((uppers == UNBOUNDED).sum())) if self.is_strong else 0
+        size = clocks + 1
+        self._known = self._known._replace(code=np.zeros(size * (size + 2), dtype=np.int64))
+        return Work(
+            self.net.untimed.initial.copy(),
+            np.zeros((size, size), dtype=np.int64),
+            np.zeros((size, size), dtype=np.int64),
+            np.zeros(size, dtype=np.int64),
+            np.zeros((depth + 3, size, size), dtype=np.int64),
+            np.zeros(depth + 3, dtype=np.int64),
+        )
+
+    def run(self) -> None:
+        """Search until all is seen or a limit is hit."""
+        self._budget.stage("state classes")
+        shape = (self.is_strong, self.by_inclusion)
+        size = FIRST_SLICE
+        has_begun = False
+        try:
+            while self.reason is None:
+                if has_begun:
+                    began = time.perf_counter()
+                    status = kernels.explore(
+                        self._tables,
+                        self._known,
+                        self._work,
+                        *shape,
+                        self._keeps_edges,
+                        self._bits,
+                        self._top,
+                        size,
+                    )
+                    took = time.perf_counter() - began
+                else:
+                    status = kernels.begin(
+                        self._tables, self._known, self._work, *shape, self._bits, self._top
+                    )
+                    has_begun, took = status == kernels.DONE, 1.0
+                    self._known.control[EDGES] = 0  # no edge leads to the initial class
+                if status == kernels.DONE and took != 1.0:
+                    return
+                if status == kernels.GOES_ON:
+                    factor = CALL_SECONDS / max(took, 1e-6)
+                    size = int(max(1, min(LARGEST_SLICE, size * min(4.0, max(0.25, factor)))))
+                elif status == kernels.WANTS_TABLE:
+                    self.enlarge_tables()
+                elif status == kernels.WANTS_CLOCKS:
+                    most = int(self._known.control[MOST_CLOCKS])
+                    self._work = self._matrices(max(most, 2 * (len(self._work.low) - 1)))
+                elif status == kernels.WANTS_ROOM:
+                    self.reason = "memory"
+                elif status == kernels.TOO_MANY_TOKENS:
+                    self.reason = "tokens"
+                self._look()
+        except KeyboardInterrupt:
+            self.reason = "interrupted"
+        except MemoryError:
+            self.reason = "memory"
+
+    def _look(self) -> None:
+        budget, control = self._budget, self._known.control
+        if budget.progress is not None:
+            budget.progress(Progress("states", int(control[CLASSES]), self.memory_bytes))
+        if self.reason is None and budget.is_over:
+            self.reason = "time"
+        elif self.reason is None and self.memory_bytes > budget.memory:
+            self.reason = "memory"
+        elif self.reason is None and budget.states is not None and control[CLASSES] >= budget.states:
+            self.reason = "states"
+
+    def enlarge_tables(self, always: bool = False) -> None:
+        """Give markings and classes larger tables where theirs fill up, or always."""
+        known = self._known
+        markings, classes = int(known.control[MARKINGS]), int(known.control[CLASSES])
+        if always or 2 * markings > known.marking_table.size:
+            known = known._replace(marking_table=lazy_zeros(2 * known.marking_table.size))
+            find_markings_again(known)
+        if always or 2 * classes > known.class_table.size:
+            known = known._replace(
+                class_table=lazy_zeros((8 if classes < 1 << 22 else 2) * known.class_table.size)
+            )
+            find_classes_again(known)
+        self._known = known
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes of the tables that are filled."""
+        known, control = self._known, self._known.control
+        markings, enabled, kept, classes, codes, edges = (int(n) for n in control[: EDGES + 1])
+        size: int = (
+            markings * (4 * known.markings.shape[1] + 24)
+            + enabled * 24
+            + kept * 4
+            + classes * (16 + 16 * bool(known.parent.size) + 16 * self._keeps_edges + 24 * self.by_inclusion)
+            + codes * known.codes.itemsize
+            + edges * 16 * self._keeps_edges
+            + known.marking_table.nbytes
+            + known.class_table.nbytes
+        )
+        return size
+
+    def markings(self) -> Int64Array:
+        """Return the markings found, one row each, places in the order of the net."""
+        found: Int64Array = self._known.markings[: int(self._known.control[MARKINGS])].astype(np.int64)
+        return found
+
+    def graph(self) -> ClassGraph:
+        """Return what was found."""
+        control = self._known.control
+        classes, edges, deadlocks = int(control[CLASSES]), int(control[EDGES]), int(control[DEADLOCKS])
+        markings = int(control[MARKINGS])
+        if self.by_inclusion:
+            classes, edges, deadlocks = self._alive()
+        return ClassGraph(
+            self.kind,
+            classes,
+            edges,
+            markings,
+            deadlocks,
+            self.reason is None,
+            self.reason,
+            self.memory_bytes,
+        )
+
+    def _alive(self) -> tuple[int, int, int]:
+        known = self._known
+        count = int(known.control[CLASSES])
+        final = known.replaced_by[:count].copy()
+        alive = final == -1
+        final[alive] = np.flatnonzero(alive)
+        while not alive[final].all():
+            final = final[final]
+        edges = deadlocks = 0
+        transitions = len(self.net.untimed.transitions)
+        for number in np.flatnonzero(alive):
+            part = slice(int(known.edge_first[number]), int(known.edge_last[number]))
+            keys = final[known.edge_target[part]] * transitions + known.edge_label[part]
+            edges += len(np.unique(keys))
+            deadlocks += part.start == part.stop
+        return int(alive.sum()), edges, deadlocks

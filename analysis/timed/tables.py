@@ -1,0 +1,96 @@
+"""Tables of the state class engines: a net, and all that was found, as flat arrays."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dineros.analysis.nets.compiled import ArcTable
+from dineros.analysis.timed.nets import TimedNet
+
+
+class NetTables(NamedTuple):
+    """A time Petri net as kernels read it; rows of CSR tables by transition."""
+
+    take_start: Any
+    take_place: Any
+    take_weight: Any
+    put_start: Any
+    put_place: Any
+    put_weight: Any
+    test_start: Any
+    test_place: Any
+    test_weight: Any
+    inhibitor_start: Any
+    inhibitor_place: Any
+    inhibitor_weight: Any
+    lower: Any
+    upper: Any
+    has_clock: Any
+    above_start: Any
+    above: Any
+
+
+class Known(NamedTuple):
+    """All that was found."""
+
+    control: Any
+    markings: Any  #: marking x place
+    marking_table: Any
+    enabled_start: Any  #: by marking: rows of `enabled` and `next_marking`
+    clocks: Any  #: by marking: how many of its enabled transitions have a clock; these stand first
+    enabled: Any
+    next_marking: Any  #: by enabled transition: the marking after it, or -1
+    kept_start: Any  #: by enabled transition: where in `kept` the clocks of the next marking start
+    kept: Any  #: by clock of the next marking: the clock that goes on, from 1, or 0
+    class_marking: Any
+    record_start: Any
+    codes: Any
+    class_table: Any
+    code: Any  #: room for one record
+    parent: Any
+    via: Any
+    edge_target: Any
+    edge_label: Any
+    edge_first: Any
+    edge_last: Any
+    first_class: Any  #: by marking, where classes are compared by inclusion
+    next_class: Any
+    replaced_by: Any
+    todo: Any
+
+
+class Work(NamedTuple):
+    """Room for matrices."""
+
+    tokens: Any
+    matrix: Any
+    elapsed: Any
+    low: Any
+    pieces: Any
+    split: Any
+
+
+def net_tables(net: TimedNet) -> NetTables:
+    """Return a net as kernels read it.
+
+    Raises
+    ------
+    DinerosError
+        A bound is too large; see `TimedNet.scaled`.
+    """
+    lower, upper = net.scaled()
+    above = ArcTable.from_rows([dict.fromkeys(row, 1) for row in net.above])
+    take, put, test, inhibitor = net.take, net.put, net.test, net.untimed.inhibitor
+    return NetTables(
+        *(take.pointer, take.place, take.weight),
+        *(put.pointer, put.place, put.weight),
+        *(test.pointer, test.place, test.weight),
+        *(inhibitor.pointer, inhibitor.place, inhibitor.weight),
+        lower,
+        upper,
+        np.array([not interval.is_free for interval in net.intervals], dtype=np.bool_),
+        above.pointer,
+        above.place,
+    )

@@ -1,0 +1,50 @@
+"""Time as a counter of a plain net: the markings are those of the state classes."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+
+import pytest
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.nets.compiled import Transition
+from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.analysis.timed.classes import class_graph
+from dineros.analysis.timed.integer import integer_net
+from dineros.analysis.timed.integer_counting import count_markings
+from dineros.analysis.timed.nets import Interval, TimedNet
+from dineros.analysis.timed.state_space import timed_state_space
+from dineros.metamodel.errors import DinerosError
+from tests.analysis.timed.time_nets import lively_net
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_markings_by_search_and_by_diagrams(seed: int) -> None:
+    net = lively_net(Random(seed), is_closed=True)
+    expected = len(net.regions().markings)
+    made = integer_net(net.net)
+    assert count_markings(made, UNLIMITED) == expected
+    assert symbolic_state_space(made.net).satisfying({made.end: (1, None)}) == expected
+    assert class_graph(net.net, "W").markings == expected
+
+
+def timed(interval: Interval) -> TimedNet:
+    return TimedNet.build({"p": 1, "q": 0}, [Transition("t", {"p": 1}, {"q": 1})], {"t": interval})
+
+
+def test_open_intervals_are_refused() -> None:
+    with pytest.raises(DinerosError, match="is open"):
+        integer_net(timed(Interval(Fraction(0), Fraction(2), is_open_below=True)))
+
+
+def test_bounds_that_are_far_apart_are_refused() -> None:
+    with pytest.raises(DinerosError, match="too many units"):
+        integer_net(timed(Interval(Fraction(1, 1000), Fraction(1_000_000))))
+
+
+def test_a_limit_is_said() -> None:
+    space = timed_state_space(
+        timed(Interval(Fraction(1), Fraction(2_000))), engine="integer", budget=Budget(seconds=0.0)
+    )
+    assert (space.markings, space.complete, space.reason) == (None, False, "time ran out")
