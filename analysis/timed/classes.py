@@ -16,9 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget
-from dineros.analysis.timed.nets import TimedNet
-
 Kind = Literal["W", "M", "S", "E"]
 
 
@@ -48,27 +45,3 @@ class ClassGraph:
     is_complete: bool
     reason: str | None
     memory_bytes: int
-
-
-def class_graph(net: TimedNet, kind: Kind = "W", budget: Budget = UNLIMITED) -> ClassGraph:
-    """Build the graph of all state classes.
-
-    Parameters
-    ----------
-    net
-        The net. W and M do not know priorities.
-    kind
-        Which classes; see the module.
-    budget
-        Limits; a share of the free memory unless one is given.
-
-    Raises
-    ------
-    DinerosError
-        The net has priorities and the classes are linear, or a bound is too large.
-    """
-    from dineros.analysis.timed.search import ClassSearch
-
-    search = ClassSearch(net, kind, budget)
-    search.run()
-    return search.graph()

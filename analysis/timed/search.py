@@ -35,6 +35,28 @@ MAPPED_SHARE = 0.4
 """Share of the address space left that all tables together may map."""
 
 
+def class_graph(net: TimedNet, kind: Kind = "W", budget: Budget = UNLIMITED) -> ClassGraph:
+    """Build the graph of all state classes.
+
+    Parameters
+    ----------
+    net
+        The net. W and M do not know priorities.
+    kind
+        Which classes; see `dineros.analysis.timed.classes`.
+    budget
+        Limits; a share of the free memory unless one is given.
+
+    Raises
+    ------
+    DinerosError
+        The net has priorities and the classes are linear, or a bound is too large.
+    """
+    search = ClassSearch(net, kind, budget)
+    search.run()
+    return search.graph()
+
+
 class ClassSearch:
     """A search through the state classes of a net; `run` goes through with it.
 
