@@ -92,6 +92,9 @@ class Checkpoint(Start, event="checkpoint"):
         What the ids of the run's messages carry besides the node's id.
     lifecycle : str
         The state of a managed node; empty: it is none.
+    apart : dict
+        Field (``marking`` or ``history``) -> place -> what refers to a list of the data of its tokens, stored
+        beside the trace. The field itself has these tokens in the same order, without their data.
     """
 
     next_token: int = 0
@@ -112,6 +115,7 @@ class Checkpoint(Start, event="checkpoint"):
     aside: dict[str, dict[str, list[int]]] = field(default_factory=dict)
     run: str = ""
     lifecycle: Literal["", "unconfigured", "inactive", "active", "finalized"] = ""
+    apart: dict[str, Any] = field(default_factory=dict)
 
     def pending(self, channel: str, client: str) -> list[dict[str, Any]]:
         """Return the requests that a client has under way, the oldest first.

@@ -11,6 +11,7 @@ import logging
 from collections import deque
 from collections.abc import Iterable
 
+from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.message_ids import Senders, parse_id
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import Answer, Keeping
@@ -18,6 +19,8 @@ from dineros.runtime.nets.ports import Message, ServerPort
 
 LOG = logging.getLogger("dineros.runtime")
 KEPT_SENDERS = 256
+LONGEST_QUEUE = 1000
+"""Requests that wait for an instance, at most, where the rules know no depth: what comes then is dropped."""
 KEPT_RESPONSES = 64
 """Responses that are kept of each sender which has several requests under way, besides those."""
 
@@ -108,6 +111,10 @@ class Server:
             number = parse_id(message.id)
             if number is not None and self._served.had(*number):
                 return  # answered long ago
+        if self._depth is None and len(self.waiting) >= LONGEST_QUEUE:
+            error = DinerosError(f"{LONGEST_QUEUE:,} requests wait already")
+            self._traffic.refuse(self.port.channel, self.port.service, error)
+            return
         self.waiting.append((message, [answer]))
 
     def knows(self, message_id: str) -> bool:

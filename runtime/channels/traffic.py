@@ -135,7 +135,7 @@ class Traffic:
         return True
 
     def refuse(self, channel: str, name: str, error: Exception) -> None:
-        """Count a message that is not taken; the first is said.
+        """Count a message that is not taken; the first one is logged.
 
         Whoever sends one such message can send millions: no more than one line and record tells of them.
         """
@@ -144,12 +144,12 @@ class Traffic:
             self.log_error(f"a message of {name} is dropped: {error}; others like it are only counted")
 
     def arriving(self, name: str, place: int, data: Data) -> Token | None:
-        """Return the token of what arrives for a place; None: it does not fit its type, which is recorded."""
+        """Return the token of what arrives for a place; None: it does not fit its type, and is refused."""
         engine = self.engine
         try:
             return engine.new_token(engine.checkers[place].complete(data))
         except FeatureValueError as error:
-            self.log_error(f"a message of {name} does not fit the token type: {error}")
+            self.refuse(name, name, DinerosError(f"it does not fit the token type: {error}"))
             return None
 
     def log_error(self, text: str, policy: str | None = None, cause: BaseException | None = None) -> None:

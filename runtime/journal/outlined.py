@@ -1,7 +1,9 @@
 """Large token data: kept once beside the trace, so that no line is long and nothing is lost.
 
 In the record, the value of a large field is ``{"$stored": DIGEST, "$bytes": N, "$start": TEXT}``; the value
-itself is the JSON text in ``NODE.data/DIGEST.json``.
+itself is the JSON text in ``NODE.data/DIGEST.json``. Where a checkpoint is large although no field of a token
+is, the data of all tokens of a place is stored as one value. A place that has not changed since an earlier
+checkpoint is not written again.
 """
 
 from __future__ import annotations
@@ -14,13 +16,13 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.atomic import write_atomically
 from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.json_text import decode_json
-from dineros.metamodel.records import Fire, Record, Response, Serve, Start, StoredToken, Take
+from dineros.metamodel.records import Checkpoint, Fire, Record, Response, Serve, Start, StoredToken, Take
 from dineros.metamodel.records.files import data_folder
 
 _KEYS = {"$stored", "$bytes", "$start"}
@@ -32,6 +34,12 @@ _START = 60
 
 STORED_LIMIT = 1 << 30
 """Bytes of a value that are read back, at most."""
+
+_PLACE_BYTES = 64 << 10
+"""Bytes that the data of the tokens of a place may have in the line of a large checkpoint."""
+
+_OF_PLACES = ("marking", "history")
+"""Fields of a checkpoint that hold the tokens of places."""
 
 R = TypeVar("R", bound=Record)
 
@@ -49,16 +57,39 @@ class Outlined:
         Bytes that the JSON of a field may have in a line.
     synchronise : bool
         Whether to wait for the disk.
+
+    Attributes
+    ----------
+    written : int
+        Bytes that were written so far.
     """
 
     def __init__(self, folder: Path, node: str, limit: int = 4096, synchronise: bool = False) -> None:
         self.folder = data_folder(folder, node)
         self.limit = limit
         self._synchronise = synchronise
+        self.written = 0
 
     def outline(self, fields: dict[str, Any]) -> dict[str, Any]:
         """Return the fields of a record with large values stored apart."""
         return _map_data(fields, self._outline_data)
+
+    def outline_places(self, fields: dict[str, Any]) -> dict[str, Any]:
+        """Return the fields of a checkpoint with the data of large places stored apart."""
+        changed, apart = dict(fields), {}
+        for name in _OF_PLACES:
+            stored = {}
+            for place, tokens in fields.get(name, {}).items():
+                text = _json([data for _, data in tokens])
+                if len(text) > _PLACE_BYTES:
+                    stored[place] = self._store(text)
+            if stored:
+                apart[name] = stored
+                changed[name] = {
+                    place: [[id, {}] for id, _ in tokens] if place in stored else tokens
+                    for place, tokens in fields[name].items()
+                }
+        return {**changed, "apart": apart} if apart else fields
 
     def prune(self, time: float) -> None:
         """Remove the values that no record since a time refers to."""
@@ -77,6 +108,8 @@ class Outlined:
         """
         if not isinstance(record, (Start, Fire, Take, Serve, Response)):
             return record
+        if isinstance(record, Checkpoint) and record.apart:
+            record = cast(R, self._inline_places(record))
         names = [name for name in _PLACES if hasattr(record, name)]
         values = {name: getattr(record, name) for name in names}
         read = _map_data(values, self._inline_data)
@@ -89,18 +122,40 @@ class Outlined:
     def _outline_value(self, value: Any) -> Any:
         if isinstance(value, (int, float)) or _is_stored(value):
             return value
-        text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+        text = _json(value)
+        return value if len(text.encode()) <= self.limit else self._store(text)
+
+    def _store(self, text: str) -> dict[str, Any]:
+        """Store a JSON text, unless it is stored already, and return what refers to it."""
         content = text.encode()
-        if len(content) <= self.limit:
-            return value
         digest = hashlib.sha256(content).hexdigest()
         path = self.folder / f"{digest}.json"
         if not path.exists():
             self.folder.mkdir(exist_ok=True)
             write_atomically(path, content, follow_links=False, synchronise=self._synchronise)
+            self.written += len(content)
         else:
             os.utime(path, follow_symlinks=False)  # a record refers to it now
         return {"$stored": digest, "$bytes": len(content), "$start": text[:_START]}
+
+    def _inline_places(self, record: Checkpoint) -> Checkpoint:
+        read: dict[str, dict[str, list[StoredToken]]] = {name: {} for name in _OF_PLACES}
+        for name in _OF_PLACES:
+            known: dict[str, list[StoredToken]] = getattr(record, name)
+            for place, stored in record.apart.get(name, {}).items():
+                data = self._read(stored) if _is_stored(stored) else None
+                tokens = known.get(place, [])
+                if not isinstance(data, list) or len(data) != len(tokens):
+                    raise DinerosError(
+                        f"the data of the tokens of {place!r} is not stored", location=record.location
+                    )
+                read[name][place] = [StoredToken(old.id, new) for old, new in zip(tokens, data, strict=True)]
+        return replace(
+            record,
+            marking={**record.marking, **read["marking"]},
+            history={**record.history, **read["history"]},
+            apart={},
+        )
 
     def _inline_data(self, data: dict[str, Any]) -> dict[str, Any]:
         if not any(map(_is_stored, data.values())):
@@ -113,6 +168,10 @@ class Outlined:
         if hashlib.sha256(content).hexdigest() != value["$stored"]:
             raise DinerosError("is not what the trace stored", location=Location(path))
         return decode_json(content, location=Location(path))
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
 def _is_stored(value: Any) -> bool:

@@ -25,6 +25,7 @@ from dineros.metamodel.records import (
     read_records,
     with_checksum,
 )
+from dineros.metamodel.records.coding import LINE_LIMIT
 from dineros.metamodel.records.files import file_name, journals_path, number_of_part
 from dineros.runtime.journal.outlined import Outlined
 from dineros.runtime.journal.rebuilding import rebuild_at
@@ -35,10 +36,16 @@ LOG = logging.getLogger("dineros.runtime")
 PART_BYTES = 16 << 20
 KEPT_PARTS = 8
 DATA_BYTES = 4096
+LARGE_CHECKPOINT = 1 << 20
+"""Bytes from which the data of the tokens of large places is stored beside the line of a checkpoint."""
 
 
 class JournalError(DinerosError):
     """A journal cannot be written, or belongs to another run."""
+
+
+class _TooLongError(JournalError):
+    """A line would be longer than those that are read back."""
 
 
 class JournalRecorder:
@@ -48,6 +55,8 @@ class JournalRecorder:
     every line that was written, and at most the last one is cut; `resume_journal` removes what is left of
     that. A part that has grown to `part_bytes` is renamed to ``NODE.0001.jsonl`` and so on; of these, the
     last `kept_parts` stay. Every file begins with a header and a checkpoint, every line ends with a checksum.
+    Where a checkpoint is larger than `part_bytes`, the part grows by as much as the checkpoint has, so that
+    at most half of what is written is checkpoints.
 
     Parameters
     ----------
@@ -103,6 +112,8 @@ class JournalRecorder:
         self._sequence = 0
         self._part = 0
         self._size = 0
+        self._full = part_bytes
+        """Size at which the part is full."""
         self._file = -1
         self._checkpoint: Callable[[], SavedState] | None = None
         self._model: str | None = None
@@ -155,7 +166,7 @@ class JournalRecorder:
             It cannot be written.
         """
         self._write(self._file, event, fields)
-        if self._size >= self._part_bytes:
+        if self._size >= self._full:
             self._rotate()
 
     def close(self) -> None:
@@ -171,8 +182,15 @@ class JournalRecorder:
         line = encode_fields(event, self._sequence, values)
         if len(line) > self._long_line:
             with self._writing():
-                line = encode_fields(event, self._sequence, self._outlined.outline(values))
+                values = self._outlined.outline(values)
+                if event == "checkpoint" and len(line) > LARGE_CHECKPOINT:
+                    values = self._outlined.outline_places(values)
+                line = encode_fields(event, self._sequence, values)
         content = with_checksum(line) + b"\n"
+        if len(content) > LINE_LIMIT:
+            raise _TooLongError(
+                f"cannot have a line of {len(content):,} bytes", location=Location(self._path)
+            )
         with self._writing():
             try:
                 written = os.write(file, content)
@@ -187,11 +205,16 @@ class JournalRecorder:
         self._size += len(content)
 
     def _rotate(self) -> None:
-        self._part += 1
         old = self._file
         # The new file is complete before it is seen, so that every file begins with a checkpoint; after a
         # crash in between, the last part is the journal.
-        self._begin_part(part_path(self._folder, self._node, self._part))
+        try:
+            self._begin_part(part_path(self._folder, self._node, self._part + 1))
+        except _TooLongError:
+            self._full = 2 * self._size
+            LOG.warning("%s: the state of the node is too large for a checkpoint: the file grows", self._path)
+            return
+        self._part += 1
         os.close(old)
         self._prune()
 
@@ -223,7 +246,7 @@ class JournalRecorder:
         assert self._checkpoint is not None, "open() comes first"
         fresh = self._path.with_name(f".{self._path.name}.tmp")
         former = self._size, self._sequence
-        self._size = 0
+        self._size, stored = 0, self._outlined.written
         with self._writing():
             file = open_plain(fresh, os.O_WRONLY | os.O_CREAT | os.O_APPEND, follow_links=False)
         try:
@@ -243,6 +266,7 @@ class JournalRecorder:
             self._size, self._sequence = former
             raise
         self._file = file
+        self._full = self._size + max(self._part_bytes, self._size + self._outlined.written - stored)
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:

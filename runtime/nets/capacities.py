@@ -2,6 +2,10 @@
 
 `Enabling` obeys them as rule B4 does: a firing needs as much room as it leaves more tokens than there were,
 so that a loop needs none.
+
+Places without a capacity that others can fill, by messages, requests and goals, have a limit all the same: a
+participant that floods a topic must not fill the memory. A place at its limit delays firings and messages.
+The model allows every delay, so that a run that reaches a limit still conforms.
 """
 
 from __future__ import annotations
@@ -13,6 +17,9 @@ from dineros.runtime.nets.port_reading import ports_in
 
 Arcs = tuple[tuple[int, int], ...]
 """Pairs of a place's index and a weight, in arc order, no place twice."""
+
+MOST_TOKENS = 10_000
+"""Tokens that a place holds at most that others can fill, where the model gives no capacity."""
 
 _UNLIMITED = -1
 """Value of `inHand` by which a node takes any number of messages."""
@@ -61,6 +68,58 @@ def capacities_of(
             bounds.append(max(1, place.tokens if isinstance(place, pn.Place) else 0, puts[number]))
         found.append(min((bound for bound in bounds if bound is not None), default=None))
     return tuple(found)
+
+
+def limits_of(
+    capacities: Sequence[int | None],
+    nodes: Sequence[tuple[pn.Node, int]],
+    inputs: Sequence[Arcs],
+    outputs: Sequence[Arcs],
+) -> tuple[int | None, ...]:
+    """Return how many tokens each place holds at most in a run; None: any number.
+
+    That is its capacity. Without one, it is `MOST_TOKENS` for places where messages, requests and goals come,
+    and for those that their tokens can get to by firings; or ten times what is there at the start, or is put
+    there at once, if that is more. A subscriber whose `inHand` is unlimited keeps its place so.
+
+    Parameters
+    ----------
+    capacities : sequence of int or None
+        As of `capacities_of`.
+    nodes, inputs, outputs
+        As for `capacities_of`.
+    """
+    arriving, unlimited = set(), set()
+    for number, (place, _) in enumerate(nodes):
+        for port in place.ports if isinstance(place, rtm.Place) else ():
+            if isinstance(port, (rtm.SubscriberPort, rtm.ServerPort, rtm.ActionServerPort)):
+                arriving.add(number)
+            if isinstance(port, rtm.SubscriberPort) and port.inHand == _UNLIMITED:
+                unlimited.add(number)
+    filled = _reached(arriving, inputs, outputs) - unlimited
+    puts = _heaviest(outputs, len(nodes))
+    found = list(capacities)
+    for number in filled:
+        place = nodes[number][0]
+        least = max(place.tokens if isinstance(place, pn.Place) else 0, puts[number])
+        if found[number] is None:
+            found[number] = max(MOST_TOKENS, 10 * least)
+    return tuple(found)
+
+
+def _reached(start: set[int], inputs: Sequence[Arcs], outputs: Sequence[Arcs]) -> set[int]:
+    """Return the places that tokens of some places can get to by firings, themselves included."""
+    takers: dict[int, list[int]] = {}
+    for transition, taken in enumerate(inputs):
+        for place, _ in taken:
+            takers.setdefault(place, []).append(transition)
+    found, waiting = set(start), list(start)
+    while waiting:
+        for transition in takers.get(waiting.pop(), ()):
+            new = {place for place, _ in outputs[transition]} - found
+            found |= new
+            waiting.extend(new)
+    return found
 
 
 def raises_of(

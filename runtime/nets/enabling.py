@@ -60,7 +60,7 @@ class Enabling:
         self._places = len(structure.places)
         self.free = [0] * self._places
         self.total = [0] * self._places
-        self.room = list(structure.capacities)
+        self.room = list(structure.limits)
         self.opened: list[int] = []
         self.ready: list[int] = []
         self.due: list[int] = []

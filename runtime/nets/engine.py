@@ -134,8 +134,9 @@ class Engine:
         return (
             all(total[place] >= weight for place, weight in structure.inputs[transition])
             and all(
-                total[place] + more <= (structure.capacities[place] or 0)
+                total[place] + more <= capacity
                 for place, more in structure.raises[transition]
+                if (capacity := structure.capacities[place]) is not None
             )
             and self._conditions_hold(transition)
         )

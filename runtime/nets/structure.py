@@ -18,7 +18,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.limits import exceeds
 from dineros.metamodel.token_data import TokenType, Value, read_data
 from dineros.metamodel.token_types.declared import token_type_of, type_of_place
-from dineros.runtime.nets.capacities import Arcs, capacities_of, raises_of
+from dineros.runtime.nets.capacities import Arcs, capacities_of, limits_of, raises_of
 from dineros.runtime.nets.port_reading import PagePort, PortReading, served_pages
 from dineros.runtime.nets.ports import Ports
 
@@ -45,9 +45,11 @@ class Structure:
     inputs, outputs : tuple of Arcs
         For each transition, what it takes and puts.
     capacities : tuple of int or None
-        For each place, the most tokens that it holds; None: any number.
+        For each place, the most tokens that the model lets it hold; None: any number.
+    limits : tuple of int or None
+        For each place, the most tokens that it holds in a run: its capacity, or what `limits_of` says.
     raises : tuple of Arcs
-        For each transition, the places with a capacity in which it leaves more tokens than there were, and
+        For each transition, the places with a limit in which it leaves more tokens than there were, and
         how many more.
     reads, inhibitors : tuple of Arcs
         For each transition, how many tokens a place must hold in all (what the transition takes itself
@@ -80,6 +82,7 @@ class Structure:
     inputs: tuple[Arcs, ...]
     outputs: tuple[Arcs, ...]
     capacities: tuple[int | None, ...]
+    limits: tuple[int | None, ...]
     raises: tuple[Arcs, ...]
     reads: tuple[Arcs, ...]
     inhibitors: tuple[Arcs, ...]
@@ -153,6 +156,7 @@ class _Reading:
         self._require_few_tokens(places)
         inputs, outputs, reads = _tuples(joined.inputs), _tuples(joined.outputs), _tuples(joined.needs())
         capacities = capacities_of(self.model, list(self.places), inputs, outputs, reads)
+        limits = limits_of(capacities, list(self.places), inputs, outputs)
         return Structure(
             places=tuple(self.place_ids),
             place_names=tuple(place.id for place in places),
@@ -167,7 +171,8 @@ class _Reading:
             inputs=inputs,
             outputs=outputs,
             capacities=capacities,
-            raises=raises_of(capacities, inputs, outputs),
+            limits=limits,
+            raises=raises_of(limits, inputs, outputs),
             reads=reads,
             inhibitors=_tuples(joined.inhibitors),
             superiors=self._superiors(),

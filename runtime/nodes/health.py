@@ -30,7 +30,7 @@ MOST = 200
 RESTARTS = "DINEROS_RESTARTS"
 """Environment variable by which a supervisor tells a process how often it has been started again."""
 
-Budget = Literal["queue-fill", "handler-time", "signal-age"]
+Budget = Literal["queue-fill", "handler-time", "signal-age", "place-limit"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +151,13 @@ class HealthWatch:
         self._core = core
         self._firings = core.execution.firings
         self._looked = core.loop.clock()
+        structure = core.structure
+        self._limited = [
+            (place, limit)
+            for place, limit in enumerate(structure.limits)
+            if limit is not None and structure.capacities[place] is None
+        ]
+        """Places that have no capacity in the model, and a limit since others can fill them."""
         self._concerns: dict[tuple[Budget, str], Concern] = {}
         told = os.environ.get(RESTARTS, "")
         self._restarts = int(told) if told.isascii() and told.isdigit() and len(told) < 10 else 0
@@ -181,7 +188,7 @@ class HealthWatch:
             signals=signals,
             handlers=handlers,
             waits=tuple(self._waits(now))[:MOST],
-            concerns=self._judge(_concerns(queues, signals, handlers)),
+            concerns=self._judge([*_concerns(queues, signals, handlers), *self._full_places()]),
             drops={} if exchange is None else dict(exchange.traffic.drops),
             refused={} if exchange is None else dict(exchange.traffic.refused),
         )
@@ -223,6 +230,14 @@ class HealthWatch:
             for subscriber in core.structure.ports.subscribers:
                 if core.arrivals.held(subscriber):
                     yield Wait(subscriber.topic, "room", subscriber.place)
+
+    def _full_places(self) -> Iterator[Concern]:
+        """Yield the places at a limit that the model does not give."""
+        for place, limit in islice(self._limited, MOST):
+            if self._core.engine.count(place) >= limit:
+                id = self._core.structure.places[place]
+                text = f"place {id} holds {limit:,} tokens, and gets no more: the model gives it no capacity"
+                yield Concern("place-limit", id, text)
 
     def _judge(self, concerns: Iterable[Concern]) -> tuple[Concern, ...]:
         """Return what goes beyond its budget, and log what is new among it, and what is over."""

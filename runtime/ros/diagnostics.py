@@ -154,7 +154,7 @@ def parts_of(health: Health) -> Mapping[str, tuple[str, str, list[tuple[str, obj
         words.setdefault(concern.budget, []).append(concern.text)
     parts: dict[str, tuple[str, str, list[tuple[str, object]]]] = {"state": _state(health)}
     told: tuple[tuple[str, str, list[tuple[str, object]]], ...] = (
-        ("places", "", list(health.places.items())),
+        ("places", "place-limit", list(health.places.items())),
         ("queues", "queue-fill", [(q.place, f"{q.waiting}/{q.capacity} {q.topic}") for q in health.queues]),
         ("services", "", [(name, "{}/{} {}".format(*load)) for name, load in health.servers.items()]),
         ("signals", "signal-age", [(s.signal, _signal(s.value, s.age)) for s in health.signals]),

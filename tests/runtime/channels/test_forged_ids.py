@@ -13,7 +13,7 @@ from dineros.runtime.nets.ports import Message
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.node import Node
 from dineros.transformations.flattening.split import split
-from tests.runtime.channels.test_services import serving
+from tests.runtime.channels.test_services import clause_free, serving
 from tests.support.systems.talker import talker
 
 DIGITS = "9" * 5000
@@ -42,6 +42,34 @@ def test_implausible_ids_are_counted_and_said_once(caplog: pytest.LogCaptureFixt
     assert (state.count("Noted"), dict(state.refused), len(state.errors)) == (1, {"Chatter": 12}, 1)
     assert caplog.text.count("is dropped") == 1
     assert len(caplog.text) < 1000
+    node.close()
+
+
+def test_data_that_does_not_fit_is_counted_and_said_once(caplog: pytest.LogCaptureFixture) -> None:
+    net, node = listening()
+    for number in range(1, 1001):
+        port = node.net.structure.ports.subscribers[0]
+        node.message_arrived(port, Message(f"talker/Said/{number}", {"unknown": 1}), 0)
+        node.run_until_idle()
+    state = net.inspect()
+    assert (state.count("Noted"), sum(state.refused.values()), len(state.errors)) == (0, 1000, 1)
+    assert "does not fit the token type" in caplog.text and len(caplog.text) < 1000
+    node.close()
+
+
+def test_requests_wait_in_limited_number_where_no_depth_is_known(caplog: pytest.LogCaptureFixture) -> None:
+    net, node, _, _ = serving(instances=1)
+    clause_free(net)  # it does not end what it serves
+    node.open()
+    port = node.net.structure.ports.servers[0]
+    for number in range(1, 2000):
+        node.request_arrived(port, Message(f"c/request/{number}", {}), lambda response: None)
+        node.run_until_idle()
+    assert node.exchange is not None
+    server = node.exchange.servers[port]
+    assert len(server.waiting) == 1000
+    assert sum(net.inspect().refused.values()) == 1999 - 1001
+    assert caplog.text.count("requests wait already") == 1
     node.close()
 
 

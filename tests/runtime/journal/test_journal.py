@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -326,3 +327,76 @@ class TestLargeData:
 def test_what_cannot_follow_is_refused() -> None:
     with pytest.raises(DinerosError, match="token 7 is not in place 'a'"):
         rebuild([Start(sequence=0), Fire(sequence=1, transition="t", taken={"a": [7]})])
+
+
+def _large_state(places: dict[str, int], size: int) -> SavedState:
+    """Return the state of a node with so many tokens in places, each with a text of a size."""
+    data = {"text": "x" * size}
+    state = JournalState().checkpoint()
+    state["marking"] = {place: [[id, data] for id in range(count)] for place, count in places.items()}
+    state["next_token"] = max(places.values())
+    return state
+
+
+class _Ports:
+    model = "m"
+
+
+def test_a_large_marking_is_written_rarely(tmp_path: Path) -> None:
+    """A checkpoint larger than a part does not begin a new part with every record, and can be read back."""
+    state = _large_state({"Many": 20_000, "Few": 3}, 300)
+    recorder = JournalRecorder(tmp_path, "a", part_bytes=100_000)
+    recorder.open(_Ports(), lambda: state)  # type: ignore[arg-type]
+    written = sum(path.stat().st_size for path in tmp_path.rglob("*.js*"))
+    assert written > 6_000_000
+    for number in range(1000):
+        recorder.record("signal", signal="S", value=bool(number % 2), source="outside")
+    after = sum(path.stat().st_size for path in tmp_path.rglob("*.js*"))
+    assert after - written < 200_000
+    assert len(parts_of(tmp_path, "a")) == 1
+    while len(parts_of(tmp_path, "a")) < 3:
+        recorder.record("signal", signal="S", value=True, source="x" * 10_000)
+    # What has not changed is not written again.
+    assert len(list((tmp_path / "a.data").iterdir())) == 1
+    assert max(len(line) for line in current_path(tmp_path, "a").read_bytes().split(b"\n")) < 400_000
+    recorder.close()
+    resumed, again = resume_journal(tmp_path, "a")
+    resumed.close()
+    assert again is not None and again["marking"] == state["marking"]
+
+
+def test_a_state_that_is_too_large_for_a_line_lets_the_file_grow(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A journal never has a line that its node would refuse later."""
+    monkeypatch.setattr("dineros.runtime.journal.recorder.LINE_LIMIT", 20_000)
+    state = _large_state({"Many": 10}, 10)
+    recorder = JournalRecorder(tmp_path, "a", part_bytes=5_000)
+    recorder.open(_Ports(), lambda: state)  # type: ignore[arg-type]
+    state["marking"] = _large_state({"Many": 10_000}, 10)["marking"]
+    for _ in range(200):
+        recorder.record("signal", signal="S", value=True, source="outside")
+    assert len(parts_of(tmp_path, "a")) == 1
+    state["marking"] = {}
+    for _ in range(200):
+        recorder.record("signal", signal="S", value=True, source="outside")
+    assert len(parts_of(tmp_path, "a")) > 1
+    recorder.close()
+    resumed, again = resume_journal(tmp_path, "a")
+    resumed.close()
+    assert again is not None and again["marking"] == {}
+
+
+def test_data_of_places_that_is_missing_is_refused(tmp_path: Path) -> None:
+    state = _large_state({"Many": 20_000}, 300)
+    recorder = JournalRecorder(tmp_path, "a")
+    recorder.open(_Ports(), lambda: state)  # type: ignore[arg-type]
+    recorder.close()
+    (stored,) = (tmp_path / "a.data").iterdir()
+    stored.write_text("[]")
+    with pytest.raises(DinerosError, match="is not what the trace stored"):
+        rebuild_at(tmp_path, "a")
+    line = current_path(tmp_path, "a").read_text().replace('"$stored"', '"$gone"')
+    current_path(tmp_path, "a").write_text(re.sub(r',"crc":"[0-9a-f]*"', "", line))
+    with pytest.raises(DinerosError, match="data of the tokens of 'Many' is not stored"):
+        rebuild_at(tmp_path, "a")
