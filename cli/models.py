@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Sequence
 from itertools import filterfalse
 from pathlib import Path
@@ -144,7 +145,7 @@ def refuse_invalid(model: pn.Net, path: Path) -> None:
         raise DinerosError(
             f"is not valid: {errors[0].message}{others}",
             location=errors[0].location or Location(path),
-            hint=f"'dineros validate {path}' says how to mend it",
+            hint=f"`dineros validate {shlex.quote(str(path))}` says how to mend it",
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -70,7 +71,7 @@ def say_callback_groups(
     _say_faults(found.faults, witnesses)
     for which, made in [("change", found.changes), *(("or", other) for other in found.others)]:
         for words, settings in made:
-            say(f"{which}: {words}: {' '.join(f'--set {setting}' for setting in settings)}")
+            say(f"{which}: {words}: {' '.join(f'--set {shlex.quote(each)}' for each in settings)}")
     if found.is_found:
         heard = any(fault.rule == "cancel-never-heard" for fault in found.faults)
         waits = "no callback waits for ever" + (", requests to cancel are heard" if heard else "")
@@ -100,7 +101,7 @@ def say_start_order(
         return
     _say_faults(found.faults, witnesses)
     for (what, node), setting in steps:
-        say(f"{what} {node}: --set {setting}")
+        say(f"{what} {node}: --set {shlex.quote(setting)}")
     if found.is_found:
         order_text = "in this order" if found.order else "in the order that the model has"
         say(f"proved: {order_text}, no message is lost while the nodes come up")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -113,7 +114,7 @@ def _settings_of(traces: Iterable[Sequence[Path]]) -> tuple[str, ...]:
             )
         found = settings
     for setting in found or ():
-        note(f"the traces say: --set {setting}")
+        note(f"the traces say: --set {shlex.quote(setting)}")
     return found or ()
 
 

@@ -7,19 +7,18 @@ are generated.
 from __future__ import annotations
 
 import re
-import tomllib
 from dataclasses import dataclass, fields
 from pathlib import Path
 
 from dineros.metamodel.errors import DinerosError, Location, near_matches
 from dineros.metamodel.files.confined import ConfinedFolder
+from dineros.metamodel.files.toml import decode_toml
 
 FILE = "dependencies.toml"
 SIZE_LIMIT = 1024 * 1024
 
 # Names of ROS packages (REP 144) and keys of rosdep, such as libstdc++-dev.
 _KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9+._-]*")
-_LINE = re.compile(r" \(at line (\d+), column (\d+)\)$")
 
 
 class DependenciesError(DinerosError):
@@ -66,14 +65,9 @@ def read_dependencies(workspace: Path, package: str) -> Dependencies:
     if content is None:
         return Dependencies()
     try:
-        values = tomllib.loads(content.decode())
-    except UnicodeDecodeError as error:
-        raise DependenciesError("is not written in UTF-8", location=Location(path)) from error
-    except (ValueError, RecursionError) as error:  # ValueError: also a number of thousands of digits
-        found = _LINE.search(str(error))
-        location = Location(path, int(found[1]), int(found[2])) if found else Location(path)
-        message = f"is no TOML: {_LINE.sub('', str(error))}"
-        raise DependenciesError(message, location=location, hint="see https://toml.io") from error
+        values = decode_toml(content, path)
+    except DinerosError as error:
+        raise DependenciesError(error.message, location=error.location, hint=error.hint) from error
     known = [field.name for field in fields(Dependencies)]
     for key, names in values.items():
         if key not in known:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -93,7 +94,8 @@ def left_over(path: Path, shown: str, entry: DeveloperEntry, plan: Plan) -> Noti
     hint = "move what you need and remove it"
     likely = _successor(entry, plan)
     if likely is not None:
-        hint = f"if {entry.node} is {plan.developer[likely].node} now, move it: git mv -f {shown} {likely}"
+        move = shlex.join(["git", "mv", "-f", shown, likely])
+        hint = f"if {entry.node} is {plan.developer[likely].node} now, move it: {move}"
     message = f"belongs to {entry.node}, which is no node net any more; it is left as it is"
     if entry.node in plan.instances:
         message = "is used no longer; it is left as it is"

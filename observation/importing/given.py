@@ -27,7 +27,6 @@ It is TOML. Everything in it may be left out; what is there replaces what would 
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,6 +34,7 @@ from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location, near_matches
 from dineros.metamodel.files.reading import read_bytes
+from dineros.metamodel.files.toml import decode_toml
 
 LIFE = ("deactivates", "cleansUp", "shutsDown", "configureFails", "activateFails")
 """What may happen to a managed node, as `dineros.metamodel.sym.Lifecycle` has it."""
@@ -125,6 +125,10 @@ class Given:
         return self.nodes.get(name, GivenNode())
 
 
+MOST_BYTES = 1 << 20
+"""Bytes of a file of what is given."""
+
+
 def given_beside(model: Path) -> Path:
     """Return where what is given stands for a model.
 
@@ -144,13 +148,7 @@ def read_given(path: Path) -> Given:
     DinerosError
         The file cannot be read, is no TOML, or says something that is unknown or of the wrong kind.
     """
-    try:
-        found = tomllib.loads(read_bytes(path).decode())
-    except UnicodeDecodeError as error:
-        raise DinerosError("is no UTF-8 text", location=Location(path)) from error
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise DinerosError(f"is no TOML: {error}", location=Location(path)) from error
-    return _Reading(path).given(found)
+    return _Reading(path).given(decode_toml(read_bytes(path, MOST_BYTES), path))
 
 
 _STEP = re.compile(r"(publish|call|send|goal|cancel)\s+(\S+?)(?:\s*([?*]))?")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import os
+import shlex
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -138,7 +139,7 @@ def _look_at(file: StoredFile) -> None:
             raise RecordingError(
                 f"is not complete: {left.name} holds messages that were not put into it",
                 location=location,
-                hint=f'`sqlite3 {file.path.name} "PRAGMA wal_checkpoint(TRUNCATE)"` does',
+                hint=f'`sqlite3 {shlex.quote(file.path.name)} "PRAGMA wal_checkpoint(TRUNCATE)"` does',
             )
 
 
@@ -178,7 +179,8 @@ def unpacked(file: StoredFile, bytes_left: int) -> Iterator[StoredFile]:
                     raise DinerosError(
                         f"unpacks to more than half of what is free in {folder}",
                         location=location,
-                        hint=f"set TMPDIR to a folder with more room, or unpack it: zstd -d {file.path.name}",
+                        hint="set TMPDIR to a folder with more room, or unpack it: "
+                        f"`zstd -d {shlex.quote(file.path.name)}`",
                     )
                 made.write(piece)
         made.flush()

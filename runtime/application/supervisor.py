@@ -24,6 +24,7 @@ from typing import Literal
 from dineros.metamodel.errors import DinerosError, ModelFileError
 from dineros.metamodel.files.reading import open_plain
 from dineros.runtime.application.line import new_line
+from dineros.runtime.application.log_files import open_log, rotate
 from dineros.runtime.nodes.health import RESTARTS
 
 CANNOT_START = 2
@@ -58,7 +59,7 @@ class ProcessPlan:
     environment : mapping of str to str
         All of the process's environment.
     log : Path
-        Takes what the process prints; appended to.
+        Takes what the process prints; appended to, and rotated, see `log_files`.
     folder : Path or None
         The working folder.
     is_last : bool
@@ -226,6 +227,8 @@ class Supervisor:
         """
         now = time.monotonic()
         for child in self._children:
+            if rotate(child.plan.log):
+                child.log_start = 0
             if child.process is not None and child.process.poll() is not None:
                 self._ended(child, now)
             elif child.start_at is not None and now >= child.start_at:
@@ -260,9 +263,8 @@ class Supervisor:
         command = [*plan.command, *(plan.resume if event == "restarted" else ())]
         plan.log.parent.mkdir(parents=True, exist_ok=True)
         try:
-            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
             with (
-                os.fdopen(open_plain(plan.log, flags, follow_links=False), "ab") as log,
+                os.fdopen(open_log(plan.log), "ab") as log,
                 new_line(plan.connect) as line,
             ):
                 child.log_start = os.fstat(log.fileno()).st_size

@@ -246,7 +246,9 @@ class Runner(Arrivals):
             loop.abandon()
 
     def _fail(self, error: BaseException) -> None:
-        LOG.critical("the node %s ends: %s", self._id, error, exc_info=error)
+        # What a DinerosError says is enough: a full disk is no fault of the program.
+        trace = None if isinstance(error, DinerosError) else error
+        LOG.critical("the node %s ends: %s", self._id, error, exc_info=trace)
         self._core.failure = error
         self._core.ended_by = f"{type(error).__name__}: {error}"
         self._execution.halt(f"the node has ended: {error}")

@@ -24,6 +24,9 @@ MOST = 1000
 LONGEST = 300
 """Characters of a text that are kept."""
 
+LARGEST = 1e15
+"""The largest number that is believed."""
+
 _PARTS = ("state", "places", "queues", "services", "signals", "handlers", "waits")
 _NAME = re.compile(rf"(/[\w/]{{1,255}}): ({'|'.join(_PARTS)})")
 _WAIT = re.compile(r"(service|action|handler|room|proceed) (.*) ([0-9.]+) s")
@@ -89,11 +92,8 @@ class NodeView:
         return self.parts.get("state", {}).get("state", "")
 
     def count(self, name: str) -> float:
-        """Return a number of the part ``state``, such as ``firings``; 0 where it is none."""
-        try:
-            return float(self.parts.get("state", {}).get(name, "0"))
-        except ValueError:
-            return 0.0
+        """Return a number of the part ``state``, such as ``firings``; 0 if it is no plausible number."""
+        return _number(self.parts.get("state", {}).get(name, "0"))
 
     @property
     def lost(self) -> int:
@@ -104,9 +104,9 @@ class NodeView:
     def fullest(self) -> tuple[int, int, str] | None:
         """Messages that waited in the queue that was fullest, its capacity, and its place."""
         found = [
-            (int(fill[1]), int(fill[2]), place)
+            (int(_number(fill[1])), int(_number(fill[2])), place)
             for place, text in self.parts.get("queues", {}).items()
-            if (fill := _FILL.fullmatch(text)) and int(fill[2])
+            if (fill := _FILL.fullmatch(text)) and _number(fill[1]) and _number(fill[2])
         ]
         return max(found, key=lambda each: each[0] / each[1], default=None)
 
@@ -114,7 +114,7 @@ class NodeView:
     def tokens(self) -> dict[str, int]:
         """Places that hold tokens."""
         places = self.parts.get("places", {})
-        return {place: int(text) for place, text in places.items() if text.isdecimal() and int(text)}
+        return {place: int(count) for place, text in places.items() if (count := _number(text)) >= 1}
 
 
 class Overview:
@@ -171,7 +171,7 @@ def waits_of(nodes: Iterable[NodeView]) -> dict[str, list[Waiting]]:
     for view in views:
         for element, text in view.parts.get("waits", {}).items():
             if wait := _WAIT.fullmatch(text):
-                kind, on, seconds = wait[1], wait[2], float(wait[3]) if wait[3].count(".") < 2 else 0.0
+                kind, on, seconds = wait[1], wait[2], _number(wait[3])
                 node = serving.get(on) if kind == "service" else None
                 found.setdefault(view.name, []).append(Waiting(element, kind, on, seconds, node))
     return found
@@ -189,6 +189,15 @@ def circle_of(waits: Mapping[str, list[Waiting]]) -> list[str]:
         circle: list[str] = error.args[1]
         return circle[:0:-1]  # the sorter names predecessors, and the first one twice
     return []
+
+
+def _number(text: str) -> float:
+    """Return a number that a node tells; 0 if the text is none, negative, or implausibly large."""
+    try:
+        number = float(text)
+    except ValueError:
+        return 0.0
+    return number if 0 <= number <= LARGEST else 0.0  # not a number fulfils neither
 
 
 def _plain(text: str) -> str:

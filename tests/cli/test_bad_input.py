@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -53,3 +55,14 @@ def test_what_is_wrong_with_a_long_argument_is_said_in_short(run: Run, model: Pa
         assert result.stderr.count("\n") == 1
         assert len(result.stderr) < 2100
         assert result.stderr.rstrip().endswith(")")  # what would mend it
+
+
+def test_hints_quote_names_of_files_for_the_shell(run: Run, broken: Path) -> None:
+    """What a hint says can be given to a shell as it is."""
+    odd = broken.with_name("my $(model) 'x'" + "".join(broken.suffixes))
+    broken.rename(odd)
+    result = run("check", odd)
+    assert result.exit_code == 2
+    command = re.search(r"`(dineros validate .*)` says how to mend it", result.stderr)
+    assert command is not None, result.stderr
+    assert shlex.split(command[1]) == ["dineros", "validate", str(odd)]

@@ -52,7 +52,7 @@ FOLDERS = {
         "editing",
     ],
     "metamodel/files": [
-        *("reading", "locking", "remarks", "xml", "atomic", "confined", "watching", "schema"),
+        *("reading", "locking", "remarks", "xml", "atomic", "confined", "watching", "schema", "toml"),
         *("pnml", "tina", "net_formats", "xmi", "programs"),
     ],
     "metamodel/constraints": ["index", "wording", "constraint", "circles", "families", "listing"],

@@ -138,7 +138,9 @@ class Session:
             pass
         except BaseException as error:
             if not self._is_ending:
-                LOG.critical("the ROS node %s ends: %s", self.node.get_name(), error, exc_info=error)
+                # What a DinerosError says is enough: a full disk is no fault of the program.
+                trace = None if isinstance(error, DinerosError) else error
+                LOG.critical("the ROS node %s ends: %s", self.node.get_name(), error, exc_info=trace)
                 self.failure = error
         finally:
             self._executor.spinner = None

@@ -111,3 +111,32 @@ def ended(arguments: list[str], begun: Path, number: signal.Signals) -> tuple[in
         finally:
             process.kill()
     return process.returncode, "\n".join(line for line in output.splitlines() if line.startswith("interr"))
+
+
+@pytest.mark.parametrize("way", ["--simulate", "--local"])
+def test_a_full_disk_ends_a_run_with_one_line(model: Path, way: str) -> None:
+    """The journal cannot grow: no stack trace, and the run goes on when there is room again."""
+    (model.parent / "handlers.py").write_text("def configure(net):\n    pass\n")
+    command = ["dineros", "run", model.name, way, "--trace", "tr", "--until", "Noted >= 3", "--timeout", "20"]
+    program = (
+        "import resource, sys\n"
+        "from dineros.cli.main import main\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv.pop(1)),) * 2)\n"
+        "main()\n"
+    )
+    options = ["--set", "Button.initial=true"]
+    ended = {}
+    for room, more in (("1500", []), ("1000000", ["--resume"])):
+        ended[room] = subprocess.run(
+            [sys.executable, "-c", program, room, *command[1:], *options, *more],
+            cwd=model.parent,
+            capture_output=True,
+            check=False,
+            text=True,
+            timeout=120,
+        )
+    full, after = ended.values()
+    assert full.returncode != 0
+    assert "Traceback" not in full.stderr and "unexpected" not in full.stderr
+    assert "cannot be written: File too large" in full.stderr.splitlines()[-1]
+    assert after.returncode == 0, after.stderr

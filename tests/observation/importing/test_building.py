@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from dineros.cli.main import main
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import find, node_nets
+from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import load, save
 from dineros.metamodel.matching import Quality
 from dineros.observation.differences.comparing import differences
@@ -307,3 +309,35 @@ def test_what_is_given_of_ports_that_are_not_there_is_refused(text: str, message
 def test_what_is_given_of_nodes_that_are_not_there_is_not_used() -> None:
     system = ObservedSystem("nowhere", (ObservedNode("/a"),))
     assert to_model(system, read('[node."/b"]\nthreads = 2\n')).unused == ("/b",)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "\nx = " + "9" * 5000,
+            ": is no TOML: a value cannot be read, such as a number",
+        ),
+        ("a." * 100_000 + "b = 1", ":1: a key of more than 64 parts with dots between them"),
+        ("x = 1\n[" + "a . " * 100 + "b]\n", ":2: a key of more than 64 parts with dots between them"),
+        ("x = {" + "'a'." * 100_000 + "b = 1}", ":1: a key of more than 64 parts with dots between them"),
+        ("x = " + "[" * 50_000, ": is no TOML: nested too deep"),
+        ("x = " + "{a = " * 50_000, ": is no TOML: nested too deep"),
+        ("x = '" + "y" * (1 << 20) + "'", ": "),
+    ],
+)
+def test_a_hostile_file_ends_in_one_line_at_once(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "robot.given.toml"
+    path.write_text(text)
+    begun = time.process_time()
+    with pytest.raises(DinerosError) as raised:
+        read_given(path)
+    assert str(raised.value).startswith(f"{path}{message}")
+    assert time.process_time() - begun < 2
+
+
+def test_long_texts_with_dots_are_no_keys(tmp_path: Path) -> None:
+    path = tmp_path / "robot.given.toml"
+    sentences = "It waits, then it goes. " * 100
+    path.write_text(f"# {sentences}\n[node.'/a']\nthreads = 2\n")
+    assert read_given(path).node("/a").threads == 2

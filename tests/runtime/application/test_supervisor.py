@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from dineros.runtime.application.log_files import rotate
 from dineros.runtime.application.supervisor import (
     ProcessEvent,
     ProcessPlan,
@@ -234,3 +235,38 @@ def test_a_process_whose_supervisor_is_gone_before_it_begins_ends_at_once() -> N
         )
         done = subprocess.run([sys.executable, "-P", "-c", program], check=False, timeout=60)
         assert done.returncode == status
+
+
+def test_the_log_of_a_process_has_a_limited_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process prints without end: its log and the older part stay small, and the last lines are there."""
+    monkeypatch.setattr("dineros.runtime.application.log_files.rotate.__defaults__", (100_000,))
+    program = (
+        "import sys\nfor n in range(400_000): print('line', n, flush=n % 1000 == 0)\nsys.exit('too bad')"
+    )
+    policy = RestartPolicy(restarts=0, window=60, delay=0.01)
+    largest = 0
+    with (
+        pytest.raises(SupervisionError, match="too bad"),
+        Supervisor([plan(tmp_path, program)], policy) as supervisor,
+    ):
+        while supervisor.poll():
+            largest = max(largest, *(path.stat().st_size for path in tmp_path.glob("node.log*")))
+            time.sleep(0.005)
+    older = tmp_path / "node.log.1"
+    assert older.stat().st_size <= 100_000
+    assert largest < 3_000_000, "of 5 million bytes that are printed"
+    assert all(line.startswith("line ") for line in older.read_text().splitlines())
+    assert sorted(path.name for path in tmp_path.glob("node*")) == ["node.log", "node.log.1"]
+
+
+def test_a_log_that_is_a_link_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "other").write_text("x" * 1000)
+    (tmp_path / "node.log").symlink_to(tmp_path / "other")
+    assert not rotate(tmp_path / "node.log", 10)
+    (tmp_path / "node.log").unlink()
+    (tmp_path / "node.log").write_text("first\n" + "y" * 1000)
+    (tmp_path / "node.log.1").symlink_to(tmp_path / "other")
+    assert rotate(tmp_path / "node.log", 10)
+    assert (tmp_path / "other").read_text() == "x" * 1000
+    assert (tmp_path / "node.log").read_text() == ""
+    assert not rotate(tmp_path / "missing.log", 10)

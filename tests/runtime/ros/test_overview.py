@@ -119,3 +119,32 @@ def test_top_shows_who_waits_for_a_server_that_is_not_there(ros: Ros) -> None:
     assert any(line.startswith("/desk") and "running" in line for line in lines), lines
     assert any(line.startswith("/desk: clientA waits for the response of /weigh, ") for line in lines), lines
     assert sys.executable not in top.output()
+
+
+NUMBERS = ["1e999", "-1e999", "nan", "inf", ".", "-5", "1e300", "9" * 290, "1_0", "٣", "", "0x10", "1.5"]
+
+
+@pytest.mark.parametrize("text", NUMBERS)
+def test_no_number_ends_it(text: str) -> None:
+    """What is told is data: what is no plausible number counts as 0."""
+    overview = Overview()
+    numbers = dict.fromkeys(("firings", "firings per second", "failures", "restarts", "lost x"), text)
+    values = [
+        said("/a", "queues", {"Heard": f"{text}/{text} /t", "Other": f"3/{text} /t"}),
+        said("/a", "waits", {"c": f"service /s {text} s", "d": f"room {text} . s"}),
+        said("/a", "places", {"P": text}),
+        said("/a", "services", {"/s": f"{text}/{text} {text}"}),
+    ]
+    overview.take([state("/a", **{**numbers, "firings": "1"}), *values])
+    (view,) = overview.nodes()
+    assert "/a" in shown(overview)
+    json.dumps(json_of(overview), allow_nan=False)
+    expected = {"1_0": 10, "٣": 3, "1.5": 1}.get(text, 0)
+    assert view.lost == expected
+
+
+def test_a_node_of_the_stranger_is_beside_the_others() -> None:
+    overview = Overview()
+    overview.take([state("/stranger", **{"lost x": "1e999"})])
+    overview.take([state("/mine", **{"lost x": "3"})])
+    assert [(view.name, view.lost) for view in overview.nodes()] == [("/mine", 3), ("/stranger", 0)]
