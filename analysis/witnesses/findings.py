@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -211,6 +211,11 @@ class Fault:
     def found(self, *elements: str, witness: Witness | None = None, **parts: object) -> Finding:
         """Return a finding of this kind, with the parts of its message."""
         return Finding(self.rule, self.severity, elements, self.message.format(**parts), witness)
+
+
+def worst_first(findings: Iterable[Finding]) -> list[Finding]:
+    """Return findings with errors before warnings before notes, otherwise in their order."""
+    return sorted(findings, key=lambda finding: -SEVERITIES[finding.severity])
 
 
 Unknown = Outcome.left_open

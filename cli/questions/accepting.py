@@ -60,11 +60,13 @@ class Acceptance:
         self._written = written
 
     def apply(self, report: Report) -> Report:
-        """Return a report with what is accepted set apart."""
+        """Return a report with what is accepted set apart, and the worst findings first."""
         from dineros.analysis.checks.check import FAULTS
+        from dineros.analysis.witnesses.findings import worst_first
 
         report = self._suppressions.apply(report, FAULTS)
-        return self._baseline.apply(report) if self._baseline is not None else report
+        report = self._baseline.apply(report) if self._baseline is not None else report
+        return report.with_accepted(worst_first(report.findings), report.suppressed, report.known)
 
     def write(self, report: Report) -> Report:
         """Write the baseline, if one is wanted; return the report as compared with it."""

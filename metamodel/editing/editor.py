@@ -176,8 +176,14 @@ class Editor(Changing):
             )
         depth = 0
         above: EObject | None = owner
+        outer: sym.NodeNet | None = None
         while above is not None:
+            outer = above if isinstance(above, sym.NodeNet) else outer
             depth, above = depth + 1, above.eContainer()
+        if outer is not None and any(isinstance(each, sym.NodeNet) for each in subtree(element)):
+            raise c.CommandError(
+                f"{describe(outer)} cannot hold a node net", hint="put it beside that; node nets do not nest"
+            )
         if depth + _height(element) > DEEPEST:
             raise c.CommandError(f"more than {DEEPEST} elements inside each other")
         if feature.many:

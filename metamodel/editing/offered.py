@@ -18,6 +18,15 @@ _PACKAGES: dict[type[EObject], tuple[Any, ...]] = {
 _FOLLOWS = (sym.InputClause, sym.Disjunction, sym.Literal)
 """What follows from the text of a clause, and is made with it."""
 
+NOT_WITHIN: dict[type[EObject], type[EObject]] = {
+    sym.NodeNet: sym.NodeNet,
+    sym.CallbackPage: sym.CallbackPage,
+}
+"""Classes whose objects are not offered inside objects of another class, at whatever depth."""
+
+ONLY_UNDER: dict[type[EObject], Any] = {sym.Dispatcher: sym.Middleware.ros1}
+"""Classes whose objects are not offered under another middleware, whose rules do not use them."""
+
 
 def name_of(cls: type[EObject]) -> str:
     """Return the name of a class as commands write it, such as ``sym.Place``."""

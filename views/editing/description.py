@@ -14,7 +14,7 @@ from dineros.metamodel.base import EObject, features_of
 from dineros.metamodel.constraints import all_constraints
 from dineros.metamodel.constraints.wording import words_for
 from dineros.metamodel.editing.composed.templates import TEMPLATES
-from dineros.metamodel.editing.offered import classes_for, name_of
+from dineros.metamodel.editing.offered import NOT_WITHIN, ONLY_UNDER, classes_for, name_of
 from dineros.metamodel.files.schema import Kind, model_class
 from dineros.metamodel.files.xml import parse_bytes
 
@@ -74,7 +74,8 @@ def description_for(root: pn.Net) -> dict[str, Any]:
     dict
         ``classes``: by name, with ``words``, ``says``, ``supers``, ``made`` (whether one can be made),
         ``rules`` (constraints about it), ``features`` (each with name, text, kind, type, bounds and default),
-        and the ``shape`` and ``lines`` that it is drawn as;
+        the ``shape`` and ``lines`` that it is drawn as, and where it is offered: ``notWithin`` objects of
+        another class, only ``under`` a middleware;
         ``enumerations``: by name, their literals with their texts;
         ``templates``: what the model can begin with, each with its name and text.
     """
@@ -124,8 +125,12 @@ def _class(cls: type[EObject], enumerations: dict[str, Any]) -> dict[str, Any]:
     shape = next((shape for each, shape in _SHAPES.items() if issubclass(cls, each)), None)
     lines = [line for each, found in _LINES.items() if issubclass(cls, each) for line in found]
     drawn = {"shape": shape} if shape else {}
+    limits = {"notWithin": name_of(NOT_WITHIN[cls])} if cls in NOT_WITHIN else {}
+    if cls in ONLY_UNDER:
+        limits["under"] = str(ONLY_UNDER[cls])
     return {
         **drawn,
+        **limits,
         **(
             {"lines": [{"from": begin, "to": end, "kind": kind} for begin, end, kind in lines]}
             if lines

@@ -40,11 +40,13 @@ def diff(
     Of a recording, topics only are compared: it does not tell its nodes. A node that went while it was
     watched counts as missing. The exit status is 1 where something differs; a note does not count.
     """
+    from dineros.analysis.witnesses.findings import worst_first
     from dineros.observation.differences.comparing import FAULTS, differences
 
     source = Source(graph, bag, domain, namespaces, without, seconds)
     system = load_valid_system(model, settings)
     report = differences(system, source.system(), namespaces, without)
+    report.findings = worst_first(report.findings)
     with search().answer():
         print_report(report, system, model, "json" if as_json else format, witnesses=False, faults=FAULTS)
     return VIOLATED if any(finding.severity != "note" for finding in report.findings) else HOLDS

@@ -22,6 +22,11 @@ def _place(id: str, x: float, y: float, tokens: int = 0) -> sym.Place:
     return _at(x, y, sym.Place(id=id, tokens=tokens))
 
 
+def _end(id: str, x: float, y: float) -> sym.Place:
+    """Return a place that a finished application rests in: then nothing is left to do, which is no fault."""
+    return _at(x, y, sym.Place(id=id, kind="end"))
+
+
 def _step(id: str, x: float, y: float) -> sym.Transition:
     return _at(x, y, sym.Transition(id=id))
 
@@ -35,7 +40,7 @@ def talker_and_listener() -> sym.SystemModel:
     words, say, said = _place("Words", 80, 80, tokens=3), _step("Say", 200, 80), _place("Said", 320, 80)
     talker = _at(120, 80, sym.NodeNet(id="talker", objects=[words, say, said]))
     flow(words, say, said)
-    heard, listen, noted = _place("Heard", 80, 80), _step("Listen", 200, 80), _place("Noted", 320, 80)
+    heard, listen, noted = _place("Heard", 80, 80), _step("Listen", 200, 80), _end("Noted", 320, 80)
     callback = _at(140, 80, sym.CallbackPage(id="OnChatter", objects=[heard, listen, noted]))
     flow(heard, listen, noted)
     listener = _at(520, 80, sym.NodeNet(id="listener", objects=[callback]))
@@ -60,7 +65,7 @@ def _server(id: str, page: str, steps: tuple[str, str, str]) -> tuple[sym.NodeNe
 def service() -> sym.SystemModel:
     """A service: one ROS node asks, another one answers."""
     wishes, ask, asked = _place("Wishes", 80, 80, tokens=1), _step("Ask", 200, 80), _place("Asked", 320, 80)
-    answered, use, used = _place("Answered", 80, 180), _step("Use", 200, 180), _place("Used", 320, 180)
+    answered, use, used = _place("Answered", 80, 180), _step("Use", 200, 180), _end("Used", 320, 180)
     client = _at(120, 80, sym.NodeNet(id="client", objects=[wishes, ask, asked, answered, use, used]))
     flow(wishes, ask, asked)
     flow(answered, use, used)
@@ -124,6 +129,7 @@ def action() -> sym.SystemModel:
         sym.CallbackPage(
             id="OnGoal",
             kind="goal",
+            awaits=True,  # else the only thread could not take a request to cancel
             objects=[goal, working, reached, failed, canceled, cancel, start, finish, fail, give_up],
         ),
     )
@@ -134,8 +140,8 @@ def action() -> sym.SystemModel:
     server = _at(520, 80, sym.NodeNet(id="server", objects=[page], execution="callbacks"))
     send, done, not_done = (
         _place("Send", 80, 60, tokens=1),
-        _place("Done", 240, 60),
-        _place("NotDone", 240, 140),
+        _end("Done", 240, 60),
+        _end("NotDone", 240, 140),
     )
     doubt, regret, recall = (
         _place("Doubt", 80, 220, tokens=1),

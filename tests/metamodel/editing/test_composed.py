@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dineros.analysis.checks.check import check
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import Formula, Name
 from dineros.metamodel import pn, sym
@@ -228,6 +229,15 @@ def test_templates_are_models_without_a_problem_twice_too(tmp_path: Path, name: 
     document.undo()
     document.undo()
     assert not document.root.pages and document.undo_label is None
+    document.close()
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_a_check_finds_nothing_in_templates_but_that_they_end(tmp_path: Path, name: str) -> None:
+    document = Document(tmp_path / "new.sym.xmi")
+    document.do(compose(document.root, document.handles, Insert(name, 100, 40)))
+    found = [each for each in check(document.root).findings if each.severity != "note"]
+    assert all("all that was begun has ended" in each.message for each in found)
     document.close()
 
 

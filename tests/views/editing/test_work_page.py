@@ -46,7 +46,7 @@ def test_a_mark_is_mended_by_its_button_and_undone(file: Path, edit: Edit, visit
     assert document.undo_label == "mend: 0 tokens"
     page.keyboard.press("Escape")
     page.keyboard.press("Control+z")
-    wait_until(page, "document.querySelector('#count').textContent.startsWith('1 errors')")
+    wait_until(page, "document.querySelector('#count').textContent.startsWith('1 error,')")
     page.locator("#problems summary").click()
     page.locator("#marks").get_by_role("button", name="Mend: 0 tokens").click()
     wait_until(page, "document.querySelector('#count').textContent === 'No problems'")

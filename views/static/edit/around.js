@@ -1,5 +1,6 @@
 // What stands around the canvas: the path to the sheet, the state of the file, the list of problems.
 
+import { counted } from "../counting.js";
 import { byId, make } from "../elements.js";
 
 /** @import { Model } from "./model.js" */
@@ -51,6 +52,36 @@ export function showState(model, reload, save) {
   );
 }
 
+/** What to do first, where a sheet is empty. @type {(model: Model, sheet: string, isEmpty: boolean, insert: () => void) => void} */
+export function showHint(model, sheet, isEmpty, insert) {
+  const hint = byId("hint", HTMLElement);
+  hint.hidden = !isEmpty;
+  if (!isEmpty) return;
+  const isRoot = sheet === model.root && model.metamodel.templates.length > 0;
+  hint.replaceChildren(
+    make("p", {}, isRoot ? "This model is empty." : `The sheet of ${model.label(sheet)} is empty.`),
+    make("p", {}, "Choose a tool on the left, then click here."),
+    ...(isRoot
+      ? [
+          make(
+            "p",
+            {},
+            "Or begin with an example: ",
+            make("button", { onclick: insert }, "Insert a template"),
+          ),
+        ]
+      : [
+          make(
+            "p",
+            {},
+            "An arc joins a place and a transition: choose one of them and press ",
+            make("kbd", {}, "a"),
+            ".",
+          ),
+        ]),
+  );
+}
+
 /** A button that mends what is wrong, where commands do. @type {(mark: Mark, act: (commands: Command[], label: string) => void) => HTMLElement | null} */
 export function mender({ mend, message }, act) {
   if (mend === undefined) return null;
@@ -70,7 +101,7 @@ export function mender({ mend, message }, act) {
 export function showMarks(model, go, act) {
   const { errors, warnings, marks } = model.marks;
   byId("count", HTMLElement).textContent =
-    errors + warnings === 0 ? "No problems" : `${errors} errors, ${warnings} warnings`;
+    errors + warnings === 0 ? "No problems" : `${counted(errors, "error")}, ${counted(warnings, "warning")}`;
   byId("marks", HTMLElement).replaceChildren(
     ...marks.map((mark) => {
       const { element, severity, message, fix } = mark;

@@ -134,6 +134,12 @@ export class Model {
     return found.sort((one, other) => Number(one.slice(1)) - Number(other.slice(1)));
   }
 
+  /** By whose rules the model is flattened; null: it does not say. @type {string | null} */
+  get middleware() {
+    const said = this.feature(this.root, "middleware") && this.value(this.root, "middleware");
+    return typeof said === "string" ? said : null;
+  }
+
   /** Whether an object has a sheet of its own. @type {(handle: string) => boolean} */
   isSheet(handle) {
     const { type } = this.get(handle);
@@ -146,6 +152,8 @@ export class Model {
     while (this.kind(at).shape === undefined) {
       const above = this.get(at).in;
       if (above === undefined) return at;
+      // What a sheet has beside what is drawn, such as signals, is seen in the form of the sheet.
+      if (this.isSheet(above)) return above;
       at = above;
     }
     return this.link(at, "canvas") ?? this.get(at).in ?? at;

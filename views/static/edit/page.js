@@ -1,13 +1,14 @@
 // The page of the editor: what people do becomes commands, what Python says becomes what they see.
 
+import { counted } from "../counting.js";
 import { byId } from "../elements.js";
 import { ACTIONS, focusedElement } from "./actions.js";
-import { showMarks, showPath, showState } from "./around.js";
+import { showHint, showMarks, showPath, showState } from "./around.js";
 import { Canvas } from "./canvas/canvas.js";
 import { Places } from "./canvas/places.js";
 import { Clipboard } from "./clipboard.js";
 import { Connection } from "./connection.js";
-import { askForAction, search } from "./forms/asking.js";
+import { askForAction, askForTemplate, search } from "./forms/asking.js";
 import { showActions, showForm } from "./forms/form.js";
 import { heed } from "./keys.js";
 import { Model } from "./model.js";
@@ -79,7 +80,7 @@ export class Editor {
       this.places.forget();
       this.canvas.openPages.recall();
       const count = message.recovered;
-      if (count) this.say(`${count} changes that were not saved came out of the journal`);
+      if (count) this.say(`${counted(count, "change")} that were not saved came out of the journal`);
     }
     this.worker.hear(message);
     if (message.type === "job") return;
@@ -128,6 +129,7 @@ export class Editor {
     this.showState();
     this.showMarks();
     this.showForm();
+    showHint(this.model, sheet, this.canvas.shapes().length === 0, () => askForTemplate(this));
     this.player.show();
     this.places.find();
   }

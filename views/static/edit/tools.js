@@ -25,7 +25,7 @@ export function toolsFor(model, sheet) {
     found.push({ name: ARC, words: "arc", says, feature: arcs.name, type: arcs.type });
   }
   for (const feature of features) {
-    for (const type of typesFor(model, feature)) {
+    for (const type of typesFor(model, feature, sheet)) {
       const { shape, words, says } = model.classOf(type);
       if (shape !== undefined) found.push({ name: type, words, says, feature: feature.name, type });
     }

@@ -39,6 +39,10 @@ export interface ModelClass {
   features: Feature[];
   shape?: string;
   lines?: Line[];
+  /** A class inside whose objects none is offered. */
+  notWithin?: string;
+  /** The middleware under which one is offered. */
+  under?: string;
 }
 
 export interface Metamodel {

@@ -1,5 +1,6 @@
 // What stands beside the picture: the chosen element, or what differs between two models.
 
+import { counted } from "../counting.js";
 import { make } from "../elements.js";
 import { facts, heading, SIGNS, WORDS } from "./words.js";
 
@@ -68,7 +69,7 @@ export function listChanges(page) {
   });
   page.side.hidden = false;
   page.side.replaceChildren(
-    make("h2", {}, changes.length ? `${changes.length} differences` : "no differences"),
+    make("h2", {}, changes.length ? counted(changes.length, "difference") : "no differences"),
     make("ul", {}, ...lines),
   );
 }

@@ -1,6 +1,7 @@
 // The page of a net: shows a view, collapses and expands its pages in place, searches, shows neighbourhoods.
 // Works from a file: everything it needs stands in the page.
 
+import { counted } from "../counting.js";
 import { byId } from "../elements.js";
 import { lookUp } from "../maps.js";
 import { read, written } from "./address.js";
@@ -131,7 +132,7 @@ export class NetPage {
       `${picture.nodes.length} of ${everything.nodes.length} nodes shown` +
         (hidden ? "; open a page by its + sign" : "") +
         (part
-          ? `; ${part.steps} steps around ${part.ids.map((id) => this.labels.get(id) || id).join(", ")}`
+          ? `; ${counted(part.steps, "step")} around ${part.ids.map((id) => this.labels.get(id) || id).join(", ")}`
           : ""),
     );
     document.body.dataset.ready = String(Number(document.body.dataset.ready || 0) + 1);

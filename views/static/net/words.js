@@ -1,5 +1,7 @@
 // What is said of elements of nets.
 
+import { counted } from "../counting.js";
+
 /** @import { Change, Edge, EdgeKind, Item, NodeKind, BoxKind } from "./types.js" */
 
 /** @type {Record<NodeKind | BoxKind | EdgeKind, string>} */
@@ -60,7 +62,7 @@ export function facts(item, labels) {
 /** What a screen reader says of a node or a box beside its texts. @type {(item: Item) => Record<string, string>} */
 export const spoken = (item) => ({
   "aria-roledescription": WORDS[item.kind],
-  "aria-description": [item.tokens ? `${item.tokens} tokens` : "", item.change ?? ""]
+  "aria-description": [item.tokens ? counted(item.tokens, "token") : "", item.change ?? ""]
     .filter(Boolean)
     .join(", "),
 });

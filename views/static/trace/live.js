@@ -1,5 +1,6 @@
 // A page that follows a running application: a snapshot, then numbered changes; it comes back by itself.
 
+import { counted } from "../counting.js";
 import { byId, make } from "../elements.js";
 import { Data, lastAtMost } from "./data.js";
 import { NetPane } from "./net_pane.js";
@@ -156,10 +157,10 @@ class Live {
   sayLive(app) {
     const { length } = app.traces[0];
     if (this.stopped && !app.following)
-      this.tell("stopped", `stopped at a breakpoint · live · ${length} steps`);
-    else if (this.ended) this.tell("ended", `the run has ended · ${length} steps`);
-    else if (this.left) this.tell("ended", `no longer followed · ${length} steps`);
-    else this.tell("live", `live · ${length} steps`);
+      this.tell("stopped", `stopped at a breakpoint · live · ${counted(length, "step")}`);
+    else if (this.ended) this.tell("ended", `the run has ended · ${counted(length, "step")}`);
+    else if (this.left) this.tell("ended", `no longer followed · ${counted(length, "step")}`);
+    else this.tell("live", `live · ${counted(length, "step")}`);
   }
 
   /** Takes a message; false where something is missing before it. @type {(message: Message) => boolean} */

@@ -1,5 +1,6 @@
 // The page: one cursor for lanes, detail and net.
 
+import { counted } from "../counting.js";
 import { byId, make } from "../elements.js";
 import { Data, laneKey, lastAtMost, seconds } from "./data.js";
 import { Breakpoints } from "./explaining/breakpoints.js";
@@ -113,7 +114,7 @@ export class App {
   facts(number) {
     const data = this.traces[number];
     const { kind, model, variant } = this.views[number];
-    const parts = [`${data.length} steps`];
+    const parts = [counted(data.length, "step")];
     if (data.loop !== null) parts.push(`loop ${data.loop + 1}–${data.length}`);
     if (data.timed && data.length) parts.push(seconds(data.times[data.length - 1]));
     let apart = "";

@@ -1,5 +1,6 @@
 // What is said of all that is drawn: a role and a name for those who do not see it, and marks for those who do.
 
+import { counted } from "../../counting.js";
 import { inShort } from "./drawing.js";
 
 /** @import { Model } from "../model.js" */
@@ -40,7 +41,7 @@ export function describe(model, drawn, graphicsOf) {
         ? ""
         : ` from ${element.source.business.title} to ${element.target.business.title}`;
     const isEnabled = enabled.has(business.element) && element.waypoints === undefined;
-    const count = business.tokens ? `, ${business.tokens} tokens` : "";
+    const count = business.tokens ? `, ${counted(business.tokens, "token")}` : "";
     const { words } = model.kind(business.element);
     // What can be read on a shape stands in its name, for those who speak to the page (WCAG 2, 2.5.3).
     const read = /^(place|transition)/.test(business.kind) ? [] : (business.lines ?? []);

@@ -116,13 +116,9 @@ export function drawLine(group, { business, waypoints }) {
   const path = svg("path", { d: pathOf(waypoints) });
   group.append(path);
   const [before, end] = waypoints.slice(-2);
-  const angle = (Math.atan2(end.y - before.y, end.x - before.x) * 180) / Math.PI;
-  const at = `translate(${end.x} ${end.y}) rotate(${angle})`;
-  if (business.kind === "inhibitor") {
-    group.append(svg("circle", { class: "ring", cx: -4, cy: 0, r: 4, transform: at }));
-  } else if (business.kind !== "reference") {
-    group.append(svg("path", { class: "head", d: "M0 0 L-9 -3.6 L-9 3.6 Z", transform: at }));
-  }
+  if (business.kind === "inhibitor") group.append(ring(before, end));
+  else if (business.kind !== "reference") group.append(head(before, end));
+  if (business.kind === "read") group.append(head(waypoints[1], waypoints[0])); // it takes and gives back
   if (business.ports.length > 0) group.append(port(business, waypoints));
   if (business.weight !== 1) {
     const [one, other] = waypoints.slice(Math.floor((waypoints.length - 1) / 2));
@@ -131,6 +127,20 @@ export function drawLine(group, { business, waypoints }) {
   }
   return path;
 }
+
+/** Moves and turns what is drawn at the end of a line. @type {(before: Point, end: Point) => string} */
+function at(before, end) {
+  const angle = (Math.atan2(end.y - before.y, end.x - before.x) * 180) / Math.PI;
+  return `translate(${end.x} ${end.y}) rotate(${angle})`;
+}
+
+/** @type {(before: Point, end: Point) => SVGElement} */
+const head = (before, end) =>
+  svg("path", { class: "head", d: "M0 0 L-9 -3.6 L-9 3.6 Z", transform: at(before, end) });
+
+/** @type {(before: Point, end: Point) => SVGElement} */
+const ring = (before, end) =>
+  svg("circle", { class: "ring", cx: -4, cy: 0, r: 4, transform: at(before, end) });
 
 /** The end of a topic at its place: a box with the limit of the queue; of several, the smallest. @type {(business: Drawn, waypoints: Point[]) => SVGElement} */
 function port({ ports, kind }, waypoints) {

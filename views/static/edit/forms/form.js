@@ -3,7 +3,7 @@
 import { make } from "../../elements.js";
 import { mender } from "../around.js";
 import { clauseHelp } from "./clause.js";
-import { inWords, optionFor, typesFor } from "./making.js";
+import { inWords, isOffered, optionFor, typesFor } from "./making.js";
 import { fieldsOf } from "./token_form.js";
 
 /** @import { Model } from "../model.js" */
@@ -127,6 +127,9 @@ function rowsFor(model, element, feature, asked) {
     return [clause(model, element, asked)];
   // What stands on sheets is made and seen there.
   const isDrawn = typesFor(model, feature).some((type) => model.classOf(type).shape !== undefined);
+  const isKnown =
+    model.links(element, feature.name).length > 0 || typesFor(model, feature, element).length > 0;
+  if (!isKnown) return [];
   return isDrawn || ELSEWHERE.has(feature.name) ? [] : [parts(model, element, feature, asked)];
 }
 
@@ -269,7 +272,7 @@ function clause(model, element, asked) {
 /** @type {(model: Model, element: string, feature: Feature, asked: Asked) => HTMLElement} */
 function parts(model, element, feature, asked) {
   const present = model.links(element, feature.name);
-  const types = feature.many || present.length === 0 ? typesFor(model, feature) : [];
+  const types = feature.many || present.length === 0 ? typesFor(model, feature, element) : [];
   const buttons = types.map((type) =>
     make(
       "button",
@@ -309,9 +312,8 @@ function offers(model, element, asked) {
   );
   const rows = leading.flatMap((name) => {
     const owners = [...model.objects.keys()].flatMap((owner) =>
-      model
-        .kind(owner)
-        .features.filter((each) => each.kind === "part" && each.many && model.isA(name, each.type))
+      (isOffered(model, name, owner) ? model.kind(owner) : { features: [] }).features
+        .filter((each) => each.kind === "part" && each.many && model.isA(name, each.type))
         .map((each) => ({ owner, feature: each.name })),
     );
     return owners.map(({ owner, feature }) =>

@@ -6,14 +6,26 @@ import { askForm } from "./dialogs.js";
 /** @import { Model } from "../model.js" */
 /** @import { Command, Feature, Value } from "../types.js" */
 
+/** Whether objects of a class are offered in an element: not where the rules of the model do not use them. @type {(model: Model, type: string, owner: string) => boolean} */
+export function isOffered(model, type, owner) {
+  const { made, notWithin, under } = model.classOf(type);
+  const { middleware } = model;
+  if (!made || (under !== undefined && middleware !== null && middleware !== under)) return false;
+  return (
+    notWithin === undefined || !model.around(owner).some((each) => model.isA(model.get(each).type, notWithin))
+  );
+}
+
 /**
  * The classes that a part of an element can be of.
  *
- * @type {(model: Model, feature: Feature) => string[]}
+ * @type {(model: Model, feature: Feature, owner?: string) => string[]}
  */
-export function typesFor(model, feature) {
+export function typesFor(model, feature, owner = model.root) {
   const { classes } = model.metamodel;
-  return Object.keys(classes).filter((name) => classes[name].made && model.isA(name, feature.type));
+  return Object.keys(classes).filter(
+    (name) => model.isA(name, feature.type) && isOffered(model, name, owner),
+  );
 }
 
 /** What a class cannot be without. @type {(model: Model, type: string) => Feature[]} */

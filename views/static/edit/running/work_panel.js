@@ -1,5 +1,6 @@
 // How a job is shown: what it is, how far, what came of it, and what can be done with that.
 
+import { counted } from "../../counting.js";
 import { make } from "../../elements.js";
 
 /** @import { Finding, Job } from "../types.js" */
@@ -137,9 +138,9 @@ function compared(worker, job, isStale) {
   const workspace = job.words.replace(/^.* /, "");
   const write = () => worker.start({ kind: "generate", workspace, write: true });
   const said = written
-    ? `${changes.length} files written`
+    ? `${counted(changes.length, "file")} written`
     : stale
-      ? `${changes.length} files would change`
+      ? `${counted(changes.length, "file")} would change`
       : "nothing would change";
   return [
     make(
@@ -169,13 +170,13 @@ function compared(worker, job, isStale) {
 
 /** @type {(worker: Worker, job: Job, isStale: boolean) => HTMLElement[]} */
 function ran(worker, job, isStale) {
-  const { ending, firings, drops, errors, marking = {}, traces } = job.result;
+  const { ending, firings = 0, drops = 0, errors = 0, marking = {}, traces } = job.result;
   const tokens = Object.entries(marking).map(([place, count]) => `${place} ${count}`);
   return [
     make(
       "p",
       {},
-      `${ending}: ${firings} firings, ${drops} drops, ${errors} errors; marked: ${tokens.join(", ") || "nothing"} `,
+      `${ending}: ${counted(firings, "firing")}, ${counted(drops, "drop")}, ${counted(errors, "error")}; marked: ${tokens.join(", ") || "nothing"} `,
       traces && player(worker, job, isStale, null, "the run"),
     ),
   ];

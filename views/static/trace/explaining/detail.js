@@ -1,5 +1,6 @@
 // What happens in one step: in the panel for the cursor, and in short beside the mouse.
 
+import { counted } from "../../counting.js";
 import { make } from "../../elements.js";
 import { STATES, seconds } from "../data.js";
 import { causeOf } from "./cause_detail.js";
@@ -114,7 +115,7 @@ export function detailOf(app, number, step) {
   if (!data.length) return make("div", {}, make("h2", {}, `${side}no step yet`));
   if (step < 0) return make("div", {}, make("h2", {}, `${side}before the first step`), causeOf(data, step));
   if (step >= data.length)
-    return make("div", {}, make("h2", {}, `${side}has ended after ${data.length} steps`));
+    return make("div", {}, make("h2", {}, `${side}has ended after ${counted(data.length, "step")}`));
   const { e: event, w: time } = data.steps[step];
   const transition = data.transition(step);
   const where = [event, data.node(step) ?? "inside a channel"];
