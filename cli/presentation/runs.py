@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from dineros.cli.console import say, say_json, summarise
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.cli.running.running import Outcome
@@ -42,7 +43,7 @@ def say_run(outcome: Outcome, as_json: bool) -> None:
     marked = ", ".join(f"{place} {tokens}" for place, tokens in marking.items())
     say(f"{_ENDINGS[outcome.ending]}; marked: {marked or 'nothing'}")
     if verdict is not None:
-        say(f"conformance: {verdict.status}, {verdict.steps} steps replayed")
-    told = ", ".join(f"{number} {noun}" for noun, number in counts.items())
+        say(f"conformance: {verdict.status}, {counted(verdict.steps, 'step')} replayed")
+    told = ", ".join(counted(number, noun.removesuffix("s")) for noun, number in counts.items())
     kept = f"; traces in {trace}" if trace is not None else ""
-    summarise(f"{outcome.application.title}: {told}, {observer.restarts} restarts{kept}")
+    summarise(f"{outcome.application.title}: {told}, {counted(observer.restarts, 'restart')}{kept}")

@@ -1,4 +1,4 @@
-"""What the page *Draw a model* says comes of what it says to do."""
+"""Whole models drawn from nothing: that of the page *Draw a model*, which is what it says, and the case study."""
 
 from __future__ import annotations
 
@@ -6,16 +6,21 @@ import importlib.util
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, expect
 
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import load
 from tests.support.equality import differences
 from tests.support.systems.talker import talker
+from tests.views.browser import Visit
+from tests.views.editing.conftest import Edit
+from tests.views.editing.draughtsman import Draughtsman
+from tests.views.editing.driving import Hand
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -42,3 +47,16 @@ def test_the_page_draws_the_talker_and_the_listener(tmp_path: Path, browser: Bro
     command = [sys.executable, "-P", "-m", "dineros.cli.main", "check", file.name]
     said = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
     assert f"$ dineros check greeting.sym.xmi\n{said}```" in page
+
+
+@pytest.mark.long
+def test_the_case_study_drawn_from_nothing(tmp_path: Path, edit: Edit, visit: Callable[..., Visit]) -> None:
+    file = tmp_path / "sorting.sym.xmi"
+    _, handle = edit(file)
+    hand = Hand(visit().page, handle.url)
+    wanted = load(ROOT / "case_study/sorting.sym.xmi")
+    assert isinstance(wanted, sym.SystemModel)
+    Draughtsman(hand).draw(wanted)
+    expect(hand.page.locator("#count")).to_have_text("No problems")
+    hand.button("Save")
+    assert differences(load(file), wanted, frozenset({"graphics"})) == []

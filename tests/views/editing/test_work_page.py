@@ -105,7 +105,7 @@ def test_a_question_is_typed_with_names_completed(
         page.keyboard.press("ArrowRight")
         wait_until(page, f"dinerosEditor.player.game.at === {step}")
     # Where the last step was is shown.
-    assert hand.shape("Noted").get_attribute("aria-label") == "place Noted, 1 tokens"
+    assert hand.shape("Noted").get_attribute("aria-label") == "place Noted, 1 token"
     with page.expect_download() as kept:
         page.get_by_role("link", name="Keep as a trace").click()
     kept.value.save_as(tmp_path / "way.jsonl")
