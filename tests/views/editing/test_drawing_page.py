@@ -1,4 +1,4 @@
-"""Whole models drawn from nothing: that of the page *Draw a model*, which is what it says, and the case study."""
+"""Whole models drawn from nothing: that of the page *Draw a model*, as it says, and the case study."""
 
 from __future__ import annotations
 
