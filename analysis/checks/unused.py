@@ -64,8 +64,10 @@ def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:
     model = subject.model
     if not isinstance(model, sym.SystemModel):
         return [
-            TRANSITION.found(name, transition=name, where="")
-            for name in (subject.net.transitions[index] for index in sorted(dead))
+            TRANSITION.found(
+                subject.net.transitions[index], transition=subject.transition_text(index), where=""
+            )
+            for index in sorted(dead)
         ]
     alive = _Alive(subject, dead)
     return [

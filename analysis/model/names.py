@@ -1,13 +1,74 @@
-"""Names of a system model on its flattened net, for formulas and goals."""
+"""Names of a model on its net, for formulas, goals and answers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 
+from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.names import TableNames
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import nodes
 from dineros.transformations.flattening.traces import Link
+
+
+def unique_names(net: pn.Net) -> dict[str, str]:
+    """Return by id the names of places and transitions that no other node has as its name or id."""
+    named = [node for node in nodes(net) if isinstance(node, (pn.Place, pn.Transition))]
+    ids = {str(node.id) for node in named}
+    counts = Counter(node.name for node in named if node.name)
+    return {
+        str(node.id): node.name
+        for node in named
+        if node.name and counts[node.name] == 1 and (node.name == node.id or node.name not in ids)
+    }
+
+
+class PlainNames(TableNames):
+    """Names of a plain net: ids, and the names of its elements where they are unique.
+
+    Tools that draw nets make ids of their own (``cId-77384``), and people know the names.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    model : pn.Net
+        The model that it was compiled from.
+    """
+
+    def __init__(self, net: CompiledNet, model: pn.Net) -> None:
+        by_name = {name: id for id, name in unique_names(model).items()}
+        tables = [{id: (index,) for index, id in enumerate(ids)} for ids in (net.places, net.transitions)]
+        for table in tables:
+            table.update({name: table[id] for name, id in by_name.items() if id in table})
+        places, transitions = tables
+        super().__init__(places, transitions, {name: index for name, (index,) in places.items()})
+        self._shared: dict[type[pn.Element], dict[str, list[str]]] = {pn.Place: {}, pn.Transition: {}}
+        for node in nodes(model):
+            for kind, shared in self._shared.items():
+                if isinstance(node, kind) and node.name:
+                    shared.setdefault(node.name, []).append(str(node.id))
+
+    def places(self, name: str) -> Sequence[int]:
+        """Return the place of an id or of a unique name."""
+        self._refuse_shared(pn.Place, self._places, name)
+        return super().places(name)
+
+    def transitions(self, name: str) -> Sequence[int]:
+        """Return the transition of an id or of a unique name."""
+        self._refuse_shared(pn.Transition, self._transitions, name)
+        return super().transitions(name)
+
+    def _refuse_shared(self, kind: type[pn.Element], known: Mapping[str, Sequence[int]], name: str) -> None:
+        ids = self._shared[kind].get(name, ())
+        if name not in known and ids:
+            what = f"{kind.__name__.lower()}s"
+            raise FormulaError(
+                f"{len(ids)} {what} are named {name!r}" if len(ids) > 1 else f"{name!r} is not a unique name",
+                hint=f"give the id: {', '.join(ids[:5])}",
+            )
 
 
 class ModelNames(TableNames):

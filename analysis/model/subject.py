@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from dineros.analysis.logic.language.names import NetNames
-from dineros.analysis.model.names import ModelNames
+from dineros.analysis.model.names import ModelNames, PlainNames, unique_names
 from dineros.analysis.model.satisfiability import unsatisfiable_clauses
 from dineros.analysis.model.wording import words
 from dineros.analysis.nets.compiled import CompiledNet
@@ -57,9 +56,16 @@ class Subject:
         return {name: index for index, name in enumerate(self.net.transitions)}
 
     @cached_property
-    def names(self) -> ModelNames | NetNames:
+    def names(self) -> ModelNames | PlainNames:
         """Names of the model, for formulas and goals."""
-        return NetNames(self.net) if self.flattened is None else ModelNames(self.net, self.links())
+        if self.flattened is None:
+            return PlainNames(self.net, self.model)
+        return ModelNames(self.net, self.links())
+
+    @cached_property
+    def _shown(self) -> dict[str, str]:
+        """What nodes of a plain net are called, by their ids, where that is unique."""
+        return unique_names(self.model) if self.flattened is None else {}
 
     def links(self) -> list[Link]:
         """Return how each element of the net was made; empty for a plain net."""
@@ -76,12 +82,12 @@ class Subject:
     def place_text(self, index: int) -> str:
         """Return a place in the words of the model."""
         name = self.net.places[index]
-        return words(self._by_id[name]) if name in self._by_id else name
+        return words(self._by_id[name]) if name in self._by_id else self._shown.get(name, name)
 
     def transition_text(self, index: int) -> str:
         """Return what firing a transition means, in the words of the model."""
         name = self.net.transitions[index]
-        return words(self._by_id[name]) if name in self._by_id else name
+        return words(self._by_id[name]) if name in self._by_id else self._shown.get(name, name)
 
     def transition_element(self, index: int) -> str:
         """Return the id of the element of the model that a transition is, or that it was made for."""

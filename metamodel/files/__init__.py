@@ -11,8 +11,9 @@ Reading is safe for files from anywhere, writing is atomic and deterministic.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from dineros.metamodel.errors import Location, ModelFileError, near_matches, with_article
@@ -65,7 +66,7 @@ def load_any(path: Path | str) -> EObject:
     ModelFileError
         The file cannot be read or holds no model; with line and hint.
     """
-    read, _ = _format(path)
+    read, _ = _format(path, _OTHER_FORMATS)
     return read(Path(path))
 
 
@@ -81,8 +82,37 @@ def save(net: EObject, path: Path | str) -> None:
     write(net, Path(path))
 
 
-def _format(path: Path | str) -> tuple[Callable[[Path], EObject], Callable[[EObject, Path], None]]:
-    """Return reader and writer for a file name; modules of formats are imported when they are needed."""
+_ELSEWHERE = "{} does not say a Petri net by itself; a tool such as {} exports one as PNML"
+_OTHER_FORMATS = {
+    ".tapn": "this is TAPAAL's own format: export the net as PNML there",
+    ".ndr": "this is TINA's drawing: save it as .net, or use 'ndrio FILE.ndr FILE.net'",
+    ".tpn": "this is a script of TINA: save the net as .net there",
+    ".pnpro": "this is GreatSPN's project: export the net as PNML there",
+    ".gspn": "this is GreatSPN's net: export it as PNML there",
+    ".def": "this is GreatSPN's net: export it as PNML there",
+    ".llnet": "this is a net of PEP: convert it to PNML, with APT for example",
+    ".ll_net": "this is a net of PEP: convert it to PNML, with APT for example",
+    ".apt": "this is a net of APT: convert it to PNML there",
+    ".lola": "this is a net of LoLA: convert it to PNML",
+    ".cpn": "this is a coloured net of CPN Tools: only P/T nets are read; unfold it and export PNML",
+    ".bpmn": _ELSEWHERE.format("BPMN", "WoPeD or PM4Py"),
+    ".bpmn2": _ELSEWHERE.format("BPMN", "WoPeD or PM4Py"),
+    ".epml": _ELSEWHERE.format("EPML", "ProM"),
+    ".ptml": _ELSEWHERE.format("a process tree", "PM4Py"),
+    ".xes": _ELSEWHERE.format("an event log", "PM4Py"),
+    ".xml": f"rename it to .pnml if its root is <pnml>, as PIPE's; known are {', '.join(SUFFIXES)}",
+    ".ecore": "this is a metamodel; a model of it is an .xmi file",
+}
+"""What files of other tools are, by suffix; near suffixes would mislead."""
+
+
+def _format(
+    path: Path | str, others: Mapping[str, str] = MappingProxyType({})
+) -> tuple[Callable[[Path], EObject], Callable[[EObject, Path], None]]:
+    """Return reader and writer for a file name; modules of formats are imported when they are needed.
+
+    `others` are hints by suffix for files of other tools.
+    """
     suffix = Path(path).suffix.lower()
     if suffix in SUFFIXES_OF_NETS:
         return net_format(suffix)
@@ -93,5 +123,5 @@ def _format(path: Path | str) -> tuple[Callable[[Path], EObject], Callable[[EObj
     raise ModelFileError(
         f"{suffix!r} is no suffix of a model file" if suffix else "the file name has no suffix",
         location=Location(path),
-        hint=near_matches(suffix, SUFFIXES) or f"known are {', '.join(SUFFIXES)}",
+        hint=others.get(suffix) or near_matches(suffix, SUFFIXES) or f"known are {', '.join(SUFFIXES)}",
     )

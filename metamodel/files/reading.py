@@ -16,6 +16,9 @@ from pathlib import Path
 from dineros.metamodel.errors import Location, ModelFileError
 
 SIZE_LIMIT = 64 * 1024 * 1024
+LFS_POINTER = b"version https://git-lfs.github.com/spec/"
+"""Start of what Git leaves in place of a large file that was not fetched."""
+LFS_HINT = "`git lfs pull` gets it"
 
 
 def open_plain(
@@ -95,7 +98,8 @@ def read_bytes(
     Raises
     ------
     ModelFileError
-        There is no such file, it is a directory, a pipe or a device, it may not be read, or it is too large.
+        There is no such file, it is a directory, a pipe or a device, it may not be read, it is too large, or
+        a pointer of Git LFS stands in its place.
     """
     location = Location(path if shown is None else shown)
     try:
@@ -107,6 +111,8 @@ def read_bytes(
     if len(content) > limit:
         size = f"{limit >> 20} MiB" if limit >> 20 else f"{limit} bytes"
         raise ModelFileError(f"is larger than {size}", location=location)
+    if content.startswith(LFS_POINTER):
+        raise ModelFileError("is a pointer of Git LFS, not the file itself", location=location, hint=LFS_HINT)
     return content
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from dineros.metamodel.errors import DinerosError, Location
-from dineros.metamodel.files.reading import open_plain
+from dineros.metamodel.files.reading import LFS_HINT, LFS_POINTER, open_plain
 from dineros.metamodel.limits import hint, most
 from dineros.observation.recordings.errors import RecordingError
 
@@ -129,9 +129,9 @@ def _look_at(file: StoredFile) -> None:
     if not file.size:
         raise RecordingError("is empty", location=location)
     with file.open() as stream:
-        if stream.read(len(_POINTER)) == _POINTER:
+        if stream.read(len(LFS_POINTER)) == LFS_POINTER:
             raise RecordingError(
-                "is a pointer of Git LFS, not the recording", location=location, hint="`git lfs pull` gets it"
+                "is a pointer of Git LFS, not the recording", location=location, hint=LFS_HINT
             )
     if file.path.suffix == ".db3":
         left = file.path.with_name(f"{file.path.name}-wal")
@@ -141,9 +141,6 @@ def _look_at(file: StoredFile) -> None:
                 location=location,
                 hint=f'`sqlite3 {shlex.quote(file.path.name)} "PRAGMA wal_checkpoint(TRUNCATE)"` does',
             )
-
-
-_POINTER = b"version https://git-lfs.github.com/spec/"
 
 
 @contextmanager

@@ -42,6 +42,26 @@ def test_an_inhibitor_arc_is_one_in_every_form(run: Run, inhibited: Path) -> Non
     assert (result.exit_code, result.stdout.splitlines()[0]) == (0, "reachable: done >= 1")
 
 
+NAMED = """<pnml xmlns="http://www.pnml.org/version-2009/grammar/pnml"><net id="n"
+type="http://www.pnml.org/version-2009/grammar/ptnet"><page id="g">
+<place id="cId-1"><name><text>Entry</text></name><initialMarking><text>1</text></initialMarking></place>
+<place id="cId-2"><name><text>the exit</text></name></place>
+<transition id="cId-3"><name><text>Go</text></name></transition>
+<arc id="a" source="cId-1" target="cId-3"/><arc id="b" source="cId-3" target="cId-2"/></page></net></pnml>"""
+
+
+def test_names_stand_for_generated_ids(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "net.pnml"
+    path.write_text(NAMED, encoding="utf-8")
+    by_name = run("find", path, "--marking", 'Entry = 0 & "the exit" >= 1')
+    assert by_name.stdout == 'reachable: Entry = 0 & "the exit" >= 1\n    1  Go\n'
+    assert run("find", path, "--marking", '"cId-1" = 0').stdout.splitlines()[1] == "    1  Go"
+    assert run("find", path, "--enabled", "Go").exit_code == 0
+    assert run("verify", path, "--ltl", "F fired(Go)").exit_code == 0
+    step = json.loads(run("find", path, "--enabled", "Go", "--json").stdout)["witness"]
+    assert step is not None
+
+
 def test_all_complaints_at_once(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "net.pnml"
     path.write_text(

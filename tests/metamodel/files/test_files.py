@@ -62,3 +62,31 @@ def test_no_format_is_imported_before_it_is_needed() -> None:
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
     assert ".net" in SUFFIXES
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("net.tapn", "TAPAAL's own format: export the net as PNML"),
+        ("net.bpmn", "exports one as PNML"),
+        ("net.llnet", "a net of PEP"),
+        ("net.ndr", "TINA's drawing: save it as .net"),
+        ("net.xml", "rename it to .pnml if its root is <pnml>"),
+        ("net.PNPRO", "GreatSPN"),
+        ("net.pmnl", "did you mean '.pnml'"),
+    ],
+)
+def test_files_of_other_tools_are_named_for_what_they_are(name: str, hint: str, tmp_path: Path) -> None:
+    with pytest.raises(ModelFileError) as caught:
+        load(tmp_path / name)
+    assert hint in str(caught.value)
+    if "did you" not in hint:
+        assert "did you mean" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["a.pnml", "a.net", "a.xmi"])
+def test_a_pointer_of_git_lfs_is_named(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n", encoding="utf-8")
+    with pytest.raises(ModelFileError, match=r"pointer of Git LFS.*git lfs pull"):
+        load(path)
