@@ -1,0 +1,152 @@
+"""Schedules: when the transitions of a firing sequence fire.
+
+Each firing is a variable, and the firing intervals bound the differences of two variables. So the earliest and
+the latest time of each firing are longest and shortest paths (Bellman and Ford), and all firings at their
+earliest times are a schedule. A bound that is left out is moved by a fraction of the unit that no sequence of
+this length can add up to a whole unit, so all numbers stay exact.
+
+This computation shares nothing with state classes but the net: it also checks the sequences that they find.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from dineros.analysis.nets.witness import WitnessError
+from dineros.analysis.timed.nets import TimedNet
+
+
+@dataclass(frozen=True)
+class ScheduledFiring:
+    """When a transition of a sequence fires.
+
+    Attributes
+    ----------
+    transition : int
+    at : Fraction
+        Its time in the schedule that was chosen: each firing as early as it can, counted from the start.
+    earliest : Fraction
+        No schedule of the sequence has it earlier.
+    latest : Fraction or None
+        No schedule of the sequence has it later; None if it may be any time later.
+    """
+
+    transition: int
+    at: Fraction
+    earliest: Fraction
+    latest: Fraction | None
+
+
+@dataclass(frozen=True)
+class _Bound:
+    """``x[target] - x[source] >= least``; strictly more if it is strict."""
+
+    source: int
+    target: int
+    least: Fraction
+    is_strict: bool
+
+
+def schedule(net: TimedNet, trace: Sequence[int]) -> tuple[ScheduledFiring, ...]:
+    """Return when the transitions of a firing sequence fire.
+
+    Raises
+    ------
+    WitnessError
+        There is no schedule: the sequence is not one of the net with its times.
+
+    Examples
+    --------
+    >>> from dineros.analysis.nets.compiled import Transition
+    >>> from dineros.analysis.timed.nets import Interval
+    >>> steps = [Transition("tick", {"idle": 1}, {"due": 1}), Transition("work", {"due": 1}, {"idle": 1})]
+    >>> times = {"tick": Interval(Fraction(10), Fraction(10)), "work": Interval(Fraction(1), Fraction(3))}
+    >>> net = TimedNet.build({"idle": 1, "due": 0}, steps, times)
+    >>> [(str(one.earliest), str(one.at), str(one.latest)) for one in schedule(net, [0, 1, 0])]
+    [('10', '10', '10'), ('11', '11', '13'), ('21', '21', '23')]
+    """
+    bounds = _bounds(net, trace)
+    size = len(trace) + 1
+    shift = net.unit / (2 * (size + 1))
+    earliest = _longest(size, [(b.source, b.target, b.least + shift * b.is_strict) for b in bounds])
+    # The latest times are shortest paths: the same bounds turned round, from the start backwards.
+    exact = [(b.target, b.source, b.least + shift * b.is_strict) for b in bounds]
+    back = _longest(size, exact)
+    if earliest is None or back is None:
+        raise WitnessError("a firing sequence has no schedule")
+    made = []
+    for number, transition in enumerate(trace, 1):
+        at, before = earliest[number], back[number]
+        assert at is not None, "each firing comes after the start"
+        latest = None if before is None else -before
+        made.append(ScheduledFiring(transition, at, _unshifted(at, net.unit), _unshifted_up(latest, net.unit)))
+    return tuple(made)
+
+
+def _unshifted(time: Fraction, unit: Fraction) -> Fraction:
+    """Return the bound that a time above it by a shift stands for."""
+    return time // unit * unit
+
+
+def _unshifted_up(time: Fraction | None, unit: Fraction) -> Fraction | None:
+    return None if time is None else -(-time // unit) * unit
+
+
+def _bounds(net: TimedNet, trace: Sequence[int]) -> list[_Bound]:
+    """Fire the sequence and collect what bounds its times; variable 0 is the start.
+
+    Raises
+    ------
+    WitnessError
+        A transition lacks tokens where the sequence fires it.
+    """
+    marking = net.untimed.initial.tolist()
+    since = dict.fromkeys(_enabled(net, marking), 0)
+    bounds = []
+    for number, fired in enumerate(trace, 1):
+        if fired not in since:
+            raise WitnessError(f"transition {net.untimed.transitions[fired]} is not enabled")
+        bounds.append(_Bound(number - 1, number, Fraction(0), False))
+        own = net.intervals[fired]
+        bounds.append(_Bound(since[fired], number, own.earliest, own.is_open_below))
+        for transition, start in since.items():
+            interval = net.intervals[transition]
+            if interval.latest is not None:
+                bounds.append(_Bound(number, start, -interval.latest, interval.is_open_above))
+            if transition in net.above[fired]:
+                bounds.append(_Bound(number, start, -interval.earliest, not interval.is_open_below))
+        for place, weight in net.take.row(fired):
+            marking[place] -= weight
+        going_on = {t: start for t, start in since.items() if t != fired and is_enabled(net, t, marking)}
+        for place, weight in net.put.row(fired):
+            marking[place] += weight
+        since = {t: going_on.get(t, number) for t in _enabled(net, marking)}
+    return bounds
+
+
+def is_enabled(net: TimedNet, transition: int, marking: Sequence[int]) -> bool:
+    """Whether a marking has enough tokens for a transition, and few enough for its inhibitor arcs."""
+    return all(marking[place] >= weight for place, weight in net.test.row(transition)) and all(
+        marking[place] < weight for place, weight in net.untimed.inhibitor.row(transition)
+    )
+
+
+def _enabled(net: TimedNet, marking: Sequence[int]) -> list[int]:
+    return [t for t in range(len(net.untimed.transitions)) if is_enabled(net, t, marking)]
+
+
+def _longest(size: int, arcs: Sequence[tuple[int, int, Fraction]]) -> list[Fraction | None] | None:
+    """Return by variable the longest path from variable 0; None if paths grow for ever."""
+    length: list[Fraction | None] = [Fraction(0)] + [None] * (size - 1)
+    for _ in range(size + 1):
+        has_changed = False
+        for source, target, least in arcs:
+            start, known = length[source], length[target]
+            if start is not None and (known is None or start + least > known):
+                length[target] = start + least
+                has_changed = True
+        if not has_changed:
+            return length
+    return None
