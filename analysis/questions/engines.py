@@ -19,6 +19,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
     from dineros.analysis.symbolic.order_cache import OrderCache
+    from dineros.analysis.timed.nets import TimedNet
 
 
 @dataclass(frozen=True)
@@ -194,6 +195,39 @@ class Tina(Engine):
             case Linear(net, names, formula, weak, strong):
                 return tina.verify(net, formula, names, weak, strong, budget)
         raise tina.TinaError(f"TINA is not asked such questions: {type(question).__name__}")
+
+
+@dataclass(frozen=True)
+class Timed(Engine):
+    """State classes: questions about a net with its firing intervals and priorities.
+
+    Attributes
+    ----------
+    net : TimedNet
+        The net; questions are asked about the same net without its times.
+    """
+
+    net: TimedNet
+    name = "time"
+
+    def answer(self, question: Question, budget: Budget) -> Outcome:
+        """Build state classes; a run that shows the answer has a schedule."""
+        from dineros.analysis.timed.goals import find_timed, find_timed_firing
+        from dineros.analysis.timed.linear_time import verify_timed_ltl
+        from dineros.metamodel.errors import DinerosError
+
+        match question:
+            case Enabled(_, names, name):
+                return find_timed_firing(self.net, name, names, budget)
+            case Marking(_, names, condition):
+                return find_timed(self.net, condition, names, budget)
+            case Linear(_, names, formula, (), ()):
+                return verify_timed_ltl(self.net, formula, names, budget)
+            case Linear():
+                raise DinerosError(
+                    "fairness is not known with --time", hint="latest bounds say what must happen"
+                )
+        raise DinerosError("formulas of CTL are not decided with --time yet", hint="say it in LTL")
 
 
 ENGINES: dict[str, Engine] = {engine.name: engine for engine in (Own(), Tina())}

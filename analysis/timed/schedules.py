@@ -1,7 +1,7 @@
 """Schedules: when the transitions of a firing sequence fire.
 
-Each firing is a variable, and the firing intervals bound the differences of two variables. So the earliest and
-the latest time of each firing are longest and shortest paths (Bellman and Ford), and all firings at their
+Each firing is a variable, and the firing intervals bound the differences of two variables. So the earliest
+and the latest time of each firing are longest and shortest paths (Bellman and Ford), and all firings at their
 earliest times are a schedule. A bound that is left out is moved by a fraction of the unit that no sequence of
 this length can add up to a whole unit, so all numbers stay exact.
 
@@ -81,7 +81,9 @@ def schedule(net: TimedNet, trace: Sequence[int]) -> tuple[ScheduledFiring, ...]
         at, before = earliest[number], back[number]
         assert at is not None, "each firing comes after the start"
         latest = None if before is None else -before
-        made.append(ScheduledFiring(transition, at, _unshifted(at, net.unit), _unshifted_up(latest, net.unit)))
+        made.append(
+            ScheduledFiring(transition, at, _unshifted(at, net.unit), _unshifted_up(latest, net.unit))
+        )
     return tuple(made)
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, Progress
 from dineros.analysis.explicit.lazy_arrays import lazy_zeros
@@ -68,6 +70,9 @@ class ClassSearch:
         Whether edges are kept, not only counted.
     keeps_parents : bool
         Whether each class remembers from where it was first reached.
+    is_breadth_first : bool
+        Whether classes are expanded in the order in which they are found, so that the ways to them are short.
+        By equality it is always so; by inclusion the other order replaces fewer classes.
     """
 
     def __init__(
@@ -78,16 +83,19 @@ class ClassSearch:
         *,
         keeps_edges: bool = False,
         keeps_parents: bool = False,
+        is_breadth_first: bool = False,
     ) -> None:
         self.is_strong, self.by_inclusion = kind in "SE", kind in "ME"
         if net.has_priorities and not self.is_strong:
             raise DinerosError(f"classes {kind} do not know priorities, which the net has", hint="S and E do")
         self.net, self.kind = net, kind
         self.reason: str | None = None
+        self.is_done = False
         if budget.memory_bytes is None:
             budget = budget.share(most_bytes=int(free_memory() * DEFAULT_SHARE))
         self._budget = budget.begun()
         self._keeps_edges = keeps_edges or self.by_inclusion
+        self._is_stack = self.by_inclusion and not is_breadth_first
         self._tables = net_tables(net)
         largest = int(
             max((abs(b) for b in (*self._tables.lower, *self._tables.upper) if b != UNBOUNDED), default=1)
@@ -152,8 +160,14 @@ class ClassSearch:
             np.zeros(depth + 3, dtype=np.int64),
         )
 
-    def run(self) -> None:
-        """Search until all is seen or a limit is hit."""
+    def run(self, is_met: Callable[[], bool] | None = None) -> None:
+        """Search until all is seen, a goal is met, or a limit is hit.
+
+        Parameters
+        ----------
+        is_met
+            Called now and then; the search ends, without a reason, once it returns true.
+        """
         self._budget.stage("state classes")
         shape = (self.is_strong, self.by_inclusion)
         size = FIRST_SLICE
@@ -167,6 +181,7 @@ class ClassSearch:
                         self._known,
                         self._work,
                         *shape,
+                        self._is_stack,
                         self._keeps_edges,
                         self._bits,
                         self._top,
@@ -180,6 +195,7 @@ class ClassSearch:
                     has_begun, took = status == kernels.DONE, 1.0
                     self._known.control[EDGES] = 0  # no edge leads to the initial class
                 if status == kernels.DONE and took != 1.0:
+                    self.is_done = True
                     return
                 if status == kernels.GOES_ON:
                     factor = CALL_SECONDS / max(took, 1e-6)
@@ -194,6 +210,8 @@ class ClassSearch:
                 elif status == kernels.TOO_MANY_TOKENS:
                     self.reason = "tokens"
                 self._look()
+                if is_met is not None and is_met():
+                    return
         except KeyboardInterrupt:
             self.reason = "interrupted"
         except MemoryError:
@@ -241,10 +259,69 @@ class ClassSearch:
         )
         return size
 
-    def markings(self) -> Int64Array:
-        """Return the markings found, one row each, places in the order of the net."""
-        found: Int64Array = self._known.markings[: int(self._known.control[MARKINGS])].astype(np.int64)
+    def markings(self, first: int = 0) -> Int64Array:
+        """Return the markings found, from a row on, places in the order of the net."""
+        found: Int64Array = self._known.markings[first : int(self._known.control[MARKINGS])].astype(np.int64)
         return found
+
+    def dead(self) -> NDArray[np.bool_]:
+        """Return by class whether nothing can fire there, if edges are kept."""
+        known = self._known
+        nothing: NDArray[np.bool_] = known.edge_first[: self.classes] == known.edge_last[: self.classes]
+        if self.by_inclusion:
+            nothing &= known.replaced_by[: self.classes] == kernels.ALIVE
+        return nothing
+
+    @property
+    def edges(self) -> int:
+        """Number of edges found."""
+        return int(self._known.control[EDGES])
+
+    @property
+    def classes(self) -> int:
+        """Number of classes found, those that were replaced by larger ones included."""
+        return int(self._known.control[CLASSES])
+
+    @property
+    def marking_of(self) -> Int64Array:
+        """By class its marking; a view that ends with the classes found so far."""
+        found: Int64Array = self._known.class_marking[: self.classes]
+        return found
+
+    def trace(self, number: int) -> tuple[int, ...]:
+        """Return the firings by which a class was first reached, if parents are kept."""
+        found: list[int] = []
+        while self._known.parent[number] >= 0:
+            found.append(int(self._known.via[number]))
+            number = int(self._known.parent[number])
+        return tuple(reversed(found))
+
+    def first_edge(self, transitions: Sequence[int]) -> tuple[int, int] | None:
+        """Return the class and the transition of the first edge that fires one of some transitions."""
+        known = self._known
+        edges = np.flatnonzero(np.isin(known.edge_label[: self.edges], transitions))
+        if not len(edges):
+            return None
+        edge, classes = int(edges[0]), self.classes
+        holds = (known.edge_first[:classes] <= edge) & (edge < known.edge_last[:classes])
+        return int(np.flatnonzero(holds)[0]), int(known.edge_label[edge])
+
+    def arrays(self) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array, Int64Array]:
+        """Return the graph, if edges are kept and classes are compared by equality.
+
+        Returns
+        -------
+        marking_of, first, last, target, label
+            By class: its marking, and which edges leave it. By edge: the class after it and its transition.
+        """
+        known, classes = self._known, int(self._known.control[CLASSES])
+        return (
+            known.class_marking[:classes].copy(),
+            known.edge_first[:classes].copy(),
+            known.edge_last[:classes].copy(),
+            known.edge_target[: self.edges].copy(),
+            known.edge_label[: self.edges].copy(),
+        )
 
     def graph(self) -> ClassGraph:
         """Return what was found."""

@@ -21,6 +21,7 @@ from dineros.cli.presentation.evidence import (
     share_of,
 )
 from dineros.cli.presentation.scheduling import answer_on_workers
+from dineros.cli.questions.timed import load_timed_subject
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ class Asking:
         Who answers: an engine, or the workers of a scheduler.
     certificate, confirm
         Where a certificate is wanted; whether others are to decide again what rests on all markings.
+    timed : bool
+        Whether the answer is about the net with its firing intervals.
     output, as_json
         Where the run that shows the answer is written; whether JSON is printed.
     is_proved : bool
@@ -65,6 +68,7 @@ class Asking:
     confirm: bool
     output: Path | None
     as_json: bool
+    timed: bool = False
     is_proved: bool = False
     confirmation: Confirmation | None = None
     times: LeftOutTimes | None = None
@@ -73,9 +77,14 @@ class Asking:
         """Find out that the options exclude each other; raises `UsageError`."""
         if self.scheduler is not None and self.engine == "tina":
             raise click.UsageError("workers of a scheduler do not ask TINA")
+        others = (self.engine != "auto", self.scheduler, self.certificate, self.confirm)
+        if self.timed and any(others):
+            raise click.UsageError("--time goes without --engine, --scheduler, --certificate and --confirm")
 
     def subject(self) -> Subject:
         """Read the model, refuse an invalid one, and flatten and compile it."""
+        if self.timed:
+            return load_timed_subject(self.model, self.settings, self.signals, self.overflow)
         subject = load_subject(self.model, self.settings, self.signals, self.overflow)
         self.leave_out_times(subject.model)
         return subject
@@ -110,7 +119,8 @@ class Asking:
             The engine or the scheduler is not there, failed, or does not know such questions.
         """
         from dineros.analysis.evidence.proving import Asked, proved
-        from dineros.analysis.questions.engines import ENGINES
+        from dineros.analysis.questions.engines import ENGINES, Timed
+        from dineros.analysis.timed.subject import TimedSubject
 
         run, signals = search(), signals or self.signals
         asked = Asked(subject, kind, text, signals, self.overflow, self.settings)
@@ -124,7 +134,8 @@ class Asking:
             told = {"kind": kind, "text": text, "signals": signals, "overflow": self.overflow, **more}
             answer = answer_on_workers(subject, self.scheduler, told, run.limits.memory, run.limits.left)
         elif answer is None:
-            answer = ENGINES[self.engine].answer(question, budget)
+            engine = Timed(subject.timed) if isinstance(subject, TimedSubject) else ENGINES[self.engine]
+            answer = engine.answer(question, budget)
         if self.certificate is not None and answer.evidence is not None:
             run.stage("writing the certificate")
             backed = certified(asked, answer, self.certificate)

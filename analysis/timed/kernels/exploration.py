@@ -185,10 +185,12 @@ def begin(net, known, work, is_strong, by_inclusion, bits, top):  # type: ignore
 
 
 @kernel()
-def next_class(known, by_inclusion):  # type: ignore[no-untyped-def]
+def next_class(known, by_inclusion, is_stack):  # type: ignore[no-untyped-def]
     """Return the next class to expand, -1 if there is none; it stays the next one."""
     control = known.control
-    if not by_inclusion:
+    if not is_stack:
+        while by_inclusion and control[NEXT] < control[CLASSES] and known.replaced_by[control[NEXT]] != ALIVE:
+            control[NEXT] += 1
         return control[NEXT] if control[NEXT] < control[CLASSES] else -1
     while control[TODO]:
         number = known.todo[control[TODO] - 1]
@@ -199,11 +201,11 @@ def next_class(known, by_inclusion):  # type: ignore[no-untyped-def]
 
 
 @kernel(nogil=True)
-def explore(net, known, work, is_strong, by_inclusion, keeps_edges, bits, top, most):  # type: ignore[no-untyped-def]
+def explore(net, known, work, is_strong, by_inclusion, is_stack, keeps_edges, bits, top, most):  # type: ignore[no-untyped-def]
     """Expand at most so many classes; say why it ends."""
     control = known.control
     for _ in range(most):
-        number = next_class(known, by_inclusion)
+        number = next_class(known, by_inclusion, is_stack)
         if number < 0:
             return DONE
         todo, edges = control[TODO], control[EDGES]
@@ -216,7 +218,7 @@ def explore(net, known, work, is_strong, by_inclusion, keeps_edges, bits, top, m
         if keeps_edges:
             known.edge_first[number] = edges
             known.edge_last[number] = control[EDGES]
-        if by_inclusion:
+        if is_stack:
             # What was found now lies above the class itself.
             for at in range(todo, control[TODO]):
                 known.todo[at - 1] = known.todo[at]

@@ -19,6 +19,7 @@ from dineros.cli.models import rules_of
 from dineros.cli.options import model_argument
 from dineros.cli.presentation.answers import say_way
 from dineros.cli.questions.asking import Asking
+from dineros.cli.questions.timed import time_option
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -31,11 +32,13 @@ if TYPE_CHECKING:
 @search_command(
     "dineros find sorting.sym.xmi --enabled TShowResult",
     "dineros find sorting.sym.xmi --signals none --marking 'Shown >= 1 & StateGet >= 1'",
+    "dineros find race.net --time --marking 'b >= 1'",
 )
 @model_argument()
 @click.option("--enabled", metavar="TRANSITION", help="Find a marking that enables a transition.")
 @click.option("--marking", metavar="EXPR", help="Find a marking with a property, such as 'Shown >= 2'.")
 @search_order_option("Breadth first finds a shortest way, depth first often a long one sooner.")
+@time_option("Ask about the net with its firing intervals; the way has a schedule.")
 @question_options
 def find(enabled: str | None, marking: str | None, order: Order, **options: Any) -> int:
     """Find a way to a marking: a shortest one, unless the search goes depth first or on a reduced net.

@@ -11,6 +11,7 @@ from dineros.cli.analysing import cache_option, orders_beside, question_options
 from dineros.cli.options import ModelPath, model_argument
 from dineros.cli.questions.asking import Asking
 from dineros.cli.questions.property_files import answer_properties, write_stored
+from dineros.cli.questions.timed import time_option
 from dineros.cli.questions.verifying import verify_formula, verify_stored
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.supervising import search_command
@@ -21,6 +22,7 @@ from dineros.metamodel.errors import DinerosError
     "dineros verify sorting.sym.xmi --signals none --ctl 'AG EF (Shown >= 3)'",
     "dineros verify sorting.sym.xmi --signals none --ltl 'G F fired(TSense)'",
     "dineros verify door.sym.xmi Closes",
+    "dineros verify race.net --time --ltl 'G (b == 0)'",
     "dineros verify sorting.sym.xmi --ctl 'AG EF (Shown >= 3)' --write-properties questions.xml",
 )
 @model_argument()
@@ -55,6 +57,7 @@ from dineros.metamodel.errors import DinerosError
     help="Write what is asked as a property file of the contest, instead of answering it.",
 )
 @cache_option
+@time_option("Ask about the runs of the net with its firing intervals; with --ltl.")
 @question_options
 def verify(
     property_name: str | None,

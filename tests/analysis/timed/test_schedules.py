@@ -12,15 +12,18 @@ from dineros.analysis.nets.witness import WitnessError
 from dineros.analysis.timed.nets import Interval, TimedNet
 from dineros.analysis.timed.schedules import schedule
 from tests.analysis.timed.time_nets import RandomNet, lively_net
+from tests.support.references.regions import State
 
 
 def run(net: RandomNet, random: Random, length: int) -> list[int]:
     """Return a firing sequence that some run of the regions has."""
     graph = net.regions()
-    state, trace = graph.start, list[int]()
+    state: State = graph.start
+    trace: list[int] = []
     for _ in range(60):
-        choices = [(None, graph.waits[state])] if state in graph.waits else []
-        choices += graph.fires[state]  # type: ignore[arg-type]
+        choices: list[tuple[int | None, State]] = list(graph.fires[state])
+        if state in graph.waits:
+            choices.append((None, graph.waits[state]))
         if not choices or len(trace) == length:
             break
         fired, state = random.choice(choices)
@@ -62,8 +65,10 @@ def replay(net: TimedNet, timed: list[tuple[int, Fraction]]) -> None:
         now = at
         for t, clock in clocks.items():
             interval = net.intervals[t]
-            assert interval.latest is None or clock < interval.latest or (
-                clock == interval.latest and not interval.is_open_above
+            assert (
+                interval.latest is None
+                or clock < interval.latest
+                or (clock == interval.latest and not interval.is_open_above)
             )
         ready = {
             t
@@ -79,13 +84,17 @@ def replay(net: TimedNet, timed: list[tuple[int, Fraction]]) -> None:
         for place, weight in net.put.row(fired):
             marking[place] += weight
         clocks = {
-            t: clocks[t] if t in clocks and t in between and t != fired else Fraction(0) for t in enabled(marking)
+            t: clocks[t] if t in clocks and t in between and t != fired else Fraction(0)
+            for t in enabled(marking)
         }
 
 
 def test_a_sequence_that_comes_too_late_has_no_schedule() -> None:
     steps = [Transition("soon", {"p": 1}, {"q": 1}), Transition("late", {"r": 1}, {"s": 1})]
-    times = {"soon": Interval(Fraction(0), Fraction(2)), "late": Interval(Fraction(2), None, is_open_below=True)}
+    times = {
+        "soon": Interval(Fraction(0), Fraction(2)),
+        "late": Interval(Fraction(2), None, is_open_below=True),
+    }
     net = TimedNet.build({"p": 1, "q": 0, "r": 1, "s": 0}, steps, times)
     assert schedule(net, [0, 1])[1].earliest == 2
     with pytest.raises(WitnessError, match="no schedule"):
@@ -99,5 +108,5 @@ def test_windows_are_those_of_all_schedules() -> None:
     times = {"a": Interval(Fraction(1), Fraction(4)), "b": Interval(Fraction(1, 2))}
     net = TimedNet.build({"p": 1, "q": 0, "r": 0}, steps, times)
     first, second = schedule(net, [0, 1])
-    assert (first.earliest, first.latest) == (1, 4)
+    assert (first.earliest, first.latest) == (Fraction(1), Fraction(4))
     assert (second.earliest, second.latest) == (Fraction(3, 2), None)

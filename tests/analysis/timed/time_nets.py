@@ -98,12 +98,14 @@ def random_net(random: Random, has_priorities: bool = False, is_closed: bool = F
     return RandomNet(initial, made, tuple(sorted(pairs)))
 
 
-def lively_net(random: Random, has_priorities: bool = False, is_closed: bool = False) -> RandomNet:
-    """Return a random net with at least 5 markings and at most 3 000 regions."""
+def lively_net(
+    random: Random, has_priorities: bool = False, is_closed: bool = False, most: int = 3_000
+) -> RandomNet:
+    """Return a random net with at least 5 markings and at most so many regions."""
     while True:
         net = random_net(random, has_priorities, is_closed)
         try:
-            graph = net.regions(3_000)
+            graph = net.regions(most)
         except OverflowError:
             continue
         if len(graph.markings) >= 5:

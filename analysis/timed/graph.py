@@ -1,0 +1,159 @@
+"""Graphs of state classes as arrays, for questions about runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled, SomeFired
+from dineros.analysis.logic.language.syntax import (
+    OPERATORS,
+    And,
+    Atom,
+    Constant,
+    Equivalent,
+    Formula,
+    Implies,
+    Not,
+    Or,
+)
+from dineros.analysis.nets.compiled import CompiledNet, Int64Array
+from dineros.analysis.timed.classes import Kind
+from dineros.analysis.timed.nets import TimedNet
+from dineros.analysis.timed.search import ClassSearch
+
+Flags = NDArray[np.bool_]
+
+WAITING = -1
+"""Label of an edge that fires nothing: time passes for ever."""
+
+
+def holding(tree: Formula, evaluate: Callable[[Atom], Flags], size: int) -> Flags:
+    """Return where a boolean combination of atoms is true, given where each atom is.
+
+    Raises
+    ------
+    TypeError
+        There is a temporal operator.
+    """
+    values: dict[Formula, Flags] = {}
+    for part in tree.subformulas():
+        rows = [values[operand] for operand in part.operands]
+        match part:
+            case Constant(value):
+                values[part] = np.full(size, value)
+            case Atom():
+                values[part] = evaluate(part)
+            case Not():
+                values[part] = ~rows[0]
+            case And():
+                values[part] = np.logical_and.reduce(rows)
+            case Or():
+                values[part] = np.logical_or.reduce(rows)
+            case Implies():
+                values[part] = ~rows[0] | rows[1]
+            case Equivalent():
+                values[part] = rows[0] == rows[1]
+            case _:
+                raise TypeError(f"no condition on a marking: {part}")
+    return values[tree]
+
+
+def marked_so(net: TimedNet, condition: Linear | SomeEnabled, markings: Int64Array) -> Flags:
+    """Return by marking (a row) whether it has a property."""
+    if isinstance(condition, Linear):
+        sums = np.zeros(len(markings), dtype=np.int64)
+        for place, factor in condition.factors.items():
+            sums += factor * markings[:, place]
+        return np.asarray(OPERATORS[condition.operator](sums, condition.bound))  # type: ignore[arg-type]
+    some = np.zeros(len(markings), dtype=np.bool_)
+    for transition in condition.transitions:
+        some |= enabling(net.untimed, net, transition, markings)
+    return some
+
+
+@dataclass(frozen=True)
+class TimedGraph:
+    """Classes, numbered from 0, the initial one, and edges.
+
+    Attributes
+    ----------
+    net : TimedNet
+    marking_of : int64 array, shape (classes,)
+        By class its marking, a row of `markings`.
+    markings : int64 array, shape (markings, places)
+    source, target, label : int64 arrays, shape (edges,)
+        The edges, sources ascending; the label is the transition, or `WAITING` where a run may stay in a
+        class for ever: then nothing that is enabled has a latest bound.
+    """
+
+    net: TimedNet
+    marking_of: Int64Array
+    markings: Int64Array
+    source: Int64Array
+    target: Int64Array
+    label: Int64Array
+
+    @property
+    def classes(self) -> int:
+        """Number of classes."""
+        return len(self.marking_of)
+
+    def where(self, condition: Condition) -> Flags:
+        """Return by class whether its marking has a property.
+
+        ``deadlock`` is a class in which nothing can fire any more, however long one waits.
+        """
+        if isinstance(condition, NoneEnabled):
+            fires = np.zeros(self.classes, dtype=np.bool_)
+            fires[self.source[self.label != WAITING]] = True
+            return ~fires
+        if isinstance(condition, Linear | SomeEnabled):
+            return marked_so(self.net, condition, self.markings)[self.marking_of]
+        raise TypeError(f"no property of a marking: {condition}")
+
+    def fired(self, condition: SomeFired) -> Flags:
+        """Return by edge whether it fires one of some transitions."""
+        return np.isin(self.label, list(condition.transitions))
+
+
+def enabling(net: CompiledNet, timed: TimedNet, transition: int, markings: Int64Array) -> Flags:
+    """Return by marking whether it has enough tokens for a transition, and few enough for inhibitor arcs."""
+    held = np.ones(len(markings), dtype=np.bool_)
+    for place, weight in timed.test.row(transition):
+        held &= markings[:, place] >= weight
+    for place, weight in net.inhibitor.row(transition):
+        held &= markings[:, place] < weight
+    return held
+
+
+def timed_graph(net: TimedNet, kind: Kind, budget: Budget) -> TimedGraph:
+    """Build the graph of all state classes, by equality.
+
+    Raises
+    ------
+    BudgetExceededError
+        A limit was hit before it is complete.
+    """
+    search = ClassSearch(net, kind, budget, keeps_edges=True)
+    search.run()
+    if search.reason is not None:
+        raise BudgetExceededError(search.reason)
+    budget.check_memory(search.memory_bytes + 6 * 8 * search.edges)
+    marking_of, first, last, target, label = search.arrays()
+    source = np.repeat(np.arange(len(marking_of)), last - first)
+    markings = search.markings()
+    waits = np.ones(len(markings), dtype=np.bool_)
+    for transition, interval in enumerate(net.intervals):
+        if interval.latest is not None:
+            waits &= ~enabling(net.untimed, net, transition, markings)
+    waiting = np.flatnonzero(waits[marking_of])
+    source = np.concatenate([source, waiting])
+    target = np.concatenate([target, waiting])
+    label = np.concatenate([label, np.full(len(waiting), WAITING)])
+    order = np.argsort(source, kind="stable")
+    return TimedGraph(net, marking_of, markings, source[order], target[order], label[order])

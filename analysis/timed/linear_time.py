@@ -1,0 +1,291 @@
+"""LTL on nets with time: every run satisfies a formula, or here is one that does not, with its schedule.
+
+Runs are those of the state class graph: infinite firing sequences that some schedule has, and runs that stay
+in a marking for ever, because nothing has to fire there. A run in which infinitely many firings take no time
+is a run like others.
+
+References
+----------
+B. Berthomieu, F. Vernadat, *State class constructions for branching analysis of time Petri nets*, TACAS
+2003, LNCS 2619 (linear classes keep markings and firing sequences).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.automata.automaton import Automaton
+from dineros.analysis.logic.automata.translation import translate
+from dineros.analysis.logic.language.atoms import BoundAtoms, SomeFired, Step
+from dineros.analysis.logic.language.names import Names, NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.rewriting import negated
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import Atom, Deadlock, Formula
+from dineros.analysis.logic.verdicts.verdict import ReplayError
+from dineros.analysis.nets.compiled import Int64Array
+from dineros.analysis.nets.graph_parts import numbered_parts
+from dineros.analysis.timed.graph import WAITING, Flags, TimedGraph, timed_graph
+from dineros.analysis.timed.nets import TimedNet
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+MOST_ATOMS = 62
+"""Letters are bits of one word."""
+
+
+def verify_timed_ltl(
+    net: TimedNet, formula: str | Formula, names: Names | None = None, budget: Budget = UNLIMITED
+) -> Outcome:
+    """Decide whether all runs of a net with its times satisfy an LTL formula.
+
+    Parameters
+    ----------
+    net
+        The net; with priorities, strong classes are built, else linear ones.
+    formula
+        ``enabled(t)`` says that the tokens are there, ``fired(t)`` that the next step is this transition,
+        ``deadlock`` that nothing can fire any more.
+    names
+        What names stand for; by default places and transitions of the net.
+    budget
+        Limits.
+
+    Returns
+    -------
+    Outcome
+        ``violated`` comes with a run that has a schedule and on which the formula is false by definition.
+
+    Raises
+    ------
+    FormulaError
+        If the formula is none, names something unknown, or is too large.
+    """
+    names = names or NetNames(net.untimed)
+    budget = budget.begun()
+    tree = parse(formula) if isinstance(formula, str) else formula
+    atoms = BoundAtoms(net.untimed, tree, names)
+    budget.stage("the automaton of the formula")
+    automaton = translate(negated(tree))
+    classes: int | None = None
+    try:
+        if len(automaton.atoms) > MOST_ATOMS:
+            raise BudgetExceededError(f"the formula has more than {MOST_ATOMS} atoms")
+        graph = timed_graph(net, "S" if net.has_priorities else "W", budget)
+        classes = graph.classes
+        budget.stage("the product with the automaton")
+        run = _Product(graph, automaton, atoms, budget).accepted()
+    except BudgetExceededError as limit:
+        reason = RAN_OUT.get(str(limit), str(limit))
+        return Outcome("unknown", states=classes, seconds=budget.spent, reason=reason)
+    if run is None:
+        return Outcome("holds", states=classes, seconds=budget.spent, by="state classes")
+    _check(graph, tree, atoms, run)
+    stem, loop = _transitions(run.stem), _transitions(run.loop)
+    return Outcome("violated", stem, loop, classes, budget.spent, by="state classes")
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Edges of the graph: those of the stem, and those of the loop."""
+
+    graph: TimedGraph
+    stem_edges: tuple[int, ...]
+    loop_edges: tuple[int, ...]
+
+    @property
+    def stem(self) -> list[int]:
+        return [int(self.graph.label[edge]) for edge in self.stem_edges]
+
+    @property
+    def loop(self) -> list[int]:
+        return [int(self.graph.label[edge]) for edge in self.loop_edges]
+
+
+def _transitions(labels: Sequence[int]) -> tuple[int, ...]:
+    return tuple(label for label in labels if label != WAITING)
+
+
+class _Product:
+    """The product of a graph and an automaton: states are class * states + state of the automaton."""
+
+    def __init__(self, graph: TimedGraph, automaton: Automaton, atoms: BoundAtoms, budget: Budget) -> None:
+        self._graph, self._automaton, self._budget = graph, automaton, budget
+        self._states = len(automaton.edges)
+        letters = np.zeros(len(graph.source), dtype=np.int64)
+        for bit, atom in enumerate(automaton.atoms):
+            condition = atoms.conditions[atom]
+            if isinstance(condition, SomeFired):
+                held = graph.fired(condition)
+            else:
+                held = graph.where(condition)[graph.source]
+            letters |= held.astype(np.int64) << bit
+        self._letters = letters
+        self._join()
+
+    def _join(self) -> None:
+        """Make the edges of the product that start in states which can be reached."""
+        graph, states = self._graph, self._states
+        parts: list[tuple[Int64Array, Int64Array, Int64Array, Int64Array]] = []
+        total = 0
+        for state, edges in enumerate(self._automaton.edges):
+            for edge in edges:
+                reads = (self._letters & edge.positive == edge.positive) & (
+                    self._letters & edge.negative == 0
+                )
+                chosen = np.flatnonzero(reads)
+                total += len(chosen)
+                self._budget.check_memory(4 * 8 * total)
+                self._budget.check_time()
+                parts.append(
+                    (
+                        graph.source[chosen] * states + state,
+                        graph.target[chosen] * states + edge.target,
+                        chosen,
+                        np.full(len(chosen), edge.marks),
+                    )
+                )
+        self.source, self.target, self.edge, self.marks = (
+            np.concatenate(column) if parts else np.zeros(0, dtype=np.int64)
+            for column in (zip(*parts, strict=True) if parts else [[]] * 4)
+        )
+        reached = self._reached()
+        kept = reached[self.source]
+        self.source, self.target = self.source[kept], self.target[kept]
+        self.edge, self.marks = self.edge[kept], self.marks[kept]
+
+    def _matrix(self) -> csr_array:
+        from scipy.sparse import csr_array
+
+        size = self._graph.classes * self._states
+        return csr_array(
+            (np.ones(len(self.source), dtype=np.int8), (self.source, self.target)), shape=(size, size)
+        )
+
+    def _reached(self) -> Flags:
+        from scipy.sparse.csgraph import breadth_first_order
+
+        reached = np.zeros(self._graph.classes * self._states, dtype=np.bool_)
+        order = breadth_first_order(self._matrix(), self._automaton.initial, return_predecessors=False)
+        reached[order] = True
+        return reached
+
+    def accepted(self) -> _Run | None:
+        """Return an accepted run, or None if there is none."""
+        size = self._graph.classes * self._states
+        _, component = numbered_parts(size, self.source.astype(np.int32), self.target.astype(np.int32))
+        inside = component[self.source] == component[self.target]
+        found = np.zeros(int(component.max(initial=0)) + 1, dtype=np.int64)
+        has_edge = np.zeros(len(found), dtype=np.bool_)
+        np.bitwise_or.at(found, component[self.source[inside]], self.marks[inside])
+        has_edge[component[self.source[inside]]] = True
+        accepting = has_edge & (found == self._automaton.all_marks)
+        if not accepting.any():
+            return None
+        is_goal = accepting[component]
+        stem, start = self._path(self._automaton.initial, is_goal, np.ones(len(self.source), dtype=np.bool_))
+        return _Run(self._graph, tuple(stem), tuple(self._loop(start, component)))
+
+    def _loop(self, start: int, component: NDArray[np.integer[Any]]) -> list[int]:
+        """Return edges from a state of an accepting component back to it that carry all marks."""
+        inside = (component[self.source] == component[start]) & (component[self.target] == component[start])
+        edges: list[int] = []
+        missing, at = self._automaton.all_marks, start
+        while missing:
+            # A shortest way to an edge with a mark that is missing, and over it.
+            wanted = np.flatnonzero(inside & ((self.marks & missing) != 0))
+            goals = np.zeros(len(component), dtype=np.bool_)
+            goals[self.source[wanted]] = True
+            way, at = self._path(at, goals, inside)
+            over = int(next(edge for edge in wanted if self.source[edge] == at))
+            edges += [*way, int(self.edge[over])]
+            missing &= ~int(self.marks[over])
+            at = int(self.target[over])
+        if not edges or at != start:
+            goals = np.zeros(len(component), dtype=np.bool_)
+            goals[start] = True
+            if not edges:
+                over = int(np.flatnonzero(inside & (self.source == start))[0])
+                edges, at = [int(self.edge[over])], int(self.target[over])
+            way, _ = self._path(at, goals, inside)
+            edges += way
+        return edges
+
+    def _path(
+        self,
+        start: int,
+        goals: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
+        allowed: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
+    ) -> tuple[list[int], int]:
+        """Return the edges of a shortest path to a goal, and the goal."""
+        if goals[start]:
+            return [], start
+        rows = np.flatnonzero(allowed)
+        rows = rows[np.argsort(self.source[rows], kind="stable")]
+        sources = self.source[rows]
+        before: dict[int, int] = {start: -1}
+        level = [start]
+        while level:
+            after = []
+            for state in level:
+                for at in range(*np.searchsorted(sources, [state, state + 1])):
+                    target = int(self.target[rows[at]])
+                    if target in before:
+                        continue
+                    before[target] = int(rows[at])
+                    if goals[target]:
+                        return self._back(before, start, target), target
+                    after.append(target)
+            level = after
+        raise ReplayError("a goal that can be reached is not reached")
+
+    def _back(self, before: dict[int, int], start: int, end: int) -> list[int]:
+        edges, at = [], end
+        while at != start:
+            row = before[at]
+            edges.append(int(self.edge[row]))
+            at = int(self.source[row])
+        return edges[::-1]
+
+
+def _check(graph: TimedGraph, tree: Formula, atoms: BoundAtoms, run: _Run) -> None:
+    """Replay a counterexample: it has a schedule, and the formula is false on it by definition.
+
+    Raises
+    ------
+    ReplayError
+        It is none: an error of this program.
+    """
+    from dineros.analysis.nets.witness import WitnessError
+    from dineros.analysis.timed.schedules import schedule
+
+    deadlocks = graph.where(atoms.conditions[Deadlock()]) if Deadlock() in atoms.conditions else None
+    steps: list[tuple[Step, bool]] = []
+    for edge in (*run.stem_edges, *run.loop_edges):
+        source, label = int(graph.source[edge]), int(graph.label[edge])
+        marking = tuple(graph.markings[graph.marking_of[source]].tolist())
+        steps.append(
+            (
+                Step(marking, None if label == WAITING else label),
+                deadlocks is not None and bool(deadlocks[source]),
+            )
+        )
+
+    def is_true(atom: Atom, step: tuple[Step, bool]) -> bool:
+        return step[1] if isinstance(atom, Deadlock) else atoms.is_true(atom, step[0])
+
+    cut = len(run.stem_edges)
+    if holds_on_lasso(tree, steps[:cut], steps[cut:], is_true):
+        raise ReplayError("the formula holds on its counterexample")
+    try:
+        schedule(graph.net, [*_transitions(run.stem), *_transitions(run.loop)])
+    except WitnessError as error:
+        raise ReplayError(str(error)) from error
