@@ -148,7 +148,7 @@ def say_witness(witness: Witness) -> None:
     for number, step in enumerate(witness.steps, 1):
         if witness.loop is not None and number - 1 == witness.loop:
             say("  for ever:")
-        say(f"  {number:3}  {step.text}")
+        say(f"  {number:3}  {step.text}{'' if step.time is None else f', {step.time}'}")
 
 
 def write_witness(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,6 +23,28 @@ from dineros.transformations.rules.catalogue import (
     OverflowVariant,
     SignalVariant,
 )
+
+
+@dataclass(frozen=True)
+class FiringTime:
+    """When a transition of a firing sequence fires, in the unit of the model's intervals.
+
+    Attributes
+    ----------
+    at : float
+        In the schedule that is shown.
+    earliest, latest : float, float or None
+        In all schedules of the sequence; None: it may be any time later.
+    """
+
+    at: float
+    earliest: float
+    latest: float | None
+
+    def __str__(self) -> str:
+        latest = "any time later" if self.latest is None else f"{self.latest:g}"
+        only = self.earliest == self.latest
+        return f"at {self.at:g}" + ("" if only else f" (from {self.earliest:g} to {latest})")
 
 
 @dataclass(frozen=True)
@@ -66,6 +89,10 @@ class Subject:
     def _shown(self) -> dict[str, str]:
         """What nodes of a plain net are called, by their ids, where that is unique."""
         return unique_names(self.model) if self.flattened is None else {}
+
+    def times_of(self, trace: Sequence[int]) -> Sequence[FiringTime | None]:
+        """Return by firing of a sequence when it happens; None for each of a net without times."""
+        return [None] * len(trace)
 
     def links(self) -> list[Link]:
         """Return how each element of the net was made; empty for a plain net."""

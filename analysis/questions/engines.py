@@ -64,7 +64,7 @@ class Enabled(Question):
     order: Order = "breadth-first"
 
     def decided(self, budget: Budget) -> Outcome:
-        """Go the road of all goals."""
+        """Search for it; see `dineros.analysis.questions.goals`."""
         from dineros.analysis.questions.goals import find_enabled
 
         return find_enabled(self.net, self.name, self.names, budget, self.order)
@@ -86,7 +86,7 @@ class Marking(Question):
     order: Order = "breadth-first"
 
     def decided(self, budget: Budget) -> Outcome:
-        """Go the road of all goals."""
+        """Search for it; see `dineros.analysis.questions.goals`."""
         from dineros.analysis.questions.goals import find_marking
 
         return find_marking(self.net, self.condition, self.names, budget, self.order)

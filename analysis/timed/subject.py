@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from dineros.analysis.model.subject import Subject
+from dineros.analysis.model.subject import FiringTime, Subject
 from dineros.analysis.timed.nets import TimedNet, compile_timed_net
+from dineros.analysis.timed.schedules import schedule
 from dineros.metamodel import pn, sym
 from dineros.transformations.flattening.bounding import bounded
 from dineros.transformations.flattening.flatten import flatten
@@ -17,6 +19,19 @@ class TimedSubject(Subject):
     """A time Petri net under analysis; `net` is the same net without its times."""
 
     timed: TimedNet = field(kw_only=True)
+
+    def times_of(self, trace: Sequence[int]) -> Sequence[FiringTime | None]:
+        """Return by firing of a sequence when it happens; each as early as it can.
+
+        Raises
+        ------
+        WitnessError
+            The sequence has no schedule.
+        """
+        return [
+            FiringTime(float(one.at), float(one.earliest), None if one.latest is None else float(one.latest))
+            for one in schedule(self.timed, trace)
+        ]
 
 
 def timed_subject_of(

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.model.subject import Subject
+from dineros.analysis.model.subject import FiringTime, Subject
 from dineros.analysis.nets.coverability import Pumping
 
 if TYPE_CHECKING:
@@ -30,11 +30,18 @@ class Step:
         What it means, in the words of the model.
     change : dict of str to int
         Tokens gained or lost, by id of the place.
+    time : FiringTime or None
+        When it fires, where the net has times.
     """
 
     transition: str
     text: str
     change: dict[str, int]
+    time: FiringTime | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the step for JSON; without a time, it has no such field."""
+        return {name: value for name, value in asdict(self).items() if name != "time" or value is not None}
 
 
 @dataclass(frozen=True)
@@ -57,7 +64,7 @@ class Witness:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the witness for JSON."""
-        return {"steps": [asdict(step) for step in self.steps], "loop": self.loop}
+        return {"steps": [step.to_dict() for step in self.steps], "loop": self.loop}
 
 
 def witness_of(subject: Subject, trace: Sequence[int], loop: int | None = None) -> Witness:
@@ -71,10 +78,10 @@ def witness_of(subject: Subject, trace: Sequence[int], loop: int | None = None) 
     net = subject.net
     marking = net.initial.tolist()
     steps = []
-    for transition in trace:
+    for transition, time in zip(trace, subject.times_of(trace), strict=True):
         marking = net.fire(transition, marking)
         change = {net.places[place]: tokens for place, tokens in net.delta[transition].items()}
-        steps.append(Step(net.transitions[transition], subject.transition_text(transition), change))
+        steps.append(Step(net.transitions[transition], subject.transition_text(transition), change, time))
     return Witness(tuple(steps), loop, subject)
 
 

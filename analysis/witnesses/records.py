@@ -67,7 +67,8 @@ def witness_records(
             sequence=sequence,
             transition=step.transition,
             change=step.change,
-            text=step.text,
+            text=step.text if step.time is None else f"{step.text}, {step.time}",
+            time=None if step.time is None else step.time.at,
             **role.fields(),  # type: ignore[arg-type]  # what its kind has
         )
 

@@ -94,6 +94,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
         '[topic."/scans"]\npublishers = ["/sensor"]\nsubscribers = ["/mapper"]\n'
         '[topic."/dones"]\npublishers = ["/mapper"]\n'
     )
+    (folder / "race.net").write_text("net race\ntr fast [1,2] p -> a\ntr slow [3,4] p -> b\npl p (1)\n")
     for command in (
         "import --bag recording -o seen.sym.xmi",
         "find sorting.sym.xmi --enabled TPick -o pick.jsonl",

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 @search_command(
     "dineros statespace sorting.sym.xmi --signals none",
     "dineros statespace sorting.sym.xmi --set BlueObjects.tokens=0 --engine symbolic --json",
-    "dineros statespace train.net --time --classes M",
+    "dineros statespace race.net --time --classes M",
 )
 @model_argument()
 @variant_options

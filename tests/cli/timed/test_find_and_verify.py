@@ -1,0 +1,69 @@
+"""`find --time` and `verify --time`: answers about the net with its times, with a schedule."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Run
+
+RACE = """net race
+tr fast [1,2] p -> a
+tr slow [3,4] p -> b
+pl p (1)
+"""
+
+
+@pytest.fixture
+def race(tmp_path: Path) -> Path:
+    path = tmp_path / "race.net"
+    path.write_text(RACE)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("question", "without", "with_time"),
+    [
+        (("find", "--marking", "b >= 1"), 0, 1),
+        (("find", "--enabled", "slow"), 0, 1),
+        (("find", "--marking", "a >= 1"), 0, 0),
+        (("find", "--marking", "deadlock & a >= 1"), 0, 0),
+        (("verify", "--ltl", "G (b == 0)"), 1, 0),
+        (("verify", "--ltl", "F fired(fast)"), 1, 0),
+    ],
+)
+def test_times_decide(run: Run, race: Path, question: tuple[str, ...], without: int, with_time: int) -> None:
+    command, *asked = question
+    assert run(command, race, *asked).exit_code == without
+    result = run(command, race, *asked, "--time")
+    assert result.exit_code == with_time
+    assert "left out" not in result.stdout
+
+
+def test_a_way_has_a_schedule(run: Run, race: Path, tmp_path: Path) -> None:
+    assert "fast, at 1 (from 1 to 2)" in run("find", race, "--time", "--marking", "a >= 1").stdout
+    told = json.loads(run("find", race, "--time", "--marking", "a >= 1", "--json").stdout)
+    (step,) = told["witness"]["steps"]
+    assert step["time"] == {"at": 1.0, "earliest": 1.0, "latest": 2.0}
+    trace = tmp_path / "way.jsonl"
+    assert run("find", race, "--time", "--marking", "a >= 1", "-o", trace).exit_code == 0
+    assert json.loads(trace.read_text().splitlines()[1])["time"] == 1.0
+    untimed = json.loads(run("find", race, "--marking", "a >= 1", "--json").stdout)
+    assert "time" not in untimed["witness"]["steps"][0]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("find", "--marking", "a >= 1", "--confirm"),
+        ("find", "--marking", "a >= 1", "--engine", "tina"),
+        ("verify", "--ltl", "F (a >= 1)", "--fair", "all"),
+        ("verify", "--ctl", "AF (a >= 1)"),
+    ],
+)
+def test_what_time_does_not_go_with(run: Run, race: Path, options: tuple[str, ...]) -> None:
+    command, *asked = options
+    result = run(command, race, *asked, "--time")
+    assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1)
