@@ -9,6 +9,32 @@ import re
 import unicodedata
 from collections.abc import Iterable
 
+SET_SIGNAL, SIGNALS, SIGNALS_WANTED, STATE = "set_signal", "signals", "signals_wanted", "state"
+"""A service and topics of each node, under its own name: what sets its signals, and how it is."""
+
+CONTROLS = ("proceed", "release", "describe")
+"""Services of each node, under its own name."""
+
+COMPANIONS = ("_messages", "_requests")
+"""Last part of the topics that tell the ids of messages, and of requests, of existing types."""
+
+_TEXT = "std_msgs/msg/String"
+_OF_ALL_NODES = {
+    "/rosout": "rcl_interfaces/msg/Log",
+    "/parameter_events": "rcl_interfaces/msg/ParameterEvent",
+    "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+    "/clock": "rosgraph_msgs/msg/Clock",
+}
+_PARAMETERS = (
+    *("describe_parameters", "get_parameter_types", "get_parameters", "list_parameters"),
+    *("set_parameters", "set_parameters_atomically", "get_type_description"),
+)
+_LIFECYCLE = (
+    *("change_state", "get_state", "get_available_states"),
+    *("get_available_transitions", "get_transition_graph"),
+)
+_HIDDEN = ("_action", "_service_event", *COMPANIONS)
+
 _RESOURCE = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z0-9]+|[0-9]+")
 
@@ -86,3 +112,71 @@ def resource_names(names: Iterable[str]) -> dict[str, str]:
             used.add(fresh)
             found[name] = fresh
     return {name: found[name] for name in known}
+
+
+def full_name(name: str, namespace: str, node: str) -> str | None:
+    """Return the full name of a topic, service or action as a node resolves it; None with substitutions.
+
+    Examples
+    --------
+    >>> full_name("scan", "/left", "eye"), full_name("~/state", "", "eye"), full_name("/map", "/left", "eye")
+    ('/left/scan', '/eye/state', '/map')
+    """
+    above = namespace.rstrip("/")
+    if set(name) & set("{}"):
+        return None
+    if name.startswith("~"):
+        return f"{above}/{node}{name[1:]}"
+    return name if name.startswith("/") else f"{above}/{name}"
+
+
+def reserved_services(own: str, signals: Iterable[str], is_managed: bool) -> dict[str, str]:
+    """Return the services that a node of this full name has besides those of its model, and what they do.
+
+    Parameters
+    ----------
+    own : str
+        Full name of the node, such as ``/left/eye``.
+    signals : iterable of str
+        Ids of its signals.
+    is_managed : bool
+        Whether it is a lifecycle node.
+    """
+    found = {f"{own}/{name}": "controls the node" for name in CONTROLS}
+    found |= {f"{own}/{SET_SIGNAL}/{name}": "sets a signal" for name in resource_names(signals).values()}
+    found |= {f"{own}/{name}": "is the parameter interface of ROS" for name in _PARAMETERS}
+    if is_managed:
+        found |= {f"{own}/{name}": "manages the node's lifecycle" for name in _LIFECYCLE}
+    return found
+
+
+def reserved_topics(own: str, signals: Iterable[str], is_managed: bool) -> dict[str, tuple[str, bool]]:
+    """Return the topics that a node of this full name has besides those of its model.
+
+    The parameters are those of `reserved_services`.
+
+    Returns
+    -------
+    dict of str to (str, bool)
+        Full name -> its type, and whether only the node itself may publish on it.
+    """
+    found = {name: (type, False) for name, type in _OF_ALL_NODES.items()}
+    found[f"{own}/{STATE}"] = (_TEXT, True)
+    names = resource_names(signals).values()
+    if names:
+        found |= {f"{own}/{SIGNALS}": (_TEXT, False), f"{own}/{SIGNALS_WANTED}": (_TEXT, True)}
+        found |= {f"{own}/{SIGNALS}/{name}": ("std_msgs/msg/Bool", False) for name in names}
+    if is_managed:
+        found[f"{own}/transition_event"] = ("lifecycle_msgs/msg/TransitionEvent", True)
+    return found
+
+
+def hidden_part(name: str) -> str | None:
+    """Return the part of a name that ROS 2 or a node uses for topics and services behind others, if any.
+
+    Examples
+    --------
+    >>> hidden_part("/power/_requests"), hidden_part("/power/requests")
+    ('_requests', None)
+    """
+    return next((part for part in name.split("/") if part in _HIDDEN), None)

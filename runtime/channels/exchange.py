@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import cast
 
+from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.records.schema import requests_of
@@ -123,6 +124,33 @@ class Exchange:
             except SendError as error:
                 self._postpone(number, error)
         return True
+
+    def hold_departures(self) -> None:
+        """Let nothing depart by itself from now on; `send_one` sends."""
+        for number in self.traffic.senders:
+            self._engine.hold(number)
+
+    def send_one(self, channel: str, place: str) -> None:
+        """Send the oldest token of a place whose departure is held by `hold_departures`.
+
+        Raises
+        ------
+        DinerosError
+            Nothing can depart from there.
+        SendError
+            The transport failed; the token stays where it is.
+        """
+        for number, (from_, by) in self.traffic.departures.items():
+            if from_ != place or by not in (channel, None):
+                continue
+            self._engine.unhold(number)
+            try:
+                if number in self._engine.due:
+                    self.traffic.senders[number]()
+                    return
+            finally:
+                self._engine.hold(number)
+        raise DinerosError(f"nothing can depart from {place} to {channel}")
 
     def _postpone(self, number: int, error: SendError) -> None:
         """Try again later what the transport did not take."""

@@ -44,6 +44,8 @@ class Traffic:
         Numbers of the node's places, by id.
     senders : dict of int to callable
         What sends the oldest token of each departure.
+    departures : dict of int to (str, str or None)
+        Id of the place of each departure, and its channel, if data goes through a port.
     checks : dict of int to callable
         Place -> what raises for data that cannot be sent from there; empty until the node is open.
     numbers : dict of str to int
@@ -63,6 +65,7 @@ class Traffic:
         self.run = run
         self.places = {id: number for number, id in enumerate(engine.structure.places)}
         self.senders: dict[int, Callable[[], None]] = {}
+        self.departures: dict[int, tuple[str, str | None]] = {}
         self.checks: dict[int, Check] = {}
         self._sending: list[tuple[int, Port, str]] = []
         self.numbers: dict[str, int] = {}
@@ -96,6 +99,7 @@ class Traffic:
         """
         number = self.engine.add_departure(place)
         self.senders[number] = send
+        self.departures[number] = self.engine.structure.places[place], port.channel if port else None
         if port is not None:
             self._sending.append((place, port, part))
         return number

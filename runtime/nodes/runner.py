@@ -183,6 +183,22 @@ class Runner(Arrivals):
             self._execution.in_flight.refresh(self._core.engine)
         return did
 
+    def hold_departures(self) -> None:
+        """Send nothing by itself from now on: a test sends by `send_one`, when its next step says so."""
+        with self._loop:
+            self.exchange.hold_departures()
+
+    def send_one(self, channel: str, place: str) -> None:
+        """Send the oldest token of a place to a channel, after `hold_departures`.
+
+        Raises
+        ------
+        DinerosError
+            Nothing can depart from there, or the transport failed.
+        """
+        with self._loop:
+            self.exchange.send_one(channel, place)
+
     def run_until_idle(self, limit: int = 1_000_000) -> int:
         """Step until nothing is left to do now; return the number of steps.
 

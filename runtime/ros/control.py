@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from dineros.metamodel.ros_names import CONTROLS, STATE
 from dineros.runtime.nodes.description import description_of
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.status import Status
@@ -64,24 +65,22 @@ class Control:
 
         self._publisher = self._node.create_publisher(
             String,
-            "~/state",
+            f"~/{STATE}",
             reliable_quality(is_kept=True),
             # It offers all that can be asked for, so there is nothing to hear of; events cost time at each
             # message of the node.
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
         )
-        for name, answer in (
-            ("~/proceed", self._proceed),
-            ("~/release", self._release),
-            ("~/describe", self._describe),
-        ):
+        for name, answer in zip(CONTROLS, (self._proceed, self._release, self._describe), strict=True):
 
             def answered(request: Any, response: Any, answer: Any = answer) -> Any:
                 response.success, response.message = answer()
                 return response
 
             group = MutuallyExclusiveCallbackGroup()
-            self._services.append(self._node.create_service(Trigger, name, answered, callback_group=group))
+            self._services.append(
+                self._node.create_service(Trigger, f"~/{name}", answered, callback_group=group)
+            )
         self._net.core.on_status = self._say
         self._say()
 

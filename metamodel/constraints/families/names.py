@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.constraints.constraint import Outcome, constraint
@@ -10,6 +11,13 @@ from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, kind_of
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import with_article
+from dineros.metamodel.ros_names import (
+    full_name,
+    hidden_part,
+    reserved_services,
+    reserved_topics,
+    resource_name,
+)
 
 _BLANK = re.compile(r"\s")
 # What quotes, comments, tags, variables and tables are made of in XML, Python, C, CMake, shells and Markdown.
@@ -208,3 +216,93 @@ def channel_type_valid(channel: sym.Channel, index: Index) -> Outcome:
 def token_type_name_valid(token_type: sym.TokenType, index: Index) -> Outcome:
     """The name of a token type can name the ROS interfaces generated from it."""
     return bool(re.fullmatch(r"[A-Z][A-Za-z0-9]*", label(token_type))) or repr(label(token_type))
+
+
+_RESERVED = "rename it: each node has topics and services of its own beside those of the model"
+
+
+def _ros_name_of(channel: sym.Channel) -> str:
+    name = getattr(channel, "topic", None) or getattr(channel, "service", None)
+    return str(name or getattr(channel, "action", "") or "")
+
+
+def _node_names(index: Index) -> dict[sym.NodeNet, tuple[str, str, str]]:
+    """Return namespace, name and full name of each node."""
+
+    def make() -> dict[sym.NodeNet, tuple[str, str, str]]:
+        found = {}
+        for node in index.all(sym.NodeNet):
+            above, name = (node.namespace or "").rstrip("/"), resource_name(label(node))
+            found[node] = (above, name, f"{above}/{name}")
+        return found
+
+    return index.once("names of nodes in ROS", make)
+
+
+def _full_names(channel: sym.Channel, index: Index) -> set[str]:
+    """Return the names that a channel has for the nodes with a port in it."""
+    places = (
+        place
+        for part in channel.eContents
+        for name in ("place", "entry", "request", "goal")
+        if (place := getattr(part, name, None)) is not None
+    )
+    nodes = {index.node_net_of(place) for place in places}
+    known = _node_names(index)
+    found = {full_name(_ros_name_of(channel), *known[node][:2]) for node in nodes if node in known}
+    return {name for name in found if name is not None}
+
+
+_Reserved = dict[str, list[tuple[sym.NodeNet, str]]]
+
+
+def _reserved(index: Index) -> tuple[_Reserved, _Reserved, _Reserved]:
+    """Return what nodes have themselves: services, topics, and topics on which only they publish.
+
+    Of a service it says what it does, of a topic its type; by full name, with the nodes that have it.
+    """
+
+    def make() -> tuple[_Reserved, _Reserved, _Reserved]:
+        services, topics, owned = _Reserved(), _Reserved(), _Reserved()
+        for node, (_, _, own) in _node_names(index).items():
+            signals, is_managed = [signal.id for signal in node.signals], node.lifecycle is not None
+            for name, what in reserved_services(own, signals, is_managed).items():
+                services.setdefault(name, []).append((node, what))
+            for name, (type, is_own) in reserved_topics(own, signals, is_managed).items():
+                for table in (topics, owned) if is_own else (topics,):
+                    table.setdefault(name, []).append((node, type))
+        return services, topics, owned
+
+    return index.once("reserved names", make)
+
+
+def _taken(channel: sym.Channel, index: Index) -> Iterator[tuple[sym.NodeNet, str]]:
+    """Yield what a channel takes away from nodes: each node, and the reason in words."""
+    services, topics, owned = _reserved(index)
+    for name in sorted(_full_names(channel, index)):
+        if isinstance(channel, sym.TopicChannel):
+            for node, type in topics.get(name, ()):
+                if channel.type != type:
+                    yield node, f"{name}, a topic of the type {type} that nodes have themselves"
+            for node, _ in owned.get(name, ()) if len(channel.publishers) else ():
+                yield node, f"{name}, on which only {describe(node)} itself publishes"
+        elif isinstance(channel, sym.ServiceChannel):
+            for node, what in services.get(name, ()):
+                yield node, f"{name}, a service of {describe(node)} itself, which {what}"
+
+
+@constraint("{it} has the reserved name {found}", fix=_RESERVED)
+def channel_name_reserved(channel: sym.Channel, index: Index) -> Outcome:
+    """No topic or service has a name that the nodes of the model need for themselves."""
+    part = hidden_part(_ros_name_of(channel))
+    if part is not None:
+        return f"{_ros_name_of(channel)}, because {part} stands for what belongs to another name"
+    made_here = (why for node, why in _taken(channel, index) if node.execution == sym.Execution.net)
+    return next(made_here, True)
+
+
+@constraint("{it} has the reserved name {found}", fix=_RESERVED, severity="warning")
+def channel_name_reserved_by_hand(channel: sym.Channel, index: Index) -> Outcome:
+    """A topic or service has no name that a node written by hand would need if its net ran instead."""
+    by_hand = (why for node, why in _taken(channel, index) if node.execution != sym.Execution.net)
+    return next(by_hand, True)

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple, TypeVar
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.json_text import decode_json
 from dineros.metamodel.message_ids import parse_id
+from dineros.metamodel.ros_names import COMPANIONS
 from dineros.runtime.nets.ports import Message
 from dineros.runtime.ros.channels.quality import companion_depth, reliable_quality
 from dineros.runtime.ros.channels.recognition import Recognition, content_of
@@ -29,7 +30,7 @@ from dineros.runtime.ros.process.clocks import steady_timer
 
 Result = TypeVar("Result")
 
-MESSAGES, REQUESTS = "_messages", "_requests"
+MESSAGES, REQUESTS = COMPANIONS
 """Last part of the names of companions, of topics and of services."""
 
 SHORT_PATIENCE, LONG_PATIENCE = 0.2, 5.0

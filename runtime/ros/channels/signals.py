@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.ros_names import resource_names
+from dineros.metamodel.ros_names import SET_SIGNAL, SIGNALS, SIGNALS_WANTED, resource_names
 from dineros.runtime.bridges.values import read_signals
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.nets.ports import SignalPort
@@ -17,10 +17,10 @@ from dineros.runtime.ros.channels.parameters import declare, signal_parameters, 
 from dineros.runtime.ros.channels.quality import reliable_quality
 from dineros.runtime.ros.process.session import RosError
 
-TOGETHER = "~/signals"
+TOGETHER = f"~/{SIGNALS}"
 """The topic that sets several signals at once, by JSON in a ``std_msgs/msg/String``: ``{"Red": true}``."""
 
-WANTED = "~/signals_wanted"
+WANTED = f"~/{SIGNALS_WANTED}"
 """The latched topic on which a node that starts, or goes on, asks for its signals: a JSON list of names."""
 
 
@@ -94,7 +94,7 @@ class RosSignals:
         topic = LatchedTopic(
             node, Bool, f"{TOGETHER}/{name}", lambda message: self._set({id: bool(message.data)}, "topic")
         )
-        service = node.create_service(SetBool, f"~/set_signal/{name}", asked)
+        service = node.create_service(SetBool, f"~/{SET_SIGNAL}/{name}", asked)
         self._closing += [topic.close, lambda: node.destroy_service(service)]
 
     def _add_together(self, node: Any) -> None:

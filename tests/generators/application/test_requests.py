@@ -11,7 +11,7 @@ import pytest
 
 from dineros.generators import Options, generate
 from dineros.generators.application.collecting import application_of
-from dineros.generators.workspace.scripts import ScriptError
+from dineros.generators.workspace.steps import ScriptError
 from dineros.metamodel import sym
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dineros.metamodel import sym
 from tests.support.broken.cases import Cases
-from tests.support.broken.small import Small, plain, runtime
+from tests.support.broken.small import Small, callbacks, plain, runtime
 
 CASES = Cases()
 
@@ -273,3 +273,77 @@ def message_type_for_a_service(small: Small) -> None:
 )
 def small_letter(small: Small) -> None:
     small["Token"].name = "token"
+
+
+_RENAME = "rename it: each node has topics and services of its own beside those of the model"
+
+
+@CASES.breaks(
+    "channel-name-reserved",
+    "service channel 'ask' has the reserved name /listener/release, a service of node net 'listener' "
+    "itself, which controls the node",
+    _RENAME,
+)
+def own_service(small: Small) -> None:
+    small["ask"].service = "/listener/release"
+
+
+@CASES.breaks(
+    "channel-name-reserved",
+    "service channel 'ask' has the reserved name /left/talker/set_signal/Ready, a service of node net "
+    "'talker' itself, which sets a signal",
+    _RENAME,
+)
+def service_of_another_node(small: Small) -> None:
+    small["ask"].service = "/left/talker/set_signal/Ready"
+
+
+@CASES.breaks(
+    "channel-name-reserved",
+    "service channel 'ask' has the reserved name /left/talker/get_parameters, a service of node net "
+    "'talker' itself, which is the parameter interface of ROS",
+    _RENAME,
+)
+def private_name_of_parameters(small: Small) -> None:
+    small["ask"].service = "~/get_parameters"
+
+
+@CASES.breaks(
+    "channel-name-reserved",
+    "topic channel 'chatter' has the reserved name /rosout, a topic of the type rcl_interfaces/msg/Log "
+    "that nodes have themselves",
+    _RENAME,
+)
+def topic_of_all_nodes(small: Small) -> None:
+    small["chatter"].topic = "/rosout"
+
+
+@CASES.breaks(
+    "channel-name-reserved",
+    "topic channel 'chatter' has the reserved name /listener/state, on which only node net 'listener' "
+    "itself publishes",
+    _RENAME,
+)
+def state_of_a_node(small: Small) -> None:
+    small["chatter"].topic = "/listener/state"
+
+
+@CASES.breaks(
+    "channel-name-reserved",
+    "topic channel 'chatter' has the reserved name /chatter/_messages, because _messages stands for what "
+    "belongs to another name",
+    _RENAME,
+)
+def companion_of_a_topic(small: Small) -> None:
+    small["chatter"].topic = "/chatter/_messages"
+
+
+@CASES.breaks(
+    "channel-name-reserved-by-hand",
+    "service channel 'Service' has the reserved name /other/describe, a service of node net 'other' itself, "
+    "which controls the node",
+    _RENAME,
+    of=callbacks,
+)
+def service_of_a_node_by_hand(small: Small) -> None:
+    small["Service"].service = "/other/describe"
