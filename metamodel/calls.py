@@ -32,6 +32,9 @@ SERVER_PLACES = (*OUTCOMES, "cancel", "feedback")
 CLIENT_PLACES = (*OUTCOMES, "rejected", "cancel", "feedback")
 """Places that a client may have besides that of its goals."""
 
+UNLIMITED = -1
+"""Value of `outstanding` of a client that has any number of requests under way."""
+
 
 class CallCircleError(DinerosError):
     """Services call each other in a circle, and none of them says how many instances it has."""
@@ -159,9 +162,11 @@ def may_leave(channel: sym.ServiceChannel, server: sym.NodeNet | None) -> bool:
 def loses_requests(channel: sym.ServiceChannel) -> bool:
     """Tell whether more requests may wait for a service than it keeps; `clients` has those of all instances.
 
-    A client that gives up may ask again while its former requests still wait.
+    A client that gives up may ask again while its former requests still wait. Each client says how many
+    requests it has under way (`dineros.metamodel.callbacks.waiting`).
     """
-    return gives_up(channel) or sum(client.outstanding for client in channel.clients) > channel.depth
+    asked = [client.outstanding or 1 for client in channel.clients]
+    return gives_up(channel) or UNLIMITED in asked or sum(asked) > channel.depth
 
 
 def copy_id(channel: str, instance: int, id: str) -> str:

@@ -111,6 +111,11 @@ def node_net_of(element: EObject | None) -> sym.NodeNet | None:
     return element
 
 
+def is_unseen(node: sym.NodeNet | None) -> bool:
+    """Tell whether a node net was not seen, and stands for what has the other end of a channel."""
+    return node is not None and "node" in (node.assumed or "").split()
+
+
 def resolve(node: pn.Node) -> pn.Place | pn.Transition:
     """Follow references until a place or transition.
 

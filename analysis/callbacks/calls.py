@@ -84,7 +84,11 @@ def calls_in(subject: Subject) -> list[Call]:
 def _service_call(subject: Subject, client: sym.ClientPort, index: int | None, links: list[Link]) -> Call:
     places, moves = _parts(subject, links)
     works = {
-        instance: next(place for place, _ in subject.net.pre.row(transition) if place in places)
+        instance: next(
+            place
+            for place, _ in subject.net.pre.row(transition)
+            if (link := places.get(place)) and link.meaning is not None and not link.meaning.rests
+        )
         for step, instance, transition in moves
         if step is Reply
     }

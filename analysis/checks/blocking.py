@@ -13,6 +13,7 @@ from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Wait, Witness, witness_of
+from dineros.metamodel.elements import is_unseen, node_net_of
 
 if TYPE_CHECKING:
     from dineros.analysis.checks.deadlocks import DeadlockGroup
@@ -134,6 +135,8 @@ class Callbacks(Question):
         """Put what is found into the report; return whether there is anything."""
         found = False
         for each in each_blocked:
+            if each.circle is None and is_unseen(node_net_of(each.callback.model)):
+                continue  # it stands for what other programs do, which is not known
             found = True
             witness = witness_of(checked.subject, each.trace)
             if each.circle is not None:

@@ -9,7 +9,7 @@ from dineros.analysis.model.subject import Subject
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.elements import node_net_of, node_nets, transitions
+from dineros.metamodel.elements import is_unseen, node_net_of, node_nets, transitions
 from dineros.metamodel.records import Accept, Finish, Reply, Request
 from dineros.metamodel.records.schema import Step
 from dineros.transformations.flattening.traces import Link
@@ -37,7 +37,7 @@ NO_RETURN = Fault(
     "service-never-returns",
     "error",
     "A service is called, but never returns.",
-    "service {service} never returns",
+    "service {service} never returns{why}",
 )
 NO_GOAL = Fault(
     "action-never-used", "warning", "An action never gets a goal.", "action {action} never accepts a goal"
@@ -118,7 +118,16 @@ def _channels(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
                 continue
             fault = next((fault for fault, wanted in uses if not alive.any(channel, wanted)), None)
             if fault is not None:
-                yield fault.found(channel.id, **{name: getattr(channel, name)})
+                words = {name: getattr(channel, name)}
+                if fault is NO_RETURN:
+                    words["why"] = _why_it_never_returns(channel)
+                yield fault.found(channel.id, **words)
+
+
+def _why_it_never_returns(channel: sym.Channel) -> str:
+    assert isinstance(channel, sym.ServiceChannel)
+    is_served = not is_unseen(node_net_of(channel.server.entry))
+    return "" if is_served else ": no node was seen that serves it"
 
 
 def _node_nets(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:

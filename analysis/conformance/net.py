@@ -13,6 +13,7 @@ from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.model.subject import Subject, subject_of
 from dineros.analysis.model.wording import topic_port
 from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.waiting import outstanding_counts
 from dineros.metamodel.elements import node_net_of, node_nets, nodes
 from dineros.metamodel.records import (
     Drop,
@@ -50,7 +51,11 @@ class ConformanceNet:
             self.subject: Subject = subject_of(model, "fully-enabled")
         self.net = self.subject.net
         self.nodes = [node.id for node in node_nets(model)]
-        self.pre = [self.net.pre.row(index) for index in range(len(self.net.transitions))]
+        on_the_way = self._room_on_the_way()
+        self.pre = [
+            [(place, weight) for place, weight in self.net.pre.row(index) if place not in on_the_way]
+            for index in range(len(self.net.transitions))
+        ]
         self.inhibitor = [self.net.inhibitor.row(index) for index in range(len(self.net.transitions))]
         self.roles: dict[str, StepRole] = step_roles(self.subject.links())
         if self.subject.flattened is None:  # neither channels nor clauses: the model is its own net
@@ -60,6 +65,17 @@ class ConformanceNet:
             _key(role): self.subject.transition_index[name]
             for name, role in self.roles.items()
             if role.kind is not Fire
+        }
+
+    def _room_on_the_way(self) -> set[int]:
+        """Return the places of room for what is on the way between a client and a server.
+
+        A run does not need it: a client asks again, so that what is on the way may come at any time later.
+        """
+        return {
+            self.subject.place_index[link.target.id]
+            for link in self.subject.links()
+            if link.meaning is not None and link.meaning.part == "way" and isinstance(link.target, pn.Place)
         }
 
     def fire(self, transition: str) -> int | None:
@@ -328,7 +344,7 @@ class ConformanceNet:
         silent = []
         for link in self.subject.links():
             role = self.roles.get(link.target.id or "") if isinstance(link.target, pn.Transition) else None
-            is_kept = role is not None and role.queue == "request"
+            is_kept = role is not None and role.queue in ("request", "response")
             is_tick = role is not None and link.meaning is not None and link.meaning.part == "tick"
             if is_kept or is_tick:
                 silent.append(str(link.target.id))
@@ -387,8 +403,16 @@ def _key(role: StepRole) -> Key:
 
 @contextmanager
 def _run_as_nets(model: sym.SystemModel) -> Iterator[None]:
-    """Give all node nets of a model the execution of our engine, for a while."""
+    """Give all node nets of a model the execution of our engine, for a while.
+
+    How many requests a client has under way stays what it is in a node that runs callbacks.
+    """
     by_hand = [node for node in node_nets(model) if node.execution == sym.Execution.callbacks]
+    asked = {
+        client: number for client, number in outstanding_counts(model).items() if client.outstanding is None
+    }
+    for client, number in asked.items():
+        client.outstanding = number
     for node in by_hand:
         node.execution = sym.Execution.net
     try:
@@ -396,3 +420,5 @@ def _run_as_nets(model: sym.SystemModel) -> Iterator[None]:
     finally:
         for node in by_hand:
             node.execution = sym.Execution.callbacks
+        for client in asked:
+            client.outstanding = None

@@ -17,7 +17,11 @@ from dineros.transformations.language.meaning import QueueKind
 from dineros.transformations.rules.histories import R2, R3
 
 Channel: TypeAlias = sym.TopicChannel | sym.ServiceChannel | sym.ActionChannel
-_LOSSES: dict[QueueKind, str] = {"request": "a request is lost", "feedback": "feedback is lost"}
+_LOSSES: dict[QueueKind, str] = {
+    "request": "a request is lost",
+    "response": "a response is lost",
+    "feedback": "feedback is lost",
+}
 
 
 @dataclass(frozen=True)
@@ -37,8 +41,9 @@ class Queue:
 
     Attributes
     ----------
-    kind : {"publisher", "dispatcher", "subscriber", "request", "feedback"}
-        Whose it is; ``request``: a service's; ``feedback``: that of an action's client.
+    kind : {"publisher", "dispatcher", "subscriber", "request", "response", "feedback"}
+        Whose it is; ``request``: a service's; ``response``: that of a service's client; ``feedback``: that of
+        an action's client.
     link : Link
         How its capacity came to be.
     load, capacity : str

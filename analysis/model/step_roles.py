@@ -39,7 +39,7 @@ from dineros.metamodel.records import (
 )
 from dineros.metamodel.records.schema import ServiceStep, Step
 from dineros.transformations.flattening.traces import Link
-from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.meaning import Meaning, QueueKind
 
 
 @dataclass(frozen=True)
@@ -118,8 +118,8 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
 def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
     assert meaning.step is not None
     stage = None if meaning.step is Drop else f"{meaning.queue}.{meaning.part}"
-    if meaning.queue == "request":
-        return _request_role(link, meaning.step, stage, copies)
+    if meaning.queue in ("request", "response"):
+        return _call_role(link, meaning.queue, meaning.step, stage, copies)
     if meaning.queue == "feedback":
         return _feedback_role(link, meaning.step, stage, copies)
     channel = source_of(link, sym.TopicChannel).id
@@ -158,12 +158,18 @@ def _lifecycle_role(link: Link, meaning: Meaning) -> StepRole:
     return StepRole(Lifecycle, _node(link.sources[0]), label=label, state=state)
 
 
-def _request_role(
-    link: Link, kind: type[Step], stage: str | None, copies: dict[tuple[EObject, int | None], str]
+def _call_role(
+    link: Link,
+    queue: QueueKind,
+    kind: type[Step],
+    stage: str | None,
+    copies: dict[tuple[EObject, int | None], str],
 ) -> StepRole:
+    """Return the step of a history: of requests, which a server has, or of responses, which a client has."""
     channel, client = source_of(link, sym.ServiceChannel), source_of(link, sym.ClientPort)
-    place = copies[client.request, link.client_index]
-    return StepRole(kind, _node(channel.server.entry), channel.id, "request", stage, place, _client(link))
+    place = copies[client.request if queue == "request" else client.response, link.client_index]
+    owner = channel.server.entry if queue == "request" else client.response
+    return StepRole(kind, _node(owner), channel.id, queue, stage, place, _client(link))
 
 
 def _goal_role(link: Link, kind: type[GoalStep], copies: dict[tuple[EObject, int | None], str]) -> StepRole:

@@ -7,7 +7,8 @@ from typing import TypeVar
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.calls import exits, server_pages, serving
+from dineros.metamodel.callbacks.waiting import outstanding
+from dineros.metamodel.calls import UNLIMITED, exits, server_pages, serving
 from dineros.metamodel.elements import node_net_of
 from dineros.transformations.flattening.traces import Link
 
@@ -42,9 +43,12 @@ def queue_words(link: Link) -> str:
 def queue_end(link: Link) -> EObject:
     """Return the place of the port whose queue an element belongs to.
 
-    Of a dispatcher it is the node net, of a service the entry of its server, of feedback the client's place.
+    Of a dispatcher it is the node net, of a service the entry of its server, of responses and feedback the
+    client's place.
     """
     port = topic_port(link)
+    if link.meaning is not None and link.meaning.queue == "response":
+        return source_of(link, sym.ClientPort).response
     if service := next((each for each in link.sources if isinstance(each, sym.ServiceChannel)), None):
         return service.server.entry
     if client := next((each for each in link.sources if isinstance(each, sym.ActionClientPort)), None):
@@ -115,8 +119,10 @@ def _server_node(service: sym.ServiceChannel) -> EObject:
 
 def _waits(link: Link) -> str:
     """Return what a client does whose request is lost."""
-    waits_for_ever = source_of(link, sym.ClientPort).timeout is None
-    return "waits for ever" if waits_for_ever else "waits until it gives up"
+    client = source_of(link, sym.ClientPort)
+    if client.timeout is not None:
+        return "waits until it gives up"
+    return "never gets a response" if outstanding(client) == UNLIMITED else "waits for ever"
 
 
 def outcome_words(link: Link) -> str:

@@ -32,7 +32,7 @@ from dineros.generators.application.tokens import TokenClass
 from dineros.generators.templates.filters import Name
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
-from dineros.metamodel.calls import CLIENT_PLACES, SERVER_PLACES
+from dineros.metamodel.calls import CLIENT_PLACES, SERVER_PLACES, UNLIMITED
 from dineros.metamodel.elements import (
     arcs,
     label,
@@ -305,7 +305,8 @@ def action_words(port: rtm.ActionClientPort | rtm.ActionServerPort, roles: Itera
 
 def client_words(port: rtm.ClientPort) -> str:
     """Return what a client says of how it asks: ``3 requests under way, gives up after 5 s: Late``."""
-    words = [f"{port.outstanding} requests under way"] if port.outstanding > 1 else []
+    asked = "any number of" if port.outstanding == UNLIMITED else port.outstanding
+    words = [f"{asked} requests under way"] if asked != 1 else []
     if port.timeout is not None:
         told = f": {port.timedOut.id}" if port.timedOut is not None else ""
         words.append(f"gives up after {port.timeout:g} s{told}")

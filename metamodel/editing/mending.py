@@ -133,7 +133,7 @@ _MENDS: dict[str, _Make] = {
     "in-hand-holds-tokens": _more_in_hand,
     "service-instances": _set("instances", None, "one for each client"),
     "request-depth-positive": _set("depth", None, "the depth by default"),
-    "outstanding-positive": _set("outstanding", 1, "1 request under way"),
+    "outstanding-positive": _set("outstanding", None, "as many requests under way as by default"),
     "outstanding-goals-positive": _set("outstanding", 1, "1 goal under way"),
     "timeout-positive": _set("timeout", None, "no time-out"),
     "timed-out-has-timeout": _set("timedOut", None, "no place for time-outs"),

@@ -199,7 +199,7 @@ class ClientPort(PlacePort):
     response : sym.Place
         Receives the responses.
     outstanding : int
-        Requests that the client has under way at most, 1 or more.
+        Requests that the client has under way at most, -1 for any number.
     timeout : float | None
         Seconds until the client gives up; absent: it waits for ever.
     timedOut : sym.Place | None
@@ -261,7 +261,7 @@ class ServerPort(PlacePort):
     depth : int
         Requests that wait for the server at most, under the rules of ROS 2.
     outstanding : int
-        Requests that one of its clients has under way at most.
+        Requests that one of its clients has under way at most, -1 for any number.
     """
 
     service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)

@@ -876,8 +876,9 @@ class ClientPort(EObject, metaclass=MetaEClass):
         Receives responses.
     group : CallbackGroup | None
         Callback group that takes its responses; absent: that of the node, which is exclusive.
-    outstanding : int
-        Requests that the client has under way at most, 1 or more.
+    outstanding : int | None
+        Requests that the client has under way at most, -1 for any number; absent: 1 where the client
+        waits for the response, else any number.
     timeout : float | None
         Seconds until the client gives up; absent: it waits for ever.
     timedOut : pn.Place | None
@@ -893,7 +894,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
     request: pn.Place = Ecore.EReference(lower=1, required=True)
     response: pn.Place = Ecore.EReference(lower=1, required=True)
     group: CallbackGroup | None = Ecore.EReference()
-    outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    outstanding: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     timeout: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     timedOut: pn.Place | None = Ecore.EReference()
     waitsForService: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.elements import label, node_net_of, node_nets
+from dineros.metamodel.elements import is_unseen, label, node_net_of, node_nets
 from dineros.metamodel.matching import Quality, plain, quality_of
 from dineros.metamodel.ros_names import resource_name
 from dineros.metamodel.token_data import TokenType
@@ -76,11 +76,6 @@ def described(model: sym.SystemModel, *, with_unseen: bool = False) -> Described
         by_role: dict[str, Any] = {role: tuple(found) for role, found in known.items()}
         nodes.append(ObservedNode(name, **by_role))
     return Described(ObservedSystem(str(model.id), tuple(nodes)), elements, frozenset(managed))
-
-
-def is_unseen(node: sym.NodeNet) -> bool:
-    """Tell whether a node net stands for whoever has the other end of a channel."""
-    return "node" in (node.assumed or "").split()
 
 
 def full_name(node: sym.NodeNet) -> str:

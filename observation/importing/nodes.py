@@ -301,14 +301,31 @@ class NodeBuilder:
         }
 
     def _requests(self) -> dict[Step, tuple[pn.Place, ...]]:
-        """Return where requests are put that nobody waits for: there are some only where that is given."""
+        """Return where requests are put whose responses no callback waits for.
+
+        A callback that is open may send any; otherwise there are those that are given.
+        """
         said = {step for callback in self._said.callbacks.values() for step in callback.does or ()}
         sent = {step.name for step in said if step.verb == "send"}
         return {
-            Step("send", client.name): (self._single(f"asks_{flat(client.name)}"),)
+            Step("send", client.name): (self._bare(f"asks_{flat(client.name)}"),)
             for client in self._node.clients
-            if client.name in sent
+            if client.name in sent or self._is_open()
         }
+
+    def _is_open(self) -> bool:
+        """Tell whether nothing is said of what a callback of the node does."""
+        node = self._node
+        names = [each.topic for each in node.subscribers]
+        for endpoints in (node.servers, node.action_servers, node.action_clients):
+            names += [each.name for each in endpoints]
+        names += [TIMER] if self._said.timers is None else self._said.timers
+        said = self._said.callbacks
+        return not self._is_unseen and any(said.get(name, GivenCallback()).does is None for name in names)
+
+    def _bare(self, word: str) -> sym.Place:
+        """Return a place of the node."""
+        return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net)
 
     def _single(self, word: str) -> sym.Place:
         """Return a place for one token at a time: nothing bounds how often a callback puts one there."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.calls import UNLIMITED
 from dineros.runtime.nets.port_reading import ports_in
 
 Arcs = tuple[tuple[int, int], ...]
@@ -23,6 +24,13 @@ MOST_TOKENS = 10_000
 
 _UNLIMITED = -1
 """Value of `inHand` by which a node takes any number of messages."""
+
+
+def _hands_over(port: rtm.PlacePort) -> bool:
+    """Tell whether a port sends each token of its place at once, so that none waits there."""
+    if isinstance(port, rtm.ClientPort):
+        return port.outstanding == UNLIMITED
+    return isinstance(port, rtm.PublisherPort)
 
 
 def capacities_of(
@@ -54,7 +62,7 @@ def capacities_of(
     for number, (place, _) in enumerate(nodes):
         bounds = [] if declared[number] is None else [declared[number]]
         if not bounds and isinstance(place, rtm.Place):
-            if any(isinstance(port, rtm.PublisherPort) for port in place.ports):
+            if any(_hands_over(port) for port in place.ports):
                 bounds.append(max(1, place.tokens, puts[number]))
             if number in lowered or place in sending:
                 bounds += [

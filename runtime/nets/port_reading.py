@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import timers_of
-from dineros.metamodel.calls import copy_id
+from dineros.metamodel.calls import UNLIMITED, copy_id
 from dineros.metamodel.elements import label, places
 from dineros.metamodel.lifecycles.start_order import start_steps
 from dineros.metamodel.matching import Quality, plain
@@ -17,6 +17,8 @@ from dineros.runtime.nets import ports as plain_ports
 P = TypeVar("P", bound=plain_ports.Port)
 PagePort = rtm.ServerPort | rtm.ActionServerPort
 """A port whose page is copied for each server instance, or for each slot."""
+MOST_UNDER_WAY = 1000
+"""Requests that a client has under way which may have any number, so that its memory has a bound."""
 
 
 def ports_in(model: rtm.RuntimeModel) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
@@ -31,6 +33,11 @@ def served_pages(model: rtm.RuntimeModel) -> dict[pn.Page, PagePort]:
     """Return the pages that are copied, with their ports."""
     found = (port for _, port in ports_in(model))
     return {port.page: port for port in found if isinstance(port, (rtm.ServerPort, rtm.ActionServerPort))}
+
+
+def _under_way(port: rtm.ClientPort | rtm.ServerPort) -> int:
+    """Return how many requests a client of a port has under way at most."""
+    return MOST_UNDER_WAY if port.outstanding == UNLIMITED else port.outstanding
 
 
 class PortReading:
@@ -123,13 +130,13 @@ class PortReading:
                     client=self._client(place, port.client, number),
                     request=asked,
                     response=answered,
-                    outstanding=port.outstanding,
+                    outstanding=_under_way(port),
                     timeout=port.timeout,
                     timed_out=self._at(port.timedOut, number),
                 )
             case rtm.ServerPort():
                 ends = self._copies(place), self._copies(port.exit)
-                return plain_ports.ServerPort(*common, port.service, *ends, port.depth, port.outstanding)
+                return plain_ports.ServerPort(*common, port.service, *ends, port.depth, _under_way(port))
             case rtm.ActionClientPort():
                 return plain_ports.ActionClientPort(
                     *(*common, port.action, port.depth),

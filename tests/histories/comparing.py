@@ -41,8 +41,11 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
                 found.add("with time-outs")
                 if any(client.timeout is not None and client.request.page in pages for client in clients):
                     found.add("with time-outs on server pages")
-            if any(client.outstanding > 1 for client in clients):
+            asked = {LifecycleInterpreter(model).outstanding[client] for client in clients}
+            if any(number > 1 for number in asked):
                 found.add("with several requests of a client")
+            if -1 in asked:
+                found.add("with clients that do not wait")
             continue
         if isinstance(channel, sym.ActionChannel):
             found |= _features_of_action(channel)

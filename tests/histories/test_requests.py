@@ -11,7 +11,7 @@ from dineros.analysis.questions.state_space import state_space
 from dineros.analysis.suggestions.capacities import suggest_capacities
 from dineros.cli.presentation.traces import witness_builder
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow
+from dineros.metamodel.build import callback, flow, node_net, place, step
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant
 from tests.support.equal_behaviour import compare
@@ -186,3 +186,60 @@ def test_a_lost_request_is_drawn() -> None:
     last = builder.steps[-1]
     assert last.node == "oven"
     assert [builder.lanes.all[mark[0]].id for mark in last.marks if mark[1] == "o"] == ["baker0"]
+
+
+def _pile(depth: int, **more: object) -> sym.SystemModel:
+    """Return a timer that sends to a service and does not wait, as `call_async` of rclpy."""
+    model = sym.SystemModel(id="pile", middleware="ros2")
+    mover, user = (node_net(model, id) for id in ("mover", "user"))
+    mover.execution = user.execution = "callbacks"  # type: ignore[assignment]
+    serve, tick, answer = (
+        callback(mover, "OnMove", "server"),
+        callback(user, "OnTick", "timer", timer=0.02),
+        callback(user, "OnAnswer", "client"),
+    )
+    entry, exit_, request, response = (
+        *(place(serve, "In"), place(serve, "Out")),
+        *(place(tick, "Request"), place(answer, "Response")),
+    )
+    step(serve, "Move", [entry], [exit_])
+    step(tick, "Send", [], [request])
+    step(answer, "Note", [response])
+    client = sym.ClientPort(client="user", request=request, response=response, **more)  # type: ignore[arg-type]
+    sym.ServiceChannel(
+        id="Move_",
+        service="/move",
+        depth=depth,
+        server=sym.ServerPort(page=serve, entry=entry, exit=exit_),
+        clients=[client],
+        model=model,
+    )
+    return model
+
+
+@pytest.mark.parametrize("capacity", [None, 1, 3])
+def test_a_client_that_does_not_wait_piles_up_what_it_asks(capacity: int | None) -> None:
+    """No capacity of its place keeps it from sending: what the service and the client do not keep is lost."""
+    model = _pile(3)
+    model.channels[0].clients[0].request.capacity = capacity  # type: ignore[attr-defined]
+    report = check(model)
+    assert [each.message for each in report.findings] == [
+        "request history of service /move can overflow: a request is lost",
+        "response history of client user of service /move can overflow: a response is lost",
+    ]
+    assert report.unknown == []
+
+
+def test_one_that_says_how_many_it_has_under_way_loses_none() -> None:
+    model = _pile(3, outstanding=3)
+    model.channels[0].clients[0].request.capacity = 1  # type: ignore[attr-defined]
+    assert check(model).findings == []
+
+
+@pytest.mark.parametrize("overflow", ["weighted", "inhibitor"])
+@pytest.mark.parametrize("timeout", [None, 0.5])
+def test_a_net_of_a_client_that_does_not_wait(overflow: OverflowVariant, timeout: float | None) -> None:
+    """With a time-out, what is lost is counted until it is given up, so that the net has no end."""
+    model = _pile(1, timeout=timeout)
+    found = compare(plain_net_of(flatten(model, "none", overflow).net), ExecutorInterpreter(model), 2000)
+    assert (found.difference, found.complete) == ("", timeout is None)

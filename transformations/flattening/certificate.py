@@ -12,6 +12,7 @@ from typing import NamedTuple
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.groups import members_of, works_on_goals
+from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.engine import Engine
@@ -104,6 +105,8 @@ def _either(engine: Engine, rule: type[Rule], one: str, other: str) -> Iterator[
 def _clients(engine: Engine) -> Iterator[_Sum]:
     for application in engine.applications_of(services.S1):
         client = next(source for source in application.sources if isinstance(source, sym.ClientPort))
+        if client.outstanding == UNLIMITED:  # its rules take away what says that it is ready
+            continue
         call = [application.made[role] for role in ("ready", "requests", "responses")]
         call += [used.made["in_use"] for used in engine.applications_of(services.S2, [client])]
         for kept in engine.applications_of(requests.R5Client, [client]):

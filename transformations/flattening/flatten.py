@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.callbacks.waiting import outstanding_counts
 from dineros.metamodel.calls import Served, actions, callers_first, server_pages, services, serving
 from dineros.metamodel.elements import arcs, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
@@ -86,10 +87,12 @@ def flatten(
     assert isinstance(working, sym.SystemModel)
     working.pages.append(pnm.Sheet(id="the rules' sheet"))
     engine = Engine(working)
-    prototypes = _instantiate(working, engine)
-    _override_instances(working, engine)
     if not is_ros2:
         _block_clients(working)
+    for client, number in outstanding_counts(working).items():
+        client.outstanding = number
+    prototypes = _instantiate(working, engine)
+    _override_instances(working, engine)
     join(working, pn.ReferenceTransition)
     engine.run([*standard, *extra])
     join(working, pn.ReferencePlace)

@@ -9,7 +9,15 @@ from typing import TypedDict
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.calls import CLIENT_PLACES, SERVER_PLACES, Served, action_places, instance_counts
+from dineros.metamodel.callbacks.waiting import outstanding_counts
+from dineros.metamodel.calls import (
+    CLIENT_PLACES,
+    SERVER_PLACES,
+    UNLIMITED,
+    Served,
+    action_places,
+    instance_counts,
+)
 from dineros.metamodel.elements import elements, node_net_of, node_nets, places, token_types
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.copying import deep_copy
@@ -166,6 +174,7 @@ def _service_ports(
     channel: sym.ServiceChannel, images: dict[EObject, EObject], counts: dict[Served, int]
 ) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
     # The paper's rules know of one request at a time, which is waited for.
+    asked = {} if channel.model is None else outstanding_counts(channel.model)
     runs_on_ros2 = channel.model is not None and channel.model.middleware == sym.Middleware.ros2
     for client in channel.clients:
         place, response = images.get(client.request), images.get(client.response)
@@ -174,7 +183,7 @@ def _service_ports(
                 **_interface(channel), service=channel.service, client=client.client, response=response
             )
             if runs_on_ros2:
-                port.outstanding, port.timeout = client.outstanding, client.timeout
+                port.outstanding, port.timeout = asked[client], client.timeout
                 told = images.get(client.timedOut) if client.timedOut is not None else None
                 port.timedOut = told if isinstance(told, rtm.Place) else None
             yield place, port
@@ -189,9 +198,14 @@ def _service_ports(
             # A server that nobody calls yet is a server: one instance, not none.
             instances=max(1, counts[channel]),
             depth=channel.depth,
-            outstanding=max([1, *(client.outstanding for client in channel.clients if runs_on_ros2)]),
+            outstanding=_most_asked([asked[client] for client in channel.clients if runs_on_ros2]),
         )
         yield entry, serving
+
+
+def _most_asked(counts: list[int]) -> int:
+    """Return the most requests that one of several clients has under way."""
+    return UNLIMITED if UNLIMITED in counts else max([1, *counts])
 
 
 def _action_ports(

@@ -14,6 +14,7 @@ from dineros.transformations.language.errors import LANGUAGE
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.clients.requests import R8
 from dineros.transformations.rules.lifecycle import L1, Configuring, Leaving
 from dineros.transformations.rules.notation import Bound, arc, read, transition
 from dineros.transformations.rules.requests import (
@@ -117,6 +118,20 @@ class L6Leave(Rule):
     change = Made(Leaving, of=server)
 
     waits = read(bound.free, change.move, weight=client.outstanding)
+
+
+class L6LeaveFree(Rule):
+    """So it is with a client that does not wait."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    client = Node(sym.ClientPort, channel=service)
+    bound = Made(R8.sending, of=client)
+    change = Made(Leaving, of=server)
+
+    waits = read(bound.free, change.move)
+
+    where = [MayLeave(service, server), SendsOnce(client)]
 
 
 class L6Wait(Rule):

@@ -6,7 +6,7 @@ that is bounded (Reisig, Petri Nets, 1985, Sect. 6.3).
 
 from __future__ import annotations
 
-from dineros.metamodel import pn, sym
+from dineros.metamodel import calls, pn, sym
 from dineros.transformations.language.creation import ForAll
 from dineros.transformations.language.functions import count, either, greatest, less
 from dineros.transformations.language.meaning import Meaning
@@ -16,7 +16,7 @@ from dineros.transformations.rules.histories import Publication
 from dineros.transformations.rules.notation import Bound, arc
 from dineros.transformations.rules.tokens import Change, Lowering, MostNeeded, MostPut, Raising
 
-UNLIMITED = -1
+ANY_NUMBER = -1
 """Value of `inHand` by which a node takes any number of messages."""
 
 
@@ -45,6 +45,21 @@ class B2(Rule):
     where = [either(port.place.capacity, 0) == 0]
 
 
+class B2Ask(Rule):
+    """Requests that wait to be sent: a client that does not wait hands each over at once."""
+
+    client = Node(sym.ClientPort, outstanding=calls.UNLIMITED)
+    request = Node(pn.Place, of=client.request)
+
+    bound = Bound(
+        request,
+        greatest(1, request.tokens, MostPut(request)),
+        means=Meaning("free room at {place}", rests=True),
+    )
+
+    where = [either(request.capacity, 0) == 0]
+
+
 class B3(Rule):
     """Messages in hand: what a node has taken and not worked on, where something takes it."""
 
@@ -59,7 +74,7 @@ class B3(Rule):
 
     where = [
         either(sink.capacity, 0) == 0,
-        either(port.inHand, 0) != UNLIMITED,
+        either(port.inHand, 0) != ANY_NUMBER,
         count(Lowering(sink)) > 0,
     ]
 

@@ -26,6 +26,7 @@ from dineros.transformations.rules import (
 )
 from dineros.transformations.rules.actions import callbacks as served
 from dineros.transformations.rules.actions import ends, feedback, goals, managed, publishing, slots
+from dineros.transformations.rules.clients import requests as unbounded
 
 
 @dataclass(frozen=True)
@@ -114,8 +115,9 @@ FAMILIES = (
         "requests",
         "Services of ROS 2: request histories and time-outs",
         "",
-        _defined_in(requests),
-        "They come after S1 to S4 where the middleware is `ros2`, for services that can lose requests.",
+        _defined_in(requests, unbounded),
+        "They come after S1 to S4 where the middleware is `ros2`, for services that can lose requests; R8 "
+        "for clients that do not wait.",
     ),
     Family(
         "lifecycle",
@@ -144,7 +146,7 @@ FAMILIES = (
         "Capacities of places",
         "",
         _defined_in(capacities),
-        "They run last of all rules: B1 and B4 under every middleware, B2 and B3 where it is `ros2`.",
+        "They run last of all rules: B1 and B4 under every middleware, the others where it is `ros2`.",
     ),
 )
 
@@ -200,12 +202,21 @@ LIFECYCLE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {"ros1": [], "ros2"
 """They run after all others but those of capacities: they say when what those made may happen."""
 SERVICE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [services.S3, services.S1, services.S2],
-    "ros2": [services.S3, services.S1, services.S2, *_defined_in(requests)],
+    "ros2": [
+        *(services.S3, services.S1, services.S2),
+        *_defined_in(requests),
+        *(unbounded.R8, unbounded.R8GiveUp, unbounded.R8Place, unbounded.R8Always, unbounded.R8Ready),
+    ],
 }
+FORGETTING_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
+    "ros1": [],
+    "ros2": [unbounded.R8Forgets, unbounded.R8Lost],
+}
+"""They run after those of managed nodes: they take away where all others put requests that are lost."""
 CAPACITY_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [capacities.B1, feedback.A5Room, feedback.A5First, feedback.A5Hand, capacities.B4],
     "ros2": [
-        *(capacities.B1, capacities.B2, capacities.B3),
+        *(capacities.B1, capacities.B2, capacities.B2Ask, capacities.B3),
         *(feedback.A5Room, feedback.A5First, feedback.A5Hand, capacities.B4),
     ],
 }
@@ -259,4 +270,5 @@ def rules_of(
         *SIGNAL_RULES[signals],
         *CALLBACK_RULES[middleware],
         *LIFECYCLE_RULES[middleware],
+        *FORGETTING_RULES[middleware],
     ]

@@ -11,11 +11,17 @@ difference which one is forgotten: a late request was there before the client ga
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.calls import gives_up, loses_requests, may_be_deserted, may_leave, sends_once
+from dineros.metamodel.calls import (
+    gives_up,
+    loses_requests,
+    may_be_deserted,
+    may_leave,
+    sends_once,
+)
 from dineros.metamodel.records import Drop, Reply, Serve, Transfer
 from dineros.metamodel.records import GiveUp as GiveUpStep
 from dineros.transformations.language.creation import ForAll, Fragment, New, image
@@ -23,7 +29,7 @@ from dineros.transformations.language.datatypes import TRUTH
 from dineros.transformations.language.errors import LANGUAGE
 from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import Query
-from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.meaning import Meaning, QueueKind
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import OverflowQueue, arc, place, transition
@@ -88,19 +94,21 @@ class AnswersNobody(Query):
         return gives_up(service) or may_leave(service, server)
 
 
-class RequestQueue(OverflowQueue):
-    """Where the requests of one client enter the history of its service, or are lost; calls take them out.
+class Entrance(OverflowQueue):
+    """Where tokens enter a history or are lost; transitions of other rules take them out.
 
     Parameters
     ----------
     id : str
         Prefix of the ids of its transitions; may hold placeholders.
     source : Expression
-        The place of requests that arrive.
+        The place of tokens that arrive.
     load, capacity : Expression
         The places of the history.
-    kept, lost : Expression
-        The places of requests that have entered, and of those that have not.
+    enters, drops : Meaning
+        What its transitions are.
+    kept, lost : sequence of Expression
+        Places that get a token for each token that has entered, and for each that has not.
     """
 
     roles: Mapping[str, type[EObject]] = {
@@ -114,35 +122,28 @@ class RequestQueue(OverflowQueue):
         source: Expression,
         load: Expression,
         capacity: Expression,
-        kept: Expression,
-        lost: Expression,
+        enters: Meaning,
+        drops: Meaning,
+        kept: Sequence[Expression] = (),
+        lost: Sequence[Expression] = (),
     ) -> None:
         Fragment.__init__(self, load=load, capacity=capacity)
-        enters = Meaning(
-            "{queue} takes the request of {client}",
-            step=Transfer,
-            queue="request",
-            called=HISTORY,
-            part="enter",
-        )
-        drops = Meaning(
-            "a request is lost: {client} of service {service} {waits}",
-            on_server_page="a request to service {service} is lost: {client} {waits}",
-            step=Drop,
-            queue="request",
-            called=HISTORY,
-            part="drop",
-        )
         self.enter = transition(f"{id}.in", means=enters)
         self.drop = transition(f"{id}.drop", means=drops)
         self.arcs = [
             arc(source, self.enter),
             arc(capacity, self.enter),
             arc(self.enter, load),
-            arc(self.enter, kept),
+            *(arc(self.enter, each) for each in kept),
             arc(source, self.drop),
-            arc(self.drop, lost),
+            *(arc(self.drop, each) for each in lost),
         ]
+
+
+def entering(kind: QueueKind, called: str, part: str, words: str, on_server_page: str = "") -> Meaning:
+    """Return the meaning of a transition by which a token enters a history, or is lost."""
+    step = Drop if part == "drop" else Transfer
+    return Meaning(words, on_server_page, step=step, queue=kind, called=called, part=part)
 
 
 class R5(Rule):
@@ -189,13 +190,21 @@ class R5Client(Rule):
         ),
     )
     through = arc(t_req, sent)
-    queue = RequestQueue(
+    queue = Entrance(
         "{service.id}.client.{client.client}",
         source=sent,
         load=load,
         capacity=capacity,
-        kept=requests,
-        lost=lost,
+        enters=entering("request", HISTORY, "enter", "{queue} takes the request of {client}"),
+        drops=entering(
+            "request",
+            HISTORY,
+            "drop",
+            "a request is lost: {client} of service {service} {waits}",
+            "a request to service {service} is lost: {client} {waits}",
+        ),
+        kept=[requests],
+        lost=[lost],
     )
     t_call = Made(S2.t_call, of=client)
     room = ForAll([t_call], make=[arc(load, t_call), arc(t_call, capacity)])

@@ -15,7 +15,7 @@ from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Reply, Request, Response, Serve
 from dineros.transformations.language.creation import IMAGES, Copy, Fragment, New, image
 from dineros.transformations.language.expressions import Expression, Match
-from dineros.transformations.language.functions import count, either, enclosing
+from dineros.transformations.language.functions import count, either, enclosing, greatest
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.language.rule import Rule
@@ -134,7 +134,7 @@ class S1(Rule):
 
     ready = place(
         "{service.id}.client.{client.client}.ready",
-        tokens=client.outstanding,
+        tokens=greatest(1, client.outstanding),
         means=Meaning(
             "{client} of service {service} is ready",
             on_server_page="{client} is ready to call service {service}",

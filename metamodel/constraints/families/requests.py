@@ -6,6 +6,7 @@ import math
 
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
+from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.families.services import IN_ONE_INSTANCE, in_one_instance, in_two_node_nets
 from dineros.metamodel.constraints.index import Index
@@ -24,10 +25,13 @@ def request_depth_positive(channel: sym.ServiceChannel, index: Index) -> Outcome
     return channel.depth >= 1
 
 
-@constraint("{it} has {element.outstanding} requests under way at most", fix="let it have 1 or more")
+@constraint(
+    "{it} has {element.outstanding} requests under way at most",
+    fix="let it have 1 or more, or -1 for any number",
+)
 def outstanding_positive(port: sym.ClientPort, index: Index) -> Outcome:
-    """A client has 1 request under way or more."""
-    return port.outstanding >= 1
+    """A client has 1 request under way or more, or any number."""
+    return port.outstanding is None or port.outstanding >= 1 or port.outstanding == UNLIMITED
 
 
 @constraint("{it} has the time-out {element.timeout}", fix="use a time in seconds above 0, or none")
@@ -75,7 +79,8 @@ def timed_out_in_one_instance(port: sym.ClientPort, index: Index) -> Outcome:
 )
 def calls_of_ros2(port: sym.ClientPort, index: Index) -> Outcome:
     """Only clients of ROS 2 have several requests under way, give up, or wait for their service."""
-    found = [f"{port.outstanding} requests under way"] if port.outstanding > 1 else []
+    asked = port.outstanding or 1
+    found = [f"{'any number of' if asked == UNLIMITED else asked} requests under way"] if asked != 1 else []
     if port.timeout is not None:
         found.append(f"a time-out of {port.timeout:g} s")
     if port.waitsForService:

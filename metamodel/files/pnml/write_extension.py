@@ -280,7 +280,7 @@ def _is_plain_client(client: sym.ClientPort) -> bool:
     """Tell whether the dialect has words for all that a client says."""
     timed = client.timeout is not None or client.timedOut is not None
     more = timed or client.group is not None or client.waitsForService
-    return _is_plain(client.client) and client.outstanding == 1 and not more
+    return _is_plain(client.client) and client.outstanding is None and not more
 
 
 def _says_all(clause: sym.InputClause) -> bool:

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
+from dineros.analysis.checks.check import check
 from dineros.cli.main import main
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
@@ -206,12 +207,59 @@ def test_a_call_inside_a_callback_of_one_thread_waits_for_ever() -> None:
     )
     system = ObservedSystem("nowhere", nodes)
     said = read('[node."/planner"]\ntimers = {}\ncallback."/plan".does = ["call /where"]\n' + COMMANDER)
-    assert some_waits_for_ever(to_model(system, said).model)
+    assert some_waits_for_ever(_with_short_histories(to_model(system, said).model))
     mended = read(
         '[node."/planner"]\nthreads = 2\ntimers = {}\ngroups = {others = "exclusive"}\n'
         'callback."/plan" = {does = ["call /where"], group = "others"}\n' + COMMANDER
     )
-    assert not some_waits_for_ever(to_model(system, mended).model)
+    assert not some_waits_for_ever(_with_short_histories(to_model(system, mended).model))
+
+
+def _with_short_histories(model: sym.SystemModel) -> sym.SystemModel:
+    for channel in model.channels:
+        if isinstance(channel, sym.ServiceChannel):
+            channel.depth = 1
+    return model
+
+
+SENDING = """
+[node."/user"]
+timers.tick = 0.02
+callback.tick.does = ["send /move"]
+callback."/move".does = []
+[node."/mover"]
+timers = {}
+"""
+
+
+def test_a_request_that_no_callback_waits_for_may_be_lost_and_is_never_held_up() -> None:
+    """Sending ends whatever the server does, and a node that was not seen is no cause of a finding."""
+    user = ObservedNode("/user", clients=(trigger("/move"),))
+    mover = ObservedNode("/mover", servers=(trigger("/move"),), clients=(trigger("/never"),))
+    said = read(SENDING + 'callback."/move".does = []\n')
+    report = check(to_model(ObservedSystem("pile", (user, mover)), said).model)
+    lost = "request history of service /move can overflow: a request is lost"
+    assert lost in [each.message for each in report.findings]
+    assert not any(each.rule.startswith("callback-") for each in report.findings)
+
+    said = read(SENDING + 'callback."/move".does = ["call /never"]\n')
+    report = check(to_model(ObservedSystem("send", (user, mover)), said).model)
+    stuck = [each.message for each in report.findings if each.rule.startswith("callback-")]
+    assert stuck == ["service callback mover.serves_move (instance 1) can begin and never end"]
+    returns = [each.message for each in report.findings if each.rule == "service-never-returns"]
+    assert "service /never never returns: no node was seen that serves it" in returns
+
+
+def test_an_open_callback_may_send_without_waiting() -> None:
+    user = ObservedNode("/user", clients=(trigger("/move"),))
+    mover = ObservedNode("/mover", servers=(trigger("/move"),))
+    imported = to_model(ObservedSystem("open", (user, mover)))
+    (value,) = (each.value for each in imported.assumed if each.key == 'callback."timer".does')
+    assert value == '["send /move *", "call /move *"]'
+    report = check(imported.model)
+    assert "request history of service /move can overflow: a request is lost" in [
+        each.message for each in report.findings
+    ]
 
 
 def read(text: str) -> Given:

@@ -4,6 +4,9 @@ A call is sent, kept by the server until an instance takes it, served, answered,
 number of requests, whoever they are of; what comes to a server that keeps as many is lost. A client that has
 given up is ready at once, and what it asked goes on without it: nobody's request is served all the same, and
 its answer goes nowhere; a server that is full may forget it for one that comes.
+
+A client that does not wait is always ready. What it asks is with the server at once or lost, and it forgets
+that, unless it gives it up one day. It keeps as many answers as the server keeps requests, and loses more.
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from dineros.metamodel import pn, sym
+from tests.support.references.waiting import UNLIMITED
 
 if TYPE_CHECKING:
     from tests.support.references.histories import Interpreter, State
@@ -60,8 +64,9 @@ class ServicePlayer:
         self.busy = {number: play._slot((service, number)) for number in numbers}
         self.calls = [(client, copy) for client in service.clients for copy in play._copies(client.request)]
         gives_up = any(client.timeout is not None for client, _ in self.calls)
-        asked = sum(client.outstanding for client, _ in self.calls)
-        self.can_lose = gives_up or asked > service.depth or is_deserted(service)
+        asked = [play.outstanding[client] for client, _ in self.calls]
+        too_many = UNLIMITED in asked or sum(asked) > service.depth
+        self.can_lose = gives_up or too_many or is_deserted(service)
         self.kept: list[int] = []
         self.nobodys: int | None = None
         self.nobodys_at: dict[int, int] = {}
@@ -95,7 +100,9 @@ class ServicePlayer:
         caller = play._home.get(page)
         name = client.client if caller is None else f"{caller.id}[{copy}].{client.client}"
         prefix = f"{service.id}.client.{name}"
-        ready = play._slot((service, name, "ready"), client.outstanding)
+        number_of_calls = play.outstanding[client]
+        is_free = number_of_calls == UNLIMITED
+        ready = None if is_free else play._slot((service, name, "ready"), number_of_calls)
         kept, answered = (play._slot((service, name, word)) for word in ("kept", "answered"))
         self.kept.append(kept)
         served = {number: play._slot((service, name, number)) for number in self.busy}
@@ -104,10 +111,14 @@ class ServicePlayer:
         waiting = {"requests": kept, "responses": answered}
         sent = kept
         if self.can_lose:
-            sent, lost = (play._slot((service, name, word)) for word in ("sent", "lost"))
-            waiting["lost"] = lost
+            sent = play._slot((service, name, "sent"))
+            forgets = is_free and client.timeout is None
+            gone = {sent: -1}
+            if not forgets:
+                waiting["lost"] = play._slot((service, name, "lost"))
+                gone[waiting["lost"]] = 1
             play._happens(f"{prefix}.in", lambda s: s[sent] > 0 and not self.is_full(s), {sent: -1, kept: 1})
-            play._happens(f"{prefix}.drop", lambda s: s[sent] > 0 and self.is_full(s), {sent: -1, lost: 1})
+            play._happens(f"{prefix}.drop", lambda s: s[sent] > 0 and self.is_full(s), gone)
             if self.nobodys is not None:
                 late = self.nobodys
                 play._happens(
@@ -115,15 +126,22 @@ class ServicePlayer:
                     lambda s: s[sent] > 0 and s[late] > 0 and self.is_full(s),
                     {sent: -1, kept: 1, late: -1},
                 )
+        uses = {} if ready is None else {ready: -1}
+        readies = {} if ready is None else {ready: 1}
         play._happens(
             f"{prefix}.req",
-            lambda s: s[request] > 0 and s[ready] > 0,
-            {request: -1, ready: -1, sent: 1},
+            lambda s: s[request] > 0 and (ready is None or s[ready] > 0),
+            {request: -1, sent: 1, **uses},
         )
+        taken = answered
+        if is_free:
+            play.bounds[sent] = play.bounds[answered] = 1
+            taken = waiting["kept"] = self._mail(prefix, name, answered)
         for number in self.busy:
             self._take(prefix, number, kept, served[number])
             self._answer(prefix, number, served[number], answered)
-        play._happens(f"{prefix}.res", lambda s: s[answered] > 0, {answered: -1, ready: 1, response: 1})
+        play._happens(f"{prefix}.res", lambda s: s[taken] > 0, {taken: -1, response: 1, **readies})
+        play.under_way[client, copy] = [sent, kept, answered, taken, *served.values()]
         if client.timeout is None:
             return
         told = {} if client.timedOut is None else {play._place(client.timedOut, copy): 1}
@@ -138,8 +156,23 @@ class ServicePlayer:
             play._happens(
                 f"{prefix}.giveUp.{word}",
                 lambda s, slot=slot: s[slot] > 0,  # type: ignore[misc]
-                {slot: -1, ready: 1, **told, **goes_on.get(word, {})},
+                {slot: -1, **readies, **told, **goes_on.get(word, {})},
             )
+
+    def _mail(self, prefix: str, name: str, answered: int) -> int:
+        """Keep responses until the client takes them, and return where; more than the depth are lost."""
+        play, depth = self.play, self.service.depth
+        mail = play._slot((self.service, name, "mail"))
+        for word, is_full, effect in (
+            ("in", False, {answered: -1, mail: 1}),
+            ("drop", True, {answered: -1}),
+        ):
+            play._happens(
+                f"{prefix}.responses.{word}",
+                lambda s, is_full=is_full: s[answered] > 0 and (s[mail] == depth) is is_full,  # type: ignore[misc]
+                effect,
+            )
+        return mail
 
     def _take(self, prefix: str, number: int, kept: int, served: int) -> None:
         """Let an instance take a request."""

@@ -15,6 +15,7 @@ from typing import TypeAlias
 from dineros.metamodel import pn, sym
 from tests.support.references.actions import ActionPlayer
 from tests.support.references.calls import ServicePlayer
+from tests.support.references.waiting import UNLIMITED, outstanding_of
 
 State: TypeAlias = tuple[int, ...]
 Effect: TypeAlias = Mapping[int, int]
@@ -82,6 +83,10 @@ class Interpreter:
         self.events: list[Event] = []
         self.bounds: dict[int, int] = {}
         """Slots that hold no more than so many."""
+        self.outstanding = outstanding_of(model)
+        """How many requests each client has under way at most."""
+        self.under_way: dict[tuple[sym.ClientPort, int], list[int]] = {}
+        """Slots of what a client has asked, of each copy of it."""
         self._slots: dict[object, int] = {}
         self._variant = signals
         self._services = [c for c in model.channels if isinstance(c, sym.ServiceChannel)]
@@ -106,6 +111,8 @@ class Interpreter:
             self._happens(name, self._guard(name, use), use.effect())
         for topic in self._topics:
             self._bound_ports(topic)
+        for client, copy in self.under_way:
+            self._bound_requests(client, copy)
         for players in goals:
             players.finish()
 
@@ -342,6 +349,13 @@ class Interpreter:
             needs = [use.needs.get(slot, 0) for use in self._uses.values()]
             usual = max(1, reader.place.tokens, *needs)
             self._bound(slot, usual if reader.inHand is None else reader.inHand)
+
+    def _bound_requests(self, client: sym.ClientPort, copy: int) -> None:
+        """Bound what waits to be asked, where that is sent at once."""
+        if self.outstanding[client] == UNLIMITED and client.request.capacity is None:
+            slot = self._place(client.request, copy)
+            puts = [use.gives.get(slot, 0) for use in self._uses.values()]
+            self._bound(slot, max(1, client.request.tokens, *puts))
 
     def _bound(self, slot: int, tokens: int) -> None:
         self.bounds[slot] = min(tokens, self.bounds.get(slot, tokens))

@@ -148,7 +148,9 @@ class LifecycleInterpreter(ExecutorInterpreter):
             for copy in self._copies(client.request):
                 name = self._client_name(client, copy)
                 prefix = f"{service.id}.client.{name}"
-                sent, kept, lost = (self._slots[service, name, word] for word in ("sent", "kept", "lost"))
+                sent, kept = (self._slots[service, name, word] for word in ("sent", "kept"))
+                counted = self._slots.get((service, name, "lost"))
+                lost = {} if counted is None else {counted: 1}
                 for word in ("in", "drop", "instead"):
                     self._if(f"{prefix}.{word}", there)
                 if goes and comes_again:
@@ -159,15 +161,15 @@ class LifecycleInterpreter(ExecutorInterpreter):
                     continue
                 if client.waitsForService:
                     self._if(f"{prefix}.req", there)
-                self._moved(f"{prefix}.miss", sent, {lost: 1}, away)
+                self._moved(f"{prefix}.miss", sent, lost, away)
                 if not goes:
                     continue
-                self._moved(f"{prefix}.left", kept, {lost: 1}, away)
+                self._moved(f"{prefix}.left", kept, lost, away)
                 leaving = ("cleanup", "shutdown.inactive", "shutdown.active")
                 self._settled[node].extend((word, sent) for word in leaving)
                 for number in range(1, self._instances(service) + 1):
                     served, late = self._slots[service, name, number], self._slots[service, "late", number]
-                    self._moved(f"{prefix}.unanswered[{number}]", served, {lost: 1, late: 1}, away)
+                    self._moved(f"{prefix}.unanswered[{number}]", served, {**lost, late: 1}, away)
                     if comes_again:
                         self._empty[node].append(served)
         if goes and (service, "late") in self._slots:

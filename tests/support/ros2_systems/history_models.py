@@ -58,7 +58,7 @@ def _ask(draw: st.DrawFn, channel: sym.ServiceChannel) -> None:
     """Say how a service is asked: how many requests wait, how many a client sends, when it gives up."""
     channel.depth = draw(st.sampled_from([1, 1, 2, 10]))
     for client in channel.clients:
-        client.outstanding = draw(st.sampled_from([1, 1, 2, 3]))
+        client.outstanding = draw(st.sampled_from([None, 1, 1, 2, 3, -1]))
         client.timeout = draw(st.sampled_from([None, None, 0.5]))
         if client.timeout is not None:
             page, told = client.request.page, draw(st.sampled_from(["", "again", "answered", "told"]))

@@ -83,7 +83,8 @@ def each_side_shows_its_elements(rule: type[Rule]) -> None:
     for node in rule.lhs:
         if isinstance(node, (Node, Made)) and not (node.eclass and issubclass(node.eclass, pn.Arc)):
             assert str(node) in left.shapes or str(node) in left.boxes
-            assert str(node) in right.shapes or str(node) in right.boxes
+            is_kept = all(node is not each for each in rule.deleted)
+            assert (str(node) in right.shapes or str(node) in right.boxes) is is_kept
     for element in rule.created.values():
         if isinstance(element, Copy):
             assert right.boxes[str(element)].status == "created"

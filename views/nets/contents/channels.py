@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import elements, pn, rtm, sym
-from dineros.metamodel.calls import OUTCOMES, CallCircleError, instance_counts
+from dineros.metamodel.calls import OUTCOMES, UNLIMITED, CallCircleError, instance_counts
 from dineros.metamodel.elements import label
 from dineros.views.nets.contents.model import Caption, Edge, EdgeKind, Node, NodeKind, ViewModel
 from dineros.views.nets.contents.positions import position_of
@@ -83,7 +83,8 @@ def _asks(
     view: ViewModel, port: sym.ClientPort | rtm.ClientPort, request: pn.Place | None, channel: str
 ) -> None:
     """Draw what a client sends and gets, and where it learns that it has given up."""
-    several = f", {port.outstanding} at a time" if port.outstanding > 1 else ""
+    number = port.outstanding or 1
+    several = "" if number == 1 else f", {'any number' if number == UNLIMITED else number} at a time"
     gives_up = "" if port.timeout is None else f"gives up after {port.timeout:g} s"
     told = port.timedOut if gives_up else None
     asked = f"{port.client}{several}" + (f", {gives_up}" if gives_up and told is None else "")

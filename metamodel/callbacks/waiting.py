@@ -1,0 +1,219 @@
+"""Whether clients wait: whether a request is answered before its client may send the next one.
+
+A client *waits* where a single token carries its requests: there is a set of places that holds the request,
+has one token at the start at most, and to which no firing adds tokens. Such a set is a state machine of the
+net, and its token goes from the request over the response to the next request (Murata, Proc. IEEE 77(4),
+1989, Sect. V). The way of the token may lead through a callback, which begins and ends once for each token,
+through the lock of an exclusive callback group, or through places that the node itself has for that.
+
+Where no such set is found, nothing orders the next request after the response. A node that runs callbacks
+then sends as many requests as it asks for, as `rclpy` and `rclcpp` do. A node whose execution is `net` runs
+our engine: its client sends the next request once the last one is answered.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.callbacks.bodies import Body, calls_of
+from dineros.metamodel.callbacks.groups import (
+    begins_answer,
+    begins_callback,
+    callback_page_of,
+    group_or_node,
+    runs_callbacks,
+    works_on_goals,
+)
+from dineros.metamodel.calls import UNLIMITED, answers, exits
+from dineros.metamodel.elements import arcs, channels, node_net_of, pages, places, resolve, transitions
+
+_MOST_SETS = 2000
+"""Sets of places that are tried for a client; beyond that, it counts as one that does not wait."""
+
+Key: TypeAlias = tuple[str, EObject]
+"""A place, what a client has under way, or what lets one callback at a time run."""
+
+
+@dataclass
+class _Move:
+    """What a step takes and gives, by places."""
+
+    takes: Counter[Key] = field(default_factory=Counter)
+    gives: Counter[Key] = field(default_factory=Counter)
+
+
+def outstanding(client: sym.ClientPort) -> int:
+    """Return how many requests a client has under way at most, or `UNLIMITED`.
+
+    That is what it says; else 1 where it waits, where its node's execution is `net`, and where the middleware
+    is `ros1`, whose calls block.
+    """
+    model = client.channel.model if client.channel is not None else None
+    if client.outstanding is not None or model is None:
+        return client.outstanding or 1
+    return outstanding_counts(model)[client]
+
+
+def outstanding_counts(model: sym.SystemModel) -> dict[sym.ClientPort, int]:
+    """Return how many requests each client of a model has under way at most, as `outstanding` has it."""
+    services = channels(model, sym.ServiceChannel)
+    counts = {client: client.outstanding or 1 for service in services for client in service.clients}
+    if model.middleware != sym.Middleware.ros2:
+        return counts
+    silent = [each for each in counts if each.outstanding is None and _sends_freely(each)]
+    waiting = Waiting(model) if silent else None
+    for client in silent:
+        if waiting is not None and not waiting.waits(client):
+            counts[client] = UNLIMITED
+    return counts
+
+
+def _sends_freely(client: sym.ClientPort) -> bool:
+    return runs_callbacks(node_net_of(client.request))
+
+
+class Waiting:
+    """Tells which clients of a system model wait.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model, whose references lead somewhere.
+    """
+
+    def __init__(self, model: sym.SystemModel) -> None:
+        self._model = model
+        self._tokens: dict[Key, int] = {_at(place): place.tokens for place in places(model)}
+        self._moves = {transition: _Move() for transition in transitions(model)}
+        self._others: list[_Move] = []
+        self._arcs()
+        self._callbacks()
+        self._services()
+        self._actions()
+        self._subscribers()
+        self._givers: dict[Key, list[_Move]] = defaultdict(list)
+        for move in (*self._moves.values(), *self._others):
+            for key in move.gives:
+                self._givers[key].append(move)
+
+    def waits(self, client: sym.ClientPort) -> bool:
+        """Tell whether one request of a client is under way at a time by the net itself."""
+        stack, seen = [frozenset({_under_way(client)})], set[frozenset[Key]]()
+        while stack and len(seen) < _MOST_SETS:
+            carried = stack.pop()
+            if carried in seen or sum(self._tokens.get(key, 0) for key in carried) > 1:
+                continue
+            seen.add(carried)
+            adding = self._adding(carried)
+            if adding is None:
+                return True
+            stack.extend(carried | {key} for key in adding.takes if key not in carried)
+        return False
+
+    def _adding(self, carried: frozenset[Key]) -> _Move | None:
+        """Return a move that adds tokens to a set of places; None: there is none."""
+        for key in carried:
+            for move in self._givers[key]:
+                if _inside(move.gives, carried) > _inside(move.takes, carried):
+                    return move
+        return None
+
+    # ------------------------------------------------------------------------- what takes and gives tokens
+
+    def _arcs(self) -> None:
+        for arc in arcs(self._model):
+            source, target = resolve(arc.source), resolve(arc.target)
+            if isinstance(source, pn.Transition):
+                self._moves[source].gives[_at(target)] += arc.weight
+            elif isinstance(target, pn.Transition) and arc.kind == pn.ArcKind.normal:
+                self._moves[target].takes[_at(source)] += arc.weight
+
+    def _callbacks(self) -> None:
+        """Let callbacks of nodes that run callbacks begin and end, one at a time of an exclusive group."""
+        calls = calls_of(self._model)
+        for page in pages(self._model):
+            if not isinstance(page, sym.CallbackPage) or not runs_callbacks(node_net_of(page)):
+                continue
+            if page.kind == sym.CallbackKind.server or works_on_goals(page):
+                continue  # they begin with what is asked, and end with the answer
+            turn, body = self._turn(page), Body(page, calls)
+            for begin in body.beginnings() if page.kind == sym.CallbackKind.timer else ():
+                self._moves[begin].takes[turn] += 1
+            for end in body.ends():
+                self._moves[end].gives[turn] += 1
+
+    def _turn(self, page: sym.CallbackPage) -> Key:
+        """Return what a callback has while it runs: the lock of its exclusive group, else one of its own."""
+        group = None if works_on_goals(page) else group_or_node(page)
+        is_reentrant = isinstance(group, sym.CallbackGroup) and str(group.kind) == "reentrant"
+        turn: Key = ("turn", page if group is None or is_reentrant else group)
+        self._tokens[turn] = 1
+        return turn
+
+    def _begun(self, place: pn.Place | None) -> list[Key]:
+        """Return what is taken where a callback begins with what comes to a place."""
+        page = callback_page_of(place)
+        return [self._turn(page)] if page is not None and runs_callbacks(node_net_of(page)) else []
+
+    def _serve(self, page: pn.Page | None, entry: pn.Place, ends: list[pn.Place]) -> None:
+        """Let an instance or slot take what is asked, one at a time, and answer it."""
+        if page is None:
+            return
+        turn: Key = ("turn", page)
+        if isinstance(page, sym.CallbackPage) and runs_callbacks(node_net_of(page)):
+            turn = self._turn(page)
+        self._tokens[turn] = 1
+        self._move([turn], [_at(entry)])
+        for end in ends:
+            self._move([_at(end)], [turn])
+
+    def _services(self) -> None:
+        for service in channels(self._model, sym.ServiceChannel):
+            if service.server is not None:
+                self._serve(service.server.page, service.server.entry, [service.server.exit])
+            for client in service.clients:
+                under_way = _under_way(client)
+                begun = self._begun(client.response) if begins_callback(client) else []
+                self._move([_at(client.request)], [under_way])
+                self._move([under_way, *begun], [_at(client.response)])
+                if client.timedOut is not None:
+                    self._move([under_way], [_at(client.timedOut)])
+
+    def _actions(self) -> None:
+        for action in channels(self._model, sym.ActionChannel):
+            if action.server is not None:
+                self._serve(action.server.page, action.server.entry, list(exits(action.server)))
+            for client in action.clients:
+                under_way = _under_way(client)
+                self._move([_at(client.goal)], [under_way])
+                for place in answers(client):
+                    begun = self._begun(place) if begins_answer(client, place) else []
+                    self._move([under_way, *begun], [_at(place)])
+                if client.feedback is not None:
+                    heard = client.feedback
+                    begun = self._begun(heard) if begins_answer(client, heard) else []
+                    self._move(begun, [_at(heard)])
+
+    def _subscribers(self) -> None:
+        for topic in channels(self._model, sym.TopicChannel):
+            for port in topic.subscribers:
+                self._move(self._begun(port.place), [_at(port.place)])
+
+    def _move(self, takes: list[Key], gives: list[Key]) -> None:
+        self._others.append(_Move(Counter(takes), Counter(gives)))
+
+
+def _at(node: pn.Node) -> Key:
+    return ("place", resolve(node))
+
+
+def _under_way(client: sym.ClientPort | sym.ActionClientPort) -> Key:
+    return ("under way", client)
+
+
+def _inside(tokens: Counter[Key], carried: frozenset[Key]) -> int:
+    return sum(count for key, count in tokens.items() if key in carried)

@@ -1,0 +1,137 @@
+"""Clients of ROS 2 that do not wait (rule R8).
+
+Such a client (`dineros.metamodel.callbacks.waiting`) sends as many requests as its node asks for. Sending
+never blocks: a request comes to the history of the service at once, and is lost where that is full. So is a
+response where the client has not taken as many as its own history keeps. `rclpy` 7.1.6 was seen to do both:
+of 30 responses that a server sent before the client's executor spun, the client got 10.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.calls import UNLIMITED
+from dineros.transformations.language.functions import either
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.notation import Bound, arc, place
+from dineros.transformations.rules.requests import Entrance, GiveUp, R5Client, entering
+from dineros.transformations.rules.services import S1
+
+RESPONSES = "response history of {client} of service {service}"
+
+
+class R8(Rule):
+    """A client that does not wait has a history of responses, and no request waits on the way."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service, outstanding=UNLIMITED)
+    sent = Made(R5Client.sent, of=client)
+    responses = Made(S1.responses, of=client)
+    t_res = Made(S1.t_res, of=client)
+    past = Node(pn.Arc, source=responses, target=t_res)
+
+    load = place(
+        "{service.id}.client.{client.client}.responses.Load",
+        means=Meaning("{queue}: load", queue="response", called=RESPONSES, part="load"),
+    )
+    capacity = place(
+        "{service.id}.client.{client.client}.responses.Capacity",
+        tokens=service.depth,
+        means=Meaning(
+            "{queue}: free capacity", queue="response", called=RESPONSES, part="capacity", rests=True
+        ),
+    )
+    queue = Entrance(
+        "{service.id}.client.{client.client}.responses",
+        source=responses,
+        load=load,
+        capacity=capacity,
+        enters=entering("response", RESPONSES, "enter", "{queue} takes a response"),
+        drops=entering("response", RESPONSES, "drop", "a response to {client} of service {service} is lost"),
+    )
+    arcs = [arc(load, t_res), arc(t_res, capacity)]
+    sending = Bound(
+        sent,
+        1,
+        means=Meaning("room for a request of {client} of service {service}", part="way", rests=True),
+    )
+    answering = Bound(
+        responses,
+        1,
+        means=Meaning("room for a response to {client} of service {service}", part="way", rests=True),
+    )
+
+    lhs = [service, client, sent, responses, t_res, past]
+    rhs = [service, client, sent, responses, t_res, load, capacity, *queue, *arcs, *sending, *answering]
+
+
+class R8GiveUp(Rule):
+    """With a time-out, it gives up what waits in that history, too."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    load = Made(R8.load, of=client)
+    capacity = Made(R8.capacity, of=client)
+
+    kept = GiveUp("{service.id}.client.{client.client}.giveUp.kept", load, capacity)
+
+    where = [client.timeout > 0]
+
+
+class R8Place(Rule):
+    """It tells the node, where it names a place for that."""
+
+    client = Node(sym.ClientPort)
+    told = Node(pn.Place, of=client.timedOut)
+    given = Made(R8GiveUp.kept, of=client)
+
+    tells = arc(given.give_up, told)
+
+
+class R8Always(Rule):
+    """It is always ready: neither a response nor giving up makes it so."""
+
+    client = Node(sym.ClientPort, outstanding=UNLIMITED)
+    ready = Made(S1.ready, of=client)
+    past = Node(pn.Arc, target=ready)
+
+    lhs = [client, ready, past]
+    rhs = [client, ready]
+
+
+class R8Ready(Rule):
+    """So nothing says whether it is ready."""
+
+    client = Node(sym.ClientPort, outstanding=UNLIMITED)
+    counted = Made(S1.ready, of=client)
+    ready = Node(pn.Place, of=counted)
+    t_req = Made(S1.t_req, of=client)
+    asks = Node(pn.Arc, source=ready, target=t_req)
+
+    lhs = [client, counted, ready, t_req, asks]
+    rhs = [client, counted, t_req]
+
+
+class R8Forgets(Rule):
+    """Without a time-out, it does not learn that a request is lost."""
+
+    client = Node(sym.ClientPort, outstanding=UNLIMITED)
+    lost = Made(R5Client.lost, of=client)
+    past = Node(pn.Arc, target=lost)
+
+    where = [either(client.timeout, 0.0) == 0.0]
+    lhs = [client, lost, past]
+    rhs = [client, lost]
+
+
+class R8Lost(Rule):
+    """So nothing counts those that are."""
+
+    client = Node(sym.ClientPort, outstanding=UNLIMITED)
+    counted = Made(R5Client.lost, of=client)
+    lost = Node(pn.Place, of=counted)
+
+    where = [either(client.timeout, 0.0) == 0.0]
+    lhs = [client, counted, lost]
+    rhs = [client, counted]
