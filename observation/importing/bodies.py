@@ -1,8 +1,8 @@
 """What a callback does, as the net of its page: open where nobody has said it, else the steps given.
 
 *Open* is the safe reading: after it has begun, a callback may publish on any publisher of its node, call any
-service that its node is a client of and wait for the answer, and send any goal, in any order and any number
-of times; or it ends.
+service that its node is a client of and wait for the answer or not, and send any goal, in any order and any
+number of times; or it ends.
 """
 
 from __future__ import annotations

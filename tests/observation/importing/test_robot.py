@@ -22,8 +22,9 @@ def test_it_is_found_where_all_behaviour_is_open() -> None:
     callers = {each.callback.element for each in found.blocked}
     assert NESTED in {str(each.circle) for each in found.blocked}
     assert callers == {
-        *("commander.on_timer", "monitor.on_mission", "monitor.on_odometry", "monitor.on_timer"),
-        *("planner.on_map", "planner.on_timer", "planner.serves_plan"),
+        *("commander.on_timer", "commander.on_answer_of_plan"),
+        *("monitor.on_odometry", "monitor.on_timer", "monitor.on_answer_of_charge"),
+        *("planner.on_map", "planner.on_timer", "planner.serves_plan", "planner.on_answer_of_where"),
     }
     assert found.is_complete
 
