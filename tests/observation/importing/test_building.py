@@ -219,7 +219,7 @@ def _one_request_each(model: sym.SystemModel) -> sym.SystemModel:
     for channel in model.channels:
         if isinstance(channel, sym.ServiceChannel):
             for client in channel.clients:
-                client.outstanding = 1  # so that there are few states
+                client.outstanding = client.request.capacity = 1  # so that there are few states
     return model
 
 
