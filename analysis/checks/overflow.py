@@ -10,7 +10,10 @@ from dineros.analysis.checks.ways import can_fire, firing_witness
 from dineros.analysis.model.losses import Kind, Loss, losses_of
 from dineros.analysis.model.queues import Queue, queues
 from dineros.analysis.witnesses.findings import Fault, Finding, Witness
-from dineros.metamodel.elements import label
+from dineros.metamodel import sym
+from dineros.metamodel.callbacks.groups import runs_callbacks
+from dineros.metamodel.calls import actions
+from dineros.metamodel.elements import label, node_net_of
 
 
 class Overflow(Question):
@@ -106,7 +109,15 @@ class Presence(Question):
         "A request can be lost because its server is not there, or leaves; its client gives it up.",
         "{loss}",
     )
-    faults = (INACTIVE, MISSED, LEFT, UNSERVED, UNANSWERED, GIVEN_UP)
+    GOALS_STAY = Fault(
+        "goals-outlive-server",
+        "note",
+        "The answers assume that clients wait for the managed server of an action, and goals outlive it.",
+        "the answers assume that {client} of action {action} waits for its server, and its goals outlive "
+        "{node}: with rclpy a goal that is sent while {node} is not configured, or that it has when it "
+        "leaves, gets no result",
+    )
+    faults = (INACTIVE, MISSED, LEFT, UNSERVED, UNANSWERED, GIVEN_UP, GOALS_STAY)
     asks = "whether messages and requests are lost because a node is not there"
 
     _KINDS: ClassVar[dict[Kind, tuple[Fault, str]]] = {
@@ -120,6 +131,7 @@ class Presence(Question):
 
     def ask(self, checked: Checked) -> None:
         """Look for a run that loses a message so, for each publisher and each pair of ports."""
+        self._assume(checked)
         losses = losses_of(checked.subject.links())
         for kind, (fault, proved) in self._KINDS.items():
             some = [loss for loss in losses if loss.kind == kind]
@@ -129,6 +141,26 @@ class Presence(Question):
                     excluded += self._is_excluded(checked, fault, loss)
             if some and excluded == len(some):
                 checked.report.proved.append(proved)
+
+    @classmethod
+    def _assume(cls, checked: Checked) -> None:
+        """Report what the rules of actions assume of managed servers and of clients written by hand."""
+        if not isinstance(checked.model, sym.SystemModel) or checked.model.middleware != sym.Middleware.ros2:
+            return
+        for action in actions(checked.model):
+            server = node_net_of(action.server.entry)
+            if server is None or server.lifecycle is None:
+                continue
+            for client in action.clients:
+                if runs_callbacks(node_net_of(client.goal)):
+                    found = cls.GOALS_STAY.found(
+                        action.id,
+                        client.goal.id,
+                        client=f"client {client.client}",
+                        action=action.action,
+                        node=f"node net {label(server)}",
+                    )
+                    checked.report.findings.append(found)
 
     @classmethod
     def _is_excluded(cls, checked: Checked, fault: Fault, loss: Loss) -> bool:

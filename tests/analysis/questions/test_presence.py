@@ -13,9 +13,10 @@ from dineros.analysis.checks.overflow import Presence
 from dineros.analysis.witnesses.records import witness_records
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, flow, place, step
-from dineros.metamodel.elements import find
+from dineros.metamodel.elements import find, node_net_of
 from dineros.metamodel.records import Drop, Lifecycle
 from tests.support.references.lifecycles import LifecycleInterpreter
+from tests.support.ros2_systems.deliveries import deliveries
 from tests.support.ros2_systems.deserted_services import Asking, ask
 from tests.support.ros2_systems.managed_systems import talk
 
@@ -125,6 +126,20 @@ def test_requests_to_a_server_that_is_not_there(number: int) -> None:
     assert sorted({each.rule for each in report.findings} & OF_REQUESTS) == rules
     never_ends = any("not there" in each.message for each in report.findings if each.rule in OF_REQUESTS)
     assert never_ends is bool(rules)
+
+
+@pytest.mark.parametrize("by_hand", [True, False])
+def test_what_is_assumed_of_goals_is_said(by_hand: bool) -> None:
+    """Goals outlive a managed server: our engine sends them again, and clients of rclpy do not."""
+    model = deliveries(cancels=0, rejects=False)
+    find(model, "robot", sym.NodeNet).lifecycle = LIFE(cleansUp=True)
+    office = node_net_of(model.channels[0].clients[0].goal)  # type: ignore[attr-defined]
+    assert office is not None
+    office.execution = sym.Execution.callbacks if by_hand else sym.Execution.net
+    notes = [each for each in check(model).findings if each.rule == "goals-outlive-server"]
+    assert [each.severity for each in notes] == ["note"] * by_hand
+    find(model, "robot", sym.NodeNet).lifecycle = None
+    assert "goals-outlive-server" not in {each.rule for each in check(model).findings}
 
 
 def test_a_callback_that_waits_for_a_lost_request_never_ends() -> None:
