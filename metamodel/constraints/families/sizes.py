@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from dineros.metamodel import pn, rtm, sym
-from dineros.metamodel.base import EObject
+from dineros.metamodel.base import EObject, remembered
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.errors import DinerosError
@@ -33,12 +33,18 @@ _OF_TOKENS: tuple[tuple[type[EObject], str, str], ...] = (
 
 def _sizes(element: EObject, index: Index) -> Iterator[tuple[str, str, int]]:
     """Yield the numbers of an element that are limited: feature, name of the limit, number."""
-    for cls, feature, name in (*_LIMITED, *(_OF_TOKENS if index.is_distributed else ())):
-        if isinstance(element, cls):
-            size = getattr(element, feature)
-            # An inhibitor arc is only compared with.
-            if size is not None and (name != "weight" or element.kind != pn.ArcKind.inhibitor):  # type: ignore[attr-defined]
-                yield feature, name, size
+    for feature, name in _limited(type(element), index.is_distributed):
+        size = getattr(element, feature)
+        # An inhibitor arc is only compared with.
+        if size is not None and (name != "weight" or element.kind != pn.ArcKind.inhibitor):  # type: ignore[attr-defined]
+            yield feature, name, size
+
+
+@remembered
+def _limited(kind: type[EObject], is_distributed: bool) -> list[tuple[str, str]]:
+    """Return the features of a class that are limited, and the names of their limits."""
+    limited = (*_LIMITED, *(_OF_TOKENS if is_distributed else ()))
+    return [(feature, name) for cls, feature, name in limited if issubclass(kind, cls)]
 
 
 @constraint("{it} has {found}", fix="make it smaller")
