@@ -224,7 +224,7 @@ class _Maker:
             for way, case in enumerate(cases, 1):
                 self._transitions.append(
                     Transition(
-                        f"{name} {number} {way}",
+                        f"{len(self._transitions)} {name} {number} {way}",
                         _sum(case.takes, {at: 1}),
                         _sum(case.puts, {goes_to: 1}),
                         case.inhibitors,
@@ -233,7 +233,7 @@ class _Maker:
                 )
             at = goes_to
         if not steps:
-            self._transitions.append(Transition(name, {source: 1}, {target: 1}))
+            self._transitions.append(Transition(f"{len(self._transitions)} {name}", {source: 1}, {target: 1}))
         if len(self._transitions) > MOST_TRANSITIONS:
             raise DinerosError(
                 f"the bounds are too many units of {self._timed.unit} long to be counted",

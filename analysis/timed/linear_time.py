@@ -13,7 +13,7 @@ B. Berthomieu, F. Vernadat, *State class constructions for branching analysis of
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,10 +28,21 @@ from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.rewriting import negated
 from dineros.analysis.logic.language.semantics import holds_on_lasso
-from dineros.analysis.logic.language.syntax import Atom, Deadlock, Formula
+from dineros.analysis.logic.language.syntax import (
+    TEMPORAL,
+    Atom,
+    Deadlock,
+    Exists,
+    Fired,
+    ForAll,
+    Formula,
+    Globally,
+    Not,
+)
 from dineros.analysis.logic.verdicts.verdict import ReplayError
 from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.nets.graph_parts import numbered_parts
+from dineros.analysis.timed.goals import find_timed
 from dineros.analysis.timed.graph import WAITING, Flags, TimedGraph, timed_graph
 from dineros.analysis.timed.nets import TimedNet
 
@@ -73,6 +84,8 @@ def verify_timed_ltl(
     budget = budget.begun()
     tree = parse(formula) if isinstance(formula, str) else formula
     atoms = BoundAtoms(net.untimed, tree, names)
+    if isinstance(tree, Globally) and is_condition(tree.operand):
+        return _never(net, tree.operand, names, budget)
     budget.stage("the automaton of the formula")
     automaton = translate(negated(tree))
     classes: int | None = None
@@ -91,6 +104,21 @@ def verify_timed_ltl(
     _check(graph, tree, atoms, run)
     stem, loop = _transitions(run.stem), _transitions(run.loop)
     return Outcome("violated", stem, loop, classes, budget.spent, by="state classes")
+
+
+def is_condition(tree: Formula) -> bool:
+    """Whether a formula speaks of one marking only."""
+    return not any(isinstance(part, (*TEMPORAL, ForAll, Exists, Fired)) for part in tree.subformulas())
+
+
+def _never(net: TimedNet, condition: Formula, names: Names, budget: Budget) -> Outcome:
+    """Decide ``G condition`` by the markings: the largest classes are enough for those."""
+    found = find_timed(net, Not(condition), names, budget)
+    if found.status == "unknown":
+        return found
+    if found.status == "unreachable":
+        return replace(found, status="holds")
+    return replace(found, status="violated", reason="shown up to the marking that violates it")
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,14 @@ def test_bounds_that_are_far_apart_are_refused() -> None:
         integer_net(timed(Interval(Fraction(1, 1000), Fraction(1_000_000))))
 
 
+def test_names_of_the_net_may_be_those_of_steps() -> None:
+    names = ("end", "time", "now")
+    steps = [Transition(name, {f"clock of {name}": 1}, {"end": 1}) for name in names]
+    places = {f"clock of {name}": 1 for name in names} | {"end": 0, "now": 0}
+    net = TimedNet.build(places, steps, dict.fromkeys(names, Interval(Fraction(1), Fraction(2))))
+    assert count_markings(integer_net(net), UNLIMITED) == class_graph(net, "W").markings == 8
+
+
 def test_a_limit_is_said() -> None:
     space = timed_state_space(
         timed(Interval(Fraction(1), Fraction(2_000))), engine="integer", budget=Budget(seconds=0.0)
