@@ -29,6 +29,8 @@ class Deadlock(Question):
     """Whether there is a deadlock."""
 
     STUCK = Fault("deadlock", "warning", "A marking can be reached that enables nothing.", "{markings}")
+    RESTS = Fault("deadlock", "note", STUCK.meaning, STUCK.message)
+    """Every node rests in final places: a finished scenario."""
     faults = (STUCK,)
     asks = "whether there is a deadlock"
 
@@ -58,7 +60,7 @@ class Deadlock(Question):
             checked.report.proved.append("no deadlock")
 
     def _find(self, checked: Checked, group: DeadlockGroup) -> None:
-        from dineros.analysis.checks.deadlocks import group_text
+        from dineros.analysis.checks.deadlocks import group_text, is_finished
 
         subject, witness = checked.subject, witness_of(checked.subject, group.trace)
         circle = checked.waiting.circle(replay(subject.net, group.trace)[-1])
@@ -67,9 +69,8 @@ class Deadlock(Question):
             return
         waits = dict.fromkeys(subject.transition_element(cause.transition) for cause in group.causes)
         text = group_text(subject, group)
-        checked.report.findings.append(
-            self.STUCK.found(*waits, checked.identity, witness=witness, markings=text)
-        )
+        fault = self.RESTS if is_finished(subject, group) else self.STUCK
+        checked.report.findings.append(fault.found(*waits, checked.identity, witness=witness, markings=text))
 
 
 class Callbacks(Question):

@@ -6,6 +6,10 @@ rest and waits for nothing. What is missing would be made by other transitions, 
 where that leads to another transition that waits, the first one is a consequence. What is left, alone or in a
 circle, is the cause. Dead markings in which the same transitions wait for the same places are one group;
 server instances are alike.
+
+Where nothing waits, the application has come to rest. That is as it should be where each node rests in final
+places. A place is final if it is of the kind `end`; in a node without such a place, all from which nothing
+takes tokens are.
 """
 
 from __future__ import annotations
@@ -22,7 +26,9 @@ from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.vector_sets import Scope
 from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.calls import Served
+from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Drop
 
 #: Groups told apart, before server instances are taken to be alike; what is left beyond them is one more.
@@ -62,13 +68,15 @@ class DeadlockGroup:
     markings : int
         How many there are.
     causes : tuple of Waiting
-        What waits for what; empty where nothing waits: all that was begun has ended.
+        What waits for what; empty where nothing waits.
     trace : tuple of int
         Transitions that lead to one of them.
     is_rest : bool
         Whether these are what is left after `MOST_GROUPS` groups; the causes are those of one marking then.
     has_others : bool
         Whether some of the markings have these causes at other server instances.
+    unfinished : tuple of int
+        Where nothing waits: places with tokens that are not final, though nothing takes tokens from them.
     """
 
     markings: int
@@ -76,6 +84,13 @@ class DeadlockGroup:
     trace: tuple[int, ...]
     is_rest: bool = False
     has_others: bool = False
+    unfinished: tuple[int, ...] = ()
+
+
+def is_finished(subject: Subject, group: DeadlockGroup) -> bool:
+    """Tell whether a group of dead markings is a finished scenario of an application: no fault."""
+    is_application = isinstance(subject.model, sym.SystemModel)
+    return is_application and not group.causes and not group.unfinished and not group.is_rest
 
 
 def deadlock_groups(subject: Subject, space: SymbolicStateSpace) -> list[DeadlockGroup]:
@@ -95,7 +110,7 @@ def deadlock_groups(subject: Subject, space: SymbolicStateSpace) -> list[Deadloc
     """
     found: dict[object, DeadlockGroup] = {}
     for group in _groups(subject, space):
-        key = (group.is_rest, _without_instances(subject, group.causes))
+        key = (group.is_rest, _without_instances(subject, group.causes), group.unfinished)
         first = found.setdefault(key, group)
         if first is not group:
             found[key] = replace(first, markings=first.markings + group.markings, has_others=True)
@@ -104,8 +119,9 @@ def deadlock_groups(subject: Subject, space: SymbolicStateSpace) -> list[Deadloc
 
 def group_at(subject: Subject, trace: Sequence[int]) -> DeadlockGroup:
     """Return a marking that enables nothing, which a firing sequence leads to, as a group of its own."""
-    marking = replay(subject.net, trace)[-1]
-    return DeadlockGroup(1, _Places(subject).causes(marking), tuple(trace))
+    marking, places = replay(subject.net, trace)[-1], _Places(subject)
+    causes = places.causes(marking)
+    return DeadlockGroup(1, causes, tuple(trace), unfinished=places.unfinished(marking, causes))
 
 
 def _without_instances(subject: Subject, causes: Sequence[Waiting]) -> object:
@@ -131,6 +147,7 @@ def _groups(subject: Subject, space: SymbolicStateSpace) -> Iterator[DeadlockGro
         while rest:
             marking = space.marking_of(sets.some_vector(rest))
             causes = places.causes(marking)
+            unfinished = places.unfinished(marking, causes)
             number += 1
             is_rest = number > MOST_GROUPS
             others = 0 if is_rest else _without(space, rest, places, marking, causes)
@@ -138,7 +155,8 @@ def _groups(subject: Subject, space: SymbolicStateSpace) -> Iterator[DeadlockGro
             group = sets.difference(rest, others)
             scope.hold(rest, others, group)
             trace = ways.way_to(group)
-            yield DeadlockGroup(DiagramCounts(space.diagram, group).vectors(), causes, trace, is_rest)
+            count = DiagramCounts(space.diagram, group).vectors()
+            yield DeadlockGroup(count, causes, trace, is_rest, unfinished=unfinished)
             rest = others
             scope.hold(rest)
 
@@ -147,7 +165,13 @@ def group_text(subject: Subject, group: DeadlockGroup) -> str:
     """Return what a group of dead markings is, in the words of the model."""
     count = group.markings
     more = "more " if group.is_rest else ""
+    if is_finished(subject, group):
+        where = "" if count == 1 else f" in {count} markings"
+        return f"the application can come to rest{where}: nothing is left to do, all that was begun has ended"
     start = f"one {more}marking enables nothing" if count == 1 else f"{count} {more}markings enable nothing"
+    if group.unfinished:
+        named = ", ".join(subject.place_text(place) for place in group.unfinished)
+        return f"{start}: nothing waits, but tokens rest where the model has no final place: {named}"
     if not group.causes:
         return f"{start}: nothing waits, all that was begun has ended"
     texts = list(dict.fromkeys(_cause_text(subject, cause) for cause in group.causes))
@@ -182,6 +206,8 @@ class _Places:
         )
         self._may_wait = set(self.waiting)
         self._unused = _unused_mark(subject)
+        #: Places from which nothing takes tokens, and that are not final.
+        self.not_final = [place for place in _not_final(subject) if place not in self._may_wait]
         self._makers: list[list[int]] = [[] for _ in net.places]
         self._takers: list[list[int]] = [[] for _ in net.places]
         for t in self.transitions:
@@ -205,6 +231,10 @@ class _Places:
             leads_on.update(dict.fromkeys(part, further or bool(here)))
             causes += [] if further else here
         return tuple(lacks[t] for t in sorted(causes))
+
+    def unfinished(self, marking: Sequence[int], causes: Sequence[Waiting]) -> tuple[int, ...]:
+        """Return the places with tokens that are not final, in a dead marking in which nothing waits."""
+        return () if causes else tuple(p for p in self.not_final if marking[p] > self.initial[p])
 
     def _waiting(self, transition: int, marking: Sequence[int]) -> Waiting:
         inputs = self.net.pre.row(transition)
@@ -243,6 +273,24 @@ class _Places:
         return box
 
 
+def _not_final(subject: Subject) -> list[int]:
+    """Return the places of the model that are not of the kind `end`, in nodes that have such places.
+
+    Where a callback ends, its page says; that is no place of the node's own.
+    """
+    found: dict[sym.NodeNet | None, list[int]] = {}
+    ended: set[sym.NodeNet | None] = set()
+    for link in subject.links():
+        place = link.sources[0] if link.sources and link.meaning is None else None
+        if isinstance(place, sym.Place) and callback_page_of(place) is None:
+            node = node_net_of(place)
+            if place.kind == sym.PlaceKind.end:
+                ended.add(node)
+            else:
+                found.setdefault(node, []).append(subject.place_index[link.target.id])
+    return sorted(place for node in ended for place in found.get(node, ()))
+
+
 def _unused_mark(subject: Subject) -> dict[int, int]:
     """Return, by transition of a server instance, the place that is marked while nobody uses the instance."""
     pages: dict[object, tuple[str, int | None]] = {}
@@ -278,13 +326,19 @@ def _without(
             return sets.without_boxes(states, encoding.masks(places.box(causes, marking, bounds)))
         moved = [  # where tokens arrived that did not in this marking
             mask
-            for place in places.waiting
+            for place in (*places.waiting, *places.not_final)
             if marking[place] <= places.initial[place] < bounds[place]
             for mask in encoding.masks({place: (places.initial[place] + 1, bounds[place])})
         ]
     except ValueError:  # a guard on a determined place that is no small number of boxes
         return 0
-    calm = sets.without_boxes(states, moved)
+    rests = {place: (places.initial[place] + 1, bounds[place]) for place in places.unfinished(marking, ())}
     with Scope(space.diagram) as scope:
+        calm = sets.without_boxes(states, moved)
         scope.hold(states, calm)
+        if rests:
+            elsewhere = sets.without_boxes(calm, encoding.masks(rests))
+            scope.hold(states, calm, elsewhere)
+            calm = sets.difference(calm, elsewhere)
+            scope.hold(states, calm)
         return sets.difference(states, calm)

@@ -13,6 +13,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
+from dineros.metamodel.elements import find
 from dineros.metamodel.settings import apply
 from tests.analysis import classic_nets as classic
 from tests.analysis.reference_search import reachability_graph, reference_search
@@ -87,13 +88,57 @@ def test_a_consequence_is_no_cause() -> None:
     ]
 
 
-def test_a_finished_application_waits_for_nothing() -> None:
-    begin, middle, end = sym.Place(id="Begin", tokens=2), sym.Place(id="Middle"), sym.Place(id="End")
-    first, second = sym.Transition(id="First"), sym.Transition(id="Second")
-    node = sym.NodeNet(id="node", objects=[begin, middle, end, first, second])
-    flow(begin, first, middle, second, end)
-    model = sym.SystemModel(id="model", pages=[node])
-    assert texts(model) == ["one marking enables nothing: nothing waits, all that was begun has ended"]
+RESTS = "nothing is left to do, all that was begun has ended"
+
+
+def finishing(*ends: str) -> sym.SystemModel:
+    """Return a model with a node whose tokens end in one of two places; some are of the kind `end`."""
+    begin, middle = sym.Place(id="Begin", tokens=2), sym.Place(id="Middle")
+    done, broken = sym.Place(id="Done"), sym.Place(id="Broken")
+    first, second, third = (sym.Transition(id=id) for id in ("First", "Second", "Third"))
+    node = sym.NodeNet(id="node", objects=[begin, middle, done, broken, first, second, third])
+    flow(begin, first, middle, second, done)
+    flow(middle, third, broken)
+    for place in (done, broken):
+        place.kind = sym.PlaceKind.end if place.id in ends else sym.PlaceKind.ordinary
+    return sym.SystemModel(id="model", pages=[node])
+
+
+@pytest.mark.parametrize("ends", [(), ("Done", "Broken")])
+def test_a_finished_application_waits_for_nothing(ends: tuple[str, ...]) -> None:
+    """Nodes that say nothing of ends have them where nothing takes tokens; it is a note."""
+    model = finishing(*ends)
+    assert texts(model) == [f"the application can come to rest in 3 markings: {RESTS}"]
+    (finding,) = (found for found in check(model).findings if found.rule == "deadlock")
+    assert finding.severity == "note"
+
+
+def test_where_a_node_has_final_places_others_are_not_final() -> None:
+    model = finishing("Done")
+    rests, stuck = sorted(texts(model), reverse=True)
+    assert rests == f"the application can come to rest: {RESTS}"
+    assert stuck == (
+        "2 markings enable nothing: nothing waits, but tokens rest where the model has no final place: Broken"
+    )
+    found = [found.severity for found in check(model).findings if found.rule == "deadlock"]
+    assert sorted(found) == ["note", "warning"]
+
+
+def test_what_waits_is_not_finished() -> None:
+    model = finishing("Done", "Broken")
+    find(model, "Second", sym.Transition).page.objects.append(never := sym.Place(id="Never"))  # type: ignore[union-attr]
+    flow(never, find(model, "Second", sym.Transition))
+    flow(never, find(model, "Third", sym.Transition))
+    (finding,) = (found for found in check(model).findings if found.rule == "deadlock")
+    assert finding.severity == "warning"
+
+
+def test_nets_that_are_no_applications_have_no_final_places() -> None:
+    model = pn.Net(id="net")
+    page = pn.Page(id="page", net=model)
+    flow(pn.Place(id="a", tokens=1, page=page), pn.Transition(id="t", page=page), pn.Place(id="b", page=page))
+    (finding,) = (found for found in check(model).findings if found.rule == "deadlock")
+    assert finding.severity == "warning"
 
 
 def test_a_finding_has_its_way_and_names_what_waits() -> None:
