@@ -42,12 +42,17 @@ class Mismatch:
     ----------
     reason : str
         What is offered and what is requested.
-    fix : str
-        The setting that mends it.
+    settings : tuple of str
+        Settings of which each one mends it: first that of the publisher.
     """
 
     reason: str
-    fix: str
+    settings: tuple[str, ...]
+
+    @property
+    def fix(self) -> str:
+        """The settings in words."""
+        return " or ".join(self.settings)
 
 
 def quality_of(port: sym.PublisherPort | sym.SubscriberPort) -> sym.QualityOfService:
@@ -116,7 +121,7 @@ def _reason(
     )
     return Mismatch(
         f"the publisher's {words} is {shown(given)}, and the subscriber asks for {shown(asked)}",
-        " or ".join(mended),
+        mended,
     )
 
 

@@ -72,6 +72,9 @@ class Baseline:
                 known.append(finding)
             else:
                 new.append(finding)
+            for consequence in finding.consequences:
+                if rest := left.get(_key(consequence.rule, consequence.elements)):
+                    rest.pop()
         order = {id(finding): number for number, finding in enumerate(report.findings)}
         new.sort(key=lambda each: order[id(each)])
         made = report.with_accepted(new, report.suppressed, known)
@@ -82,7 +85,9 @@ class Baseline:
 
 def to_baseline(report: Report) -> dict[str, Any]:
     """Return the findings of a report, new and known, as the content of a baseline file."""
-    findings = sorted([*report.findings, *report.known], key=lambda each: (each.rule, sorted(each.elements)))
+    told = [*report.findings, *report.known]
+    told += [consequence for finding in told for consequence in finding.consequences]
+    findings = sorted(told, key=lambda each: (each.rule, sorted(each.elements)))
     return {
         "kind": KIND,
         "version": 1,
@@ -105,7 +110,8 @@ def _findings(content: Any) -> Iterator[tuple[str, str, list[str]]]:
                 if result.get("baselineState") != "absent" and not result.get("suppressions"):
                     yield _of_sarif(result)
         return
-    for entry in [*content["findings"], *content.get("known", ())]:
+    told = [*content["findings"], *content.get("known", ())]
+    for entry in [*told, *(each for cause in told for each in cause.get("consequences", ()))]:
         yield _text(entry["rule"]), _text(entry["severity"]), [_text(each) for each in entry["elements"]]
 
 

@@ -92,6 +92,8 @@ class Suppressions:
         for finding in report.findings:
             matching = [entry for entry in self._at(finding) if entry.rule == finding.rule]
             used |= {id(entry) for entry in matching}
+            for consequence in finding.consequences:
+                used |= {id(entry) for entry in self._at(consequence) if entry.rule == consequence.rule}
             valid = next((entry for entry in matching if not entry.ends_before(self._today)), None)
             if valid is not None:
                 suppressed.append(Suppressed(finding, str(valid.element.id), valid.reason, valid.until))

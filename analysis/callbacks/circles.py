@@ -96,8 +96,9 @@ class Circle:
 
     @property
     def shape(self) -> tuple[tuple[str, str], ...]:
-        """Kinds and elements of those in it: server instances are alike."""
-        return tuple(sorted((waiter.kind, waiter.element) for waiter in self.waiters))
+        """Kinds and elements of those in it, wherever it begins: server instances are alike."""
+        around = [(waiter.kind, waiter.element) for waiter in self.waiters]
+        return min(tuple(around[number:] + around[:number]) for number in range(len(around)))
 
     @property
     def elements(self) -> tuple[str, ...]:

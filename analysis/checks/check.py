@@ -37,6 +37,7 @@ def check(
     at_any_cost: bool = False,
     orders: OrderCache | None = None,
     questions: Sequence[Question] | None = None,
+    is_shown: bool = True,
 ) -> Report:
     """Ask everything that can be asked of any model.
 
@@ -54,19 +55,25 @@ def check(
         Where orders of levels are kept for the symbolic engine.
     questions : sequence of Question, optional
         Which ones, in their order, `Boundedness` among them; all by default.
+    is_shown : bool
+        Whether runs are searched that show what is found.
     """
     report = Report() if report is None else report
     work = None if at_any_cost else CHEAP
-    checked = Checked(model, report, budget.begun(), work, orders)
+    checked = Checked(model, report, budget.begun(), work, orders, is_shown)
     for question in QUESTIONS if questions is None else questions:
         if checked.is_closed and question.needs_space:
+            report.open_rules |= {fault.rule for fault in question.faults}
             continue
+        before = len(report.unknown)
         checked.budget.stage(question.asks)
         if question.needs_space:
             _ = checked.subject  # what is wrong with the model itself ends the check
         with checked.guarded(partial(question.leave_open, checked)):
             checked.budget.check_time()
             question.ask(checked)
+        if len(report.unknown) > before:
+            report.open_rules |= {fault.rule for fault in question.faults}
     return report
 
 

@@ -282,7 +282,9 @@ def _not_final(subject: Subject) -> list[int]:
     ended: set[sym.NodeNet | None] = set()
     for link in subject.links():
         place = link.sources[0] if link.sources and link.meaning is None else None
-        if isinstance(place, sym.Place) and callback_page_of(place) is None:
+        if not isinstance(place, sym.Place) or not isinstance(link.target, pn.Place):
+            continue
+        if callback_page_of(place) is None:
             node = node_net_of(place)
             if place.kind == sym.PlaceKind.end:
                 ended.add(node)

@@ -48,6 +48,8 @@ class Checked:
         Cache misses of saturation that a question may cost where a note is the worst answer.
     orders : OrderCache or None
         Of the symbolic engine.
+    is_shown : bool
+        Whether runs are searched that show what is found.
     subject : Subject
         The net without signals, made when it is first needed.
     space : SymbolicStateSpace
@@ -69,6 +71,7 @@ class Checked:
     budget: Budget
     work: int | None
     orders: OrderCache | None
+    is_shown: bool = True
     space: SymbolicStateSpace = field(init=False)
     firings: Firings | None = None
     recurs: bool = False

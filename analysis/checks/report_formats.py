@@ -135,6 +135,10 @@ def _result(finding: Finding, rules: list[str], places: _Places) -> dict[str, An
         "partialFingerprints": {"dinerosFinding/v1": _fingerprint(finding)},
     }
     related = [places.of(id) for id in finding.elements[1:] if places.knows(id)]
+    related += [
+        {**places.of_all(each.elements), "message": {"text": f"consequence: {each.message} [{each.rule}]"}}
+        for each in finding.consequences
+    ]
     if related:
         result["relatedLocations"] = related
     if finding.witness is not None and finding.witness.steps:
@@ -253,6 +257,7 @@ def to_junit(report: Report, path: Path, name: str = "dineros check") -> bytes:
 
 def _details(finding: Finding) -> str:
     lines = [finding.message, f"elements: {', '.join(finding.elements)}"]
+    lines += [f"consequence: {each.message} [{each.rule}]" for each in finding.consequences]
     if finding.witness is not None:
         steps = finding.witness.steps
         lines += [f"{n + 1}. {_step_text(finding.witness, n)}{_change(step)}" for n, step in enumerate(steps)]

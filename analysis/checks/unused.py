@@ -10,7 +10,7 @@ from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import is_unseen, node_net_of, node_nets, transitions
-from dineros.metamodel.records import Accept, Finish, Reply, Request
+from dineros.metamodel.records import Accept, Cancel, Finish, Reply, Request
 from dineros.metamodel.records.schema import Step
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.language.meaning import Meaning
@@ -21,6 +21,13 @@ TRANSITION = Fault(
     "A transition can never fire.",
     "transition {transition}{where} can never fire",
 )
+NOT_ASKED = Fault(
+    "dead-transition",
+    "note",
+    TRANSITION.meaning,
+    "transition {transition}{where} can never fire: no client asks to cancel a goal of action {action}",
+)
+"""A server that heeds requests to cancel is right, though nobody makes one."""
 NODE_NET = Fault(
     "dead-node-net",
     "error",
@@ -159,10 +166,22 @@ def _ports(model: sym.SystemModel) -> dict[sym.NodeNet, list[EObject]]:
 
 
 def _transitions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
+    cancels = {
+        arc.target: action
+        for action in model.channels
+        if isinstance(action, sym.ActionChannel) and action.server.cancel is not None
+        for arc in action.server.cancel.outgoing
+    }
     for transition in transitions(model):
         if not alive.any(transition):
             node = node_net_of(transition)
             where = f" of node net {node.id}" if node is not None else ""
+            action = cancels.get(transition)
+            if action is not None and not alive.any(action, _is(Cancel)):
+                yield NOT_ASKED.found(
+                    transition.id, transition=transition.id, where=where, action=action.action
+                )
+                continue
             yield TRANSITION.found(transition.id, transition=transition.id, where=where)
 
 

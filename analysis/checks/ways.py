@@ -37,6 +37,8 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     What is further off is searched for where the state equation sees it near, and led to by the state space
     where that search gives up. None stands for memory that runs out.
     """
+    if not checked.is_shown:
+        return Witness(())
     # Most models need no search.
     from dineros.analysis.questions.reachability import find_firing, way_to_firing
 

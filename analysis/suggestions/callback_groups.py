@@ -42,8 +42,6 @@ from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import find
-from dineros.metamodel.settings import apply
-from dineros.transformations.language.copying import deep_copy
 
 MOST_CHANGES = 8
 """Changes together, beyond which the search gives up."""
@@ -188,11 +186,7 @@ class _Search:
 
     def _changed(self, changes: Changes) -> sym.SystemModel | None:
         """Return the model with some changes; None where it would not be valid any more."""
-        copied, _ = deep_copy(self._model)
-        assert isinstance(copied, sym.SystemModel)
-        for _, settings in changes.steps(self._model):
-            for setting in settings:
-                apply(copied, setting)
+        copied = changes.applied(self._model)
         if changes.cost[0] and any(found.severity == "error" for found in validate(copied)):
             return None
         return copied

@@ -19,6 +19,8 @@ from dineros.metamodel.callbacks.groups import (
 )
 from dineros.metamodel.calls import answers
 from dineros.metamodel.elements import elements, find, node_net_of
+from dineros.metamodel.settings import apply
+from dineros.transformations.language.copying import deep_copy
 
 Owner = tuple[str, str]
 """Id of a callback page and no text; or id of a service or an action, and the client."""
@@ -57,6 +59,15 @@ class Changes:
         threads = dict(self.threads)
         threads[node] = threads.get(node, 0) + 1
         return replace(self, threads=tuple(sorted(threads.items())))
+
+    def applied(self, model: sym.SystemModel) -> sym.SystemModel:
+        """Return a copy of a model with these changes."""
+        copied, _ = deep_copy(model)
+        assert isinstance(copied, sym.SystemModel)
+        for _, settings in self.steps(model):
+            for setting in settings:
+                apply(copied, setting)
+        return copied
 
     def steps(self, model: sym.SystemModel) -> Iterator[tuple[str, tuple[str, ...]]]:
         """Yield each change in words, and the settings that make it."""

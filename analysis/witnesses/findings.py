@@ -137,6 +137,8 @@ class Finding:
         Those that wait for each other, each for the next and the last for the first, where that is the fault.
     waits : tuple of Wait
         Why each of them waits, and those that they need besides.
+    consequences : tuple of Finding
+        What is wrong only because of this.
     """
 
     rule: str
@@ -146,6 +148,7 @@ class Finding:
     witness: Witness | None = None
     circle: tuple[str, ...] = ()
     waits: tuple[Wait, ...] = ()
+    consequences: tuple[Finding, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return the finding for JSON."""
@@ -159,6 +162,8 @@ class Finding:
         if self.circle:
             found["circle"] = list(self.circle)
             found["waits"] = [wait.to_dict() for wait in self.waits]
+        if self.consequences:
+            found["consequences"] = [each.to_dict() for each in self.consequences]
         return found
 
 
@@ -257,6 +262,8 @@ class Report:
         Findings of the baseline, notes aside, that were not found again.
     failures : list of Exception
         Errors inside questions, which are among what is not decided.
+    open_rules : set of str
+        Rules of the questions of which something was not decided.
     """
 
     findings: list[Finding] = field(default_factory=list)
@@ -270,12 +277,18 @@ class Report:
     has_baseline: bool = False
     gone: int = 0
     failures: list[Exception] = field(default_factory=list, compare=False, repr=False)
+    open_rules: set[str] = field(default_factory=set, compare=False, repr=False)
 
     def with_accepted(
         self, findings: list[Finding], suppressed: list[Suppressed], known: list[Finding]
     ) -> Report:
         """Return a copy in which these findings count, are suppressed, and are known."""
         return replace(self, findings=findings, suppressed=list(suppressed), known=list(known))
+
+    @property
+    def consequences(self) -> list[Finding]:
+        """What is wrong only because of one of the findings."""
+        return [each for finding in self.findings for each in finding.consequences]
 
     def add(self, other: Report) -> None:
         """Take over all that another report says."""

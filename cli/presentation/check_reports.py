@@ -66,7 +66,10 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
         builder = witness_builder(finding.witness, source)
         view = TraceCoder(builder, finding.rule).snapshot()
         steps, loop = [step.text for step in finding.witness.steps], finding.witness.loop
-    return FindingEntry(finding.severity, finding.rule, finding.message, finding.elements, view, steps, loop)
+    consequences = [(each.message, each.rule) for each in finding.consequences]
+    return FindingEntry(
+        finding.severity, finding.rule, finding.message, finding.elements, view, steps, loop, consequences
+    )
 
 
 def _spaces(net: pn.Net, limits: Limits) -> list[dict[str, Any]]:

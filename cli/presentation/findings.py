@@ -88,6 +88,8 @@ def _print_text(report: Report, model: Path, witnesses: bool, times: LeftOutTime
         say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", SEVERITIES[finding.severity])
         if witnesses and finding.witness:
             say_witness(finding.witness)
+        for each in finding.consequences:
+            say(f"    consequence: {each.message} [{each.rule}]")
     displaced = sum(finding.rule == "message-displaced" for finding in report.findings)
     if displaced:
         where = counted(displaced, "queue")
@@ -105,7 +107,8 @@ def _print_text(report: Report, model: Path, witnesses: bool, times: LeftOutTime
     if times is not None:
         say_times(times, CHECKED if times.changes_runs else SAME)
     faults = sum(finding.severity != "note" for finding in report.findings)
-    counts = f"{faults} found, {len(report.proved)} proved, {len(report.unknown)} unknown"
+    following = f" ({counted(len(report.consequences), 'consequence')})" if report.consequences else ""
+    counts = f"{faults} found{following}, {len(report.proved)} proved, {len(report.unknown)} unknown"
     summarise(f"{model}: {counts}{_accepted(report)}")
 
 

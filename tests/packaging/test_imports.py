@@ -78,6 +78,7 @@ FOLDERS = {
         "requirements",
         "checks",
         "suggestions",
+        "consequences",
         "evidence",
         "conformance",
         "sweeps",

@@ -42,6 +42,8 @@ class FindingEntry:
         The steps in words.
     loop : int or None
         Index of the first step that repeats for ever.
+    consequences : sequence of (str, str)
+        Message and rule of each fault that is there only because of this one.
     """
 
     severity: str
@@ -51,6 +53,7 @@ class FindingEntry:
     view: dict[str, Any] | None = None
     steps: Sequence[str] = ()
     loop: int | None = None
+    consequences: Sequence[tuple[str, str]] = ()
 
 
 @dataclass(frozen=True)

@@ -119,6 +119,7 @@ def check(
     """
     start_quickly()
     from dineros.analysis.checks.check import check as check_model
+    from dineros.analysis.consequences.folding import fold_consequences
     from dineros.analysis.witnesses.findings import Report, Unknown
 
     format = "json" if as_json else format
@@ -149,9 +150,9 @@ def check(
         return _status(rest)
 
     run.draft(so_far)
-    confirmation = None
+    confirmation, budget = None, run.budget().begun()
     if scheduler is None:
-        check_model(net, run.budget(), report, behaviour, orders_beside(model, no_cache))
+        check_model(net, budget, report, behaviour, orders_beside(model, no_cache))
         if confirm and report.space is not None:
             from dineros.analysis.evidence.confirmation import confirm_space
 
@@ -163,6 +164,7 @@ def check(
         )
     if confirmation is not None:
         add_confirmation(report, confirmation)
+    fold_consequences(net, report, budget, orders_beside(model, no_cache))
     report = acceptance.apply(report)
     with run.answer():
         report = acceptance.write(report)

@@ -257,7 +257,7 @@ class TestCheck:
     @pytest.mark.parametrize(("format", "start"), [("sarif", "{"), ("junit", "<?xml")])
     def test_formats_for_programs(self, run: Run, model: Path, format: str, start: str) -> None:
         result = run("check", model, "--format", format)
-        assert (result.exit_code, result.stderr) == (1, "")
+        assert (result.exit_code, result.stderr) == (0, "")  # the application finishes, which is a note
         assert result.stdout.startswith(start)
         assert "deadlock" in result.stdout
 

@@ -1,0 +1,160 @@
+"""A model without one of its faults: what is changed so that the fault is gone, as little as possible.
+
+Ports that do not match get the quality of service that is asked for. A clause that can never be true is left
+out. Where callbacks wait for each other, groups and threads are changed, the fewest first, until none of them
+waits any more; a server that never hears of requests to cancel gets another thread.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Iterable, Sequence
+from itertools import count
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.callbacks.blocking import Blocked
+from dineros.analysis.callbacks.circles import Circle
+from dineros.analysis.callbacks.searching import searched
+from dineros.analysis.callbacks.waiting import Waiting
+from dineros.analysis.checks.blocking import Callbacks
+from dineros.analysis.checks.clauses import Clauses
+from dineros.analysis.checks.goals import Goals
+from dineros.analysis.checks.matching import Matching
+from dineros.analysis.model.subject import base_subject
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.suggestions.changes import Changes, against_circle
+from dineros.analysis.witnesses.findings import Finding
+from dineros.metamodel import sym
+from dineros.metamodel.callbacks.groups import threads_of
+from dineros.metamodel.clauses import remove_clause
+from dineros.metamodel.elements import find, node_net_of
+from dineros.metamodel.matching import mismatch
+from dineros.metamodel.settings import apply
+
+MOST_CHANGES, MOST_MODELS = 4, 16
+"""Changes together, and models, that are tried against callbacks that wait for each other."""
+
+Mend = Callable[[sym.SystemModel], None]
+"""Changes a copy of the model in place."""
+
+
+def mend_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+    """Return what takes a fault out of a model; None where nothing is known that does.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model; it is not changed.
+    finding : Finding
+        The fault, with its witness.
+    budget : Budget
+        Time and memory.
+
+    Raises
+    ------
+    BudgetExceededError
+        If time runs out.
+    """
+    find_mend = _MENDS.get(finding.rule)
+    return None if find_mend is None else find_mend(model, finding, budget)
+
+
+def is_cause(finding: Finding) -> bool:
+    """Tell whether a fault is of a kind that others may be consequences of."""
+    return finding.rule in _MENDS
+
+
+def _against_mismatch(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+    channel, publisher, subscriber = finding.elements
+
+    def mend(copied: sym.SystemModel) -> None:
+        topic = find(copied, channel, sym.TopicChannel)
+        offers = next(port for port in topic.publishers if port.place.id == publisher)
+        asks = next(port for port in topic.subscribers if port.place.id == subscriber)
+        while (found := mismatch(offers, asks)) is not None:
+            apply(copied, found.settings[0])
+
+    return mend
+
+
+def _against_clause(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+    return lambda copied: remove_clause(find(copied, finding.elements[0], sym.Transition))
+
+
+def _against_unheard(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+    action = find(model, finding.elements[0], sym.ActionChannel)
+    node = node_net_of(action.server.page)
+    if node is None:
+        return None
+    threads = threads_of(node) + 1
+    return _settings([f"{node.id}.executor=multi", f"{node.id}.threads={threads}"])
+
+
+def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+    """Search for the fewest changes after which the callbacks of a circle do not wait in one."""
+    witness = finding.witness
+    if witness is None or witness.subject is None:
+        return None
+    subject = witness.subject
+    trace = [subject.transition_index[step.transition] for step in witness.steps]
+    circle = Waiting(subject).circle(replay(subject.net, trace)[-1])
+    if circle is None:
+        return None
+    pages = {waiter.element for waiter in circle.waiters if waiter.kind == "callback"}
+    order, known, tried = count(), {Changes()}, 0
+    queue = _added(Changes(), circle, known, order)
+    while queue and tried < MOST_MODELS:
+        (size, *_), _, changes = heapq.heappop(queue)
+        if size > MOST_CHANGES:
+            return None
+        tried += 1
+        budget.check_time()
+        blocked = _blocked(changes.applied(model), pages, budget)
+        if blocked is None:
+            continue
+        if not blocked:
+            return _settings([setting for _, each in changes.steps(model) for setting in each])
+        if (left := blocked[0].circle) is not None:
+            for more in _added(changes, left, known, order):
+                heapq.heappush(queue, more)
+    return None
+
+
+_Entry = tuple[tuple[int, int, int, int], int, Changes]
+
+
+def _added(changes: Changes, circle: Circle, known: set[Changes], order: count[int]) -> list[_Entry]:
+    """Return these changes, each with one more that may break a circle, as entries of a heap."""
+    found = [more for more in against_circle(changes, circle) if more not in known]
+    known.update(found)
+    return sorted((more.cost, next(order), more) for more in dict.fromkeys(found))
+
+
+def _blocked(model: sym.SystemModel, pages: Iterable[str], budget: Budget) -> list[Blocked] | None:
+    """Return the callbacks of some pages that can wait for ever; None where that is not decided."""
+    subject = base_subject(model)
+    search = searched(subject.net, Waiting(subject), budget)
+    found = [each for each in search.blocked if _is_of(each, set(pages))]
+    return found if found or search.is_complete else None
+
+
+def _is_of(blocked: Blocked, pages: set[str]) -> bool:
+    inside = (blocked.callback, *(blocked.circle.waiters if blocked.circle is not None else ()))
+    return any(waiter.kind == "callback" and waiter.element in pages for waiter in inside)
+
+
+def _settings(settings: Sequence[str]) -> Mend:
+    def mend(copied: sym.SystemModel) -> None:
+        for setting in settings:
+            apply(copied, setting)
+
+    return mend
+
+
+_MENDS: dict[str, Callable[[sym.SystemModel, Finding, Budget], Mend | None]] = {
+    Matching.NOT_MATCHED.rule: _against_mismatch,
+    Clauses.UNSATISFIABLE.rule: _against_clause,
+    Callbacks.CIRCLE.rule: _against_waiting,
+    Goals.UNHEARD.rule: _against_unheard,
+}
+"""Kinds of faults that others may be consequences of, with what finds a change against each."""

@@ -1,0 +1,155 @@
+"""Consequences fold under their causes, and only what is gone where these are mended."""
+
+from __future__ import annotations
+
+import pytest
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.checks.check import check
+from dineros.analysis.consequences import folding
+from dineros.analysis.consequences.folding import fold_consequences
+from dineros.analysis.witnesses.findings import Finding, Report
+from dineros.metamodel import sym
+from dineros.metamodel.build import flow
+from dineros.metamodel.clauses import set_clause
+from dineros.metamodel.elements import find
+from examples.callbacks.models import node, program, timer, topic
+from tests.support.ros2_systems.deliveries import deliveries
+from tests.support.ros2_systems.waiting_models import awaiting_result, sharing_a_lock
+
+
+def folded(model: sym.SystemModel, budget: Budget = UNLIMITED) -> Report:
+    budget = budget.begun()
+    report = check(model, budget)
+    fold_consequences(model, report, budget)
+    return report
+
+
+def faults(findings: list[Finding]) -> list[str]:
+    return [each.rule for each in findings if each.severity != "note"]
+
+
+def consequences(finding: Finding) -> list[tuple[str, str]]:
+    return [(each.rule, each.elements[0]) for each in finding.consequences]
+
+
+def test_what_a_circle_causes() -> None:
+    """A goal whose result is never taken: one fault, and what comes of it."""
+    report = folded(awaiting_result())
+    assert faults(report.findings) == ["callback-deadlock"]
+    assert consequences(report.findings[0]) == [("dead-transition", "Go"), ("result-not-fetched", "Act")]
+    assert report.consequences == list(report.findings[0].consequences)
+
+
+def unrelated(model: sym.SystemModel) -> sym.SystemModel:
+    """Add a node with a transition that never fires, whatever else is mended."""
+    other = sym.NodeNet(id="other", net=model)
+    flow(sym.Place(id="Never", page=other), sym.Transition(id="Idle", page=other))
+    flow(sym.Place(id="Once", tokens=1, page=other), sym.Transition(id="Begin", page=other))
+    return model
+
+
+def test_what_has_another_cause_stays() -> None:
+    report = folded(unrelated(program("same_group")))
+    assert faults(report.findings) == ["callback-deadlock", "dead-transition"]
+    assert consequences(report.findings[0]) == [("dead-transition", "NoteLevel")]
+    assert report.findings[1].elements == ("Idle",)
+
+
+def test_each_cause_has_its_own() -> None:
+    """A circle, ports that do not match, and a clause that can never be true."""
+    model = program("same_group")
+    camera, display = node(model, "camera"), node(model, "display")
+    page = timer(camera, 1.0)
+    page.id = "OnCamera"
+    said = sym.Place(id="Said", page=page)
+    flow(sym.Transition(id="Say", page=page), said)
+    hears = sym.CallbackPage(id="OnHeard", page=display)
+    heard = sym.Place(id="Heard", page=hears)
+    flow(heard, sym.Transition(id="Show", page=hears))
+    topic(model, "Pictures", said, heard)
+    channel = find(model, "Pictures", sym.TopicChannel)
+    channel.publishers[0].qos = sym.QualityOfService(reliability="bestEffort")
+    channel.subscribers[0].qos = sym.QualityOfService(reliability="reliable", durability="volatile")
+    lamp = sym.NodeNet(id="lamp", net=model)
+    sym.InputSignal(id="dark", node=lamp)
+    light = sym.Transition(id="Light", page=lamp)
+    flow(sym.Place(id="Off", tokens=1, page=lamp), light, sym.Place(id="On", page=lamp))
+    set_clause(light, "dark & !dark")
+    report = folded(model)
+    found = {each.rule: consequences(each) for each in report.findings if each.severity != "note"}
+    assert found["callback-deadlock"] == [("dead-transition", "NoteLevel")]
+    assert ("dead-transition", "Show") in found["ports-not-matched"]
+    assert set(found["unsatisfiable-clause"]) == {("dead-node-net", "lamp"), ("dead-transition", "Light")}
+    assert not set(found) & {"dead-transition", "dead-node-net", "unused-topic"}
+
+
+def test_what_two_causes_have_in_common() -> None:
+    """It is gone only where both are mended, and is listed under the first."""
+    model = sym.SystemModel(id="two", middleware="ros2")
+    lamp = sym.NodeNet(id="lamp", net=model)
+    sym.InputSignal(id="dark", node=lamp)
+    off, on = sym.Place(id="Off", tokens=1, page=lamp), sym.Place(id="On", page=lamp)
+    half, shines = sym.Place(id="Half", page=lamp), sym.Transition(id="Shine", page=lamp)
+    first, second = sym.Transition(id="First", page=lamp), sym.Transition(id="Second", page=lamp)
+    flow(off, first, half, second, on, shines)
+    for transition in (first, second):
+        set_clause(transition, "dark & !dark")
+    report = folded(model)
+    assert faults(report.findings) == ["unsatisfiable-clause"] * 2
+    assert ("dead-transition", "Shine") in consequences(report.findings[0])
+    assert consequences(report.findings[1]) == []
+
+
+def test_what_a_cancel_that_is_never_heard_causes() -> None:
+    model = deliveries(cancels=1)
+    find(model, "robot", sym.NodeNet).execution = sym.Execution.callbacks
+    report = folded(model)
+    assert faults(report.findings) == ["cancel-never-heard"]
+    assert consequences(report.findings[0]) == [("dead-transition", "Return")]
+
+
+def test_nothing_folds_where_no_change_mends_the_cause() -> None:
+    """Threads and groups do not help against a lock; so what follows stays."""
+    before = check(sharing_a_lock())
+    after = folded(sharing_a_lock())
+    assert faults(before.findings) == faults(after.findings)
+    assert not after.consequences
+
+
+def test_nothing_folds_where_the_answer_stays_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = awaiting_result()
+    report = check(model)
+    count = len(faults(report.findings))
+
+    def undecided(*_: object, **__: object) -> Report:
+        return Report(open_rules={"dead-transition", "result-not-fetched"})
+
+    monkeypatch.setattr(folding, "check", undecided)
+    fold_consequences(model, report, UNLIMITED.begun())
+    assert len(faults(report.findings)) == count
+    assert not report.consequences
+
+
+def test_nothing_folds_without_time() -> None:
+    model = awaiting_result()
+    report = check(model)
+    before = list(report.findings)
+    fold_consequences(model, report, Budget(seconds=1e-9).begun())
+    assert report.findings == before
+
+
+def test_a_lost_message_is_no_consequence_where_its_run_goes_on() -> None:
+    model = program("same_group")
+    fast = node(model, "fast")
+    page = timer(fast, 0.1)
+    page.id = "OnFast"
+    said = sym.Place(id="Said", page=page)
+    flow(sym.Transition(id="Say", page=page), said)
+    hears = sym.CallbackPage(id="OnSaid", page=node(model, "slow"))
+    heard = sym.Place(id="Heard", page=hears)
+    flow(heard, sym.Transition(id="Hear", page=hears))
+    topic(model, "News", said, heard)
+    report = folded(model)
+    assert faults(report.findings) == ["callback-deadlock", "queue-overflow", "queue-overflow"]
+    assert consequences(report.findings[0]) == [("dead-transition", "NoteLevel")]
