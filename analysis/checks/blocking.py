@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING
 from dineros.analysis.callbacks.blocking import Blocked, blocked
 from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.searching import searched
+from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.model.final_conditions import FinalCondition
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Wait, Witness, witness_of
@@ -39,9 +42,17 @@ class Deadlock(Question):
         from dineros.analysis.checks.deadlocks import deadlock_groups, group_at
 
         subject, found, known = checked.subject, False, checked.firings
+        try:
+            final = FinalCondition.of(subject)
+        except FormulaError as error:
+            what = "the final condition of the model"
+            checked.report.findings.append(
+                Properties.UNREADABLE.found(checked.identity, property=what, reason=error)
+            )
+            final = None
         if known is not None:
             if known.deadlock is not None:
-                self._find(checked, group_at(subject, known.deadlock))
+                self._find(checked, group_at(subject, known.deadlock, final))
             if known.has_no_deadlock:
                 checked.report.proved.append("no deadlock")
             elif not known.is_complete:
@@ -49,7 +60,7 @@ class Deadlock(Question):
                 checked.leave_open(question, known.why_open)
             return
         try:
-            for group in deadlock_groups(subject, checked.space):
+            for group in deadlock_groups(subject, checked.space, final):
                 found = True
                 self._find(checked, group)
         except DiagramMemoryError:

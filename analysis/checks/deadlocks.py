@@ -7,9 +7,9 @@ where that leads to another transition that waits, the first one is a consequenc
 circle, is the cause. Dead markings in which the same transitions wait for the same places are one group;
 server instances are alike.
 
-Where nothing waits, the application has come to rest. That is as it should be where each node rests in final
-places. A place is final if it is of the kind `end`; in a node without such a place, all from which nothing
-takes tokens are.
+Where nothing waits, the application has come to rest. That is as it should be where the final condition of
+the model holds, or, if it states none, where each node rests in final places. A place is final if it is of
+the kind `end`; in a node without such a place, all from which nothing takes tokens are.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+from dineros.analysis.model.final_conditions import FinalCondition
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.graph_parts import strongly_connected_parts
 from dineros.analysis.nets.witness import replay
@@ -77,6 +78,8 @@ class DeadlockGroup:
         Whether some of the markings have these causes at other server instances.
     unfinished : tuple of int
         Where nothing waits: places with tokens that are not final, though nothing takes tokens from them.
+    is_final : bool or None
+        Whether the final condition of the model holds; None where it states none.
     """
 
     markings: int
@@ -85,15 +88,20 @@ class DeadlockGroup:
     is_rest: bool = False
     has_others: bool = False
     unfinished: tuple[int, ...] = ()
+    is_final: bool | None = None
 
 
 def is_finished(subject: Subject, group: DeadlockGroup) -> bool:
     """Tell whether a group of dead markings is a finished scenario of an application: no fault."""
+    if group.is_final is not None:
+        return group.is_final
     is_application = isinstance(subject.model, sym.SystemModel)
     return is_application and not group.causes and not group.unfinished and not group.is_rest
 
 
-def deadlock_groups(subject: Subject, space: SymbolicStateSpace) -> list[DeadlockGroup]:
+def deadlock_groups(
+    subject: Subject, space: SymbolicStateSpace, final: FinalCondition | None = None
+) -> list[DeadlockGroup]:
     """Group the reachable markings that enable nothing by their causes.
 
     Parameters
@@ -102,6 +110,8 @@ def deadlock_groups(subject: Subject, space: SymbolicStateSpace) -> list[Deadloc
         What is analysed.
     space : SymbolicStateSpace
         Its complete state space.
+    final : FinalCondition, optional
+        That of the model.
 
     Raises
     ------
@@ -109,19 +119,26 @@ def deadlock_groups(subject: Subject, space: SymbolicStateSpace) -> list[Deadloc
         If memory runs out.
     """
     found: dict[object, DeadlockGroup] = {}
-    for group in _groups(subject, space):
-        key = (group.is_rest, _without_instances(subject, group.causes), group.unfinished)
+    for group in _groups(subject, space, final):
+        key = (
+            group.is_rest,
+            group.is_final,
+            _without_instances(subject, group.causes),
+            group.unfinished,
+        )
         first = found.setdefault(key, group)
         if first is not group:
             found[key] = replace(first, markings=first.markings + group.markings, has_others=True)
     return list(found.values())
 
 
-def group_at(subject: Subject, trace: Sequence[int]) -> DeadlockGroup:
+def group_at(subject: Subject, trace: Sequence[int], final: FinalCondition | None = None) -> DeadlockGroup:
     """Return a marking that enables nothing, which a firing sequence leads to, as a group of its own."""
     marking, places = replay(subject.net, trace)[-1], _Places(subject)
     causes = places.causes(marking)
-    return DeadlockGroup(1, causes, tuple(trace), unfinished=places.unfinished(marking, causes))
+    unfinished = places.unfinished(marking, causes)
+    is_final = None if final is None else final.holds_at(marking)
+    return DeadlockGroup(1, causes, tuple(trace), unfinished=unfinished, is_final=is_final)
 
 
 def _without_instances(subject: Subject, causes: Sequence[Waiting]) -> object:
@@ -136,13 +153,24 @@ def _without_instances(subject: Subject, causes: Sequence[Waiting]) -> object:
     )
 
 
-def _groups(subject: Subject, space: SymbolicStateSpace) -> Iterator[DeadlockGroup]:
+def _groups(
+    subject: Subject, space: SymbolicStateSpace, final: FinalCondition | None
+) -> Iterator[DeadlockGroup]:
     places = _Places(subject)
     ways = SymbolicSets(space)
     sets = ways.sets
     with Scope(space.diagram) as scope:
         rest = sets.without_boxes(space.diagram.root, space.event_masks())
         scope.hold(rest)
+        is_final = None
+        if final is not None:
+            ended, is_final = sets.intersection(rest, final.among(space)), False
+            scope.hold(rest, ended)
+            if ended:
+                count, trace = DiagramCounts(space.diagram, ended).vectors(), ways.way_to(ended)
+                yield DeadlockGroup(count, (), trace, is_final=True)
+                rest = sets.difference(rest, ended)
+                scope.hold(rest)
         number = 0
         while rest:
             marking = space.marking_of(sets.some_vector(rest))
@@ -156,7 +184,7 @@ def _groups(subject: Subject, space: SymbolicStateSpace) -> Iterator[DeadlockGro
             scope.hold(rest, others, group)
             trace = ways.way_to(group)
             count = DiagramCounts(space.diagram, group).vectors()
-            yield DeadlockGroup(count, causes, trace, is_rest, unfinished=unfinished)
+            yield DeadlockGroup(count, causes, trace, is_rest, unfinished=unfinished, is_final=is_final)
             rest = others
             scope.hold(rest)
 
@@ -167,8 +195,11 @@ def group_text(subject: Subject, group: DeadlockGroup) -> str:
     more = "more " if group.is_rest else ""
     if is_finished(subject, group):
         where = "" if count == 1 else f" in {count} markings"
-        return f"the application can come to rest{where}: nothing is left to do, all that was begun has ended"
+        why = "its final condition holds" if group.is_final else "all that was begun has ended"
+        return f"the application can come to rest{where}: nothing is left to do, {why}"
     start = f"one {more}marking enables nothing" if count == 1 else f"{count} {more}markings enable nothing"
+    if not group.causes and group.is_final is False:
+        return f"{start}: nothing waits, but the final condition of the model does not hold"
     if group.unfinished:
         named = ", ".join(subject.place_text(place) for place in group.unfinished)
         return f"{start}: nothing waits, but tokens rest where the model has no final place: {named}"

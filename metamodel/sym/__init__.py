@@ -1476,6 +1476,9 @@ class SystemModel(pn.Net):
         What is asked of it, in order.
     assumptions : ModelList[Assumption]
         What its properties may rely on.
+    finalCondition : str | None
+        Condition on markings: where it holds, the application may come to rest. Absent: places of the
+        kind end decide.
     """
 
     tokenType: TokenType | None = Ecore.EReference(containment=True)
@@ -1484,6 +1487,7 @@ class SystemModel(pn.Net):
     middleware: Middleware = Ecore.EAttribute(eType=Middleware, default_value=Middleware.ros1)
     properties: ModelList[Property] = Ecore.EReference(containment=True, upper=-1)
     assumptions: ModelList[Assumption] = Ecore.EReference(containment=True, upper=-1)
+    finalCondition: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     def __init__(
         self,
@@ -1501,6 +1505,7 @@ class SystemModel(pn.Net):
         middleware: Middleware | str | None = None,
         properties: Iterable[Property] | None = None,
         assumptions: Iterable[Assumption] | None = None,
+        finalCondition: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1520,6 +1525,7 @@ class SystemModel(pn.Net):
                 "middleware": middleware,
                 "properties": properties,
                 "assumptions": assumptions,
+                "finalCondition": finalCondition,
             },
             unknown,
         )

@@ -124,6 +124,47 @@ def test_where_a_node_has_final_places_others_are_not_final() -> None:
     assert sorted(found) == ["note", "warning"]
 
 
+def test_a_final_condition_decides_instead() -> None:
+    """Whether or not something waits, and whatever places are of the kind `end`."""
+    model = finishing("Done")
+    model.finalCondition = "Broken >= 1"
+    found = {found.severity: found.message for found in check(model).findings if found.rule == "deadlock"}
+    assert found == {
+        "note": "the application can come to rest in 2 markings: nothing is left to do, its final condition "
+        "holds",
+        "warning": "one marking enables nothing: nothing waits, but the final condition of the model does "
+        "not hold",
+    }
+    find(model, "Second", sym.Transition).page.objects.append(never := sym.Place(id="Never"))  # type: ignore[union-attr]
+    flow(never, find(model, "Second", sym.Transition))
+    flow(never, find(model, "Third", sym.Transition))
+    model.finalCondition = "Middle == 2"
+    (finding,) = (found for found in check(model).findings if found.rule == "deadlock")
+    assert (finding.severity, finding.elements) == ("note", ("model",))
+
+
+def test_a_final_condition_without_a_state_space() -> None:
+    """Where the net has no bound, a deadlock that is found on the way is asked by itself."""
+    model = finishing()
+    heap, burns = sym.Place(id="Heap", page=model.pages[0]), sym.Transition(id="Burn", page=model.pages[0])
+    flow(find(model, "Begin"), burns, heap)
+    sym.Transition(id="Grow", page=model.pages[0])
+    flow(find(model, "Begin"), find(model, "Grow"), find(model, "Begin"))
+    flow(find(model, "Grow"), heap)
+    for text, severity in (("Begin == 0", "note"), ("Begin >= 1", "warning")):
+        model.finalCondition = text
+        (finding,) = (found for found in check(model).findings if found.rule == "deadlock")
+        assert finding.severity == severity
+
+
+@pytest.mark.parametrize("text", ["Nowhere >= 1", "Done >=", "F Done >= 1"])
+def test_a_final_condition_that_cannot_be_read(text: str) -> None:
+    model = finishing()
+    model.finalCondition = text
+    (finding,) = (found for found in check(model).findings if found.rule == "property-unreadable")
+    assert finding.message.startswith("the final condition of the model cannot be asked: ")
+
+
 def test_what_waits_is_not_finished() -> None:
     model = finishing("Done", "Broken")
     find(model, "Second", sym.Transition).page.objects.append(never := sym.Place(id="Never"))  # type: ignore[union-attr]

@@ -1,0 +1,56 @@
+"""The final condition of an application: where it holds, nothing has to go on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dineros.analysis.logic.ctl.checking import basic, satisfying
+from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.symbolic.engine import SymbolicStateSpace
+from dineros.metamodel import sym
+
+
+class FinalCondition:
+    """A condition on markings that a model states.
+
+    Parameters
+    ----------
+    subject : Subject
+        What is analysed.
+    text : str
+        The condition.
+
+    Raises
+    ------
+    FormulaError
+        The text is no condition on one marking, or names something that does not exist.
+    """
+
+    def __init__(self, subject: Subject, text: str) -> None:
+        self._formula = basic(parse(text, "state"))
+        self._atoms = BoundAtoms(subject.net, self._formula, subject.names)
+
+    @classmethod
+    def of(cls, subject: Subject) -> FinalCondition | None:
+        """Return the condition of the model; None where it states none.
+
+        Raises
+        ------
+        FormulaError
+            It cannot be read.
+        """
+        model = subject.model
+        text = model.finalCondition if isinstance(model, sym.SystemModel) else None
+        return cls(subject, text) if text else None
+
+    def holds_at(self, marking: Sequence[int]) -> bool:
+        """Tell whether a marking that enables nothing satisfies the condition."""
+        return holds_on_lasso(self._formula, [], [Step(tuple(marking), None)], self._atoms.is_true)
+
+    def among(self, space: SymbolicStateSpace) -> int:
+        """Return the set of all markings that satisfy the condition, pinned in the diagram."""
+        return satisfying(self._formula, SymbolicSets(space, self._atoms))[self._formula]

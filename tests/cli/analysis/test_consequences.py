@@ -1,0 +1,87 @@
+"""Consequences in every format of a report; only causes count."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from lxml import etree
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import find
+from dineros.metamodel.files import save
+from tests.cli.conftest import Run
+from tests.support.ros2_systems.waiting_models import awaiting_result
+
+CAUSE = (
+    "deadlock in node boss: timer callback OnTimer blocks for the result of action /act; the result needs "
+    "the default callback group and the only thread, which OnTimer itself holds"
+)
+DEAD = "transition Go of node net boss can never fire"
+LOST = "nobody fetches the result where a goal of client boss of action /act is succeeded"
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """Return the file of a model in which a callback waits for a result that needs its thread."""
+    save(awaiting_result(), tmp_path / "act.sym.xmi")
+    return tmp_path / "act.sym.xmi"
+
+
+def test_text(run: Run, path: Path) -> None:
+    result = run("check", path)
+    assert result.exit_code == 1
+    assert result.stdout.splitlines() == [
+        f"error: {CAUSE} [7 steps] [callback-deadlock]",
+        f"    consequence: {DEAD} [dead-transition]",
+        f"    consequence: {LOST} [result-not-fetched]",
+        f"{path}: 1 found (2 consequences), 3 proved, 0 unknown",
+    ]
+
+
+def test_json(run: Run, path: Path) -> None:
+    findings = json.loads(run("check", path, "--json").stdout)["findings"]
+    (finding,) = [each for each in findings if each["severity"] != "note"]
+    assert [each["message"] for each in finding["consequences"]] == [DEAD, LOST]
+    assert finding["consequences"][0]["elements"] == ["Go"]
+
+
+def test_sarif_and_junit(run: Run, path: Path) -> None:
+    (log,) = json.loads(run("check", path, "--format", "sarif").stdout)["runs"]
+    (result,) = [each for each in log["results"] if each["level"] != "note"]
+    related = [each for each in result["relatedLocations"] if "message" in each]
+    assert [each["message"]["text"] for each in related] == [
+        f"consequence: {DEAD} [dead-transition]",
+        f"consequence: {LOST} [result-not-fetched]",
+    ]
+    assert related[0]["physicalLocation"]["region"]["startLine"] > 1
+    suite = etree.fromstring(run("check", path, "--format", "junit").stdout.encode())
+    assert suite.get("failures") == "1"
+    assert f"consequence: {DEAD} [dead-transition]" in suite.findtext(".//failure")
+
+
+@pytest.mark.long
+def test_a_report_folds_them(run: Run, path: Path) -> None:
+    run("check", path, "-o", path.with_name("report.html"))
+    page = path.with_name("report.html").read_text(encoding="utf-8")
+    assert "<summary>2 consequences: they are gone where this is mended</summary>" in page
+    assert DEAD in page
+
+
+def test_a_baseline_knows_them(run: Run, path: Path) -> None:
+    """Where a cause is mended by half, what was a consequence is no new finding."""
+    baseline = path.with_name("known.json")
+    assert run("check", path, "--write-baseline", baseline).exit_code == 0
+    rules = {each["rule"] for each in json.loads(baseline.read_text(encoding="utf-8"))["findings"]}
+    assert {"callback-deadlock", "dead-transition", "result-not-fetched"} <= rules
+    assert run("check", path, "--baseline", baseline).exit_code == 0
+
+
+def test_a_suppressed_consequence_is_in_use(run: Run, path: Path) -> None:
+    model = awaiting_result()
+    find(model, "Go", sym.Transition).suppressions.append(
+        pn.Suppression(rule="dead-transition", reason="known")
+    )
+    save(model, path)
+    assert "suppresses nothing" not in run("check", path).stdout
