@@ -147,10 +147,10 @@ def test_a_final_condition_without_a_state_space() -> None:
     """Where the net has no bound, a deadlock that is found on the way is asked by itself."""
     model = finishing()
     heap, burns = sym.Place(id="Heap", page=model.pages[0]), sym.Transition(id="Burn", page=model.pages[0])
-    flow(find(model, "Begin"), burns, heap)
-    sym.Transition(id="Grow", page=model.pages[0])
-    flow(find(model, "Begin"), find(model, "Grow"), find(model, "Begin"))
-    flow(find(model, "Grow"), heap)
+    begin, grows = find(model, "Begin", sym.Place), sym.Transition(id="Grow", page=model.pages[0])
+    flow(begin, burns, heap)
+    flow(begin, grows, begin)
+    flow(grows, heap)
     for text, severity in (("Begin == 0", "note"), ("Begin >= 1", "warning")):
         model.finalCondition = text
         (finding,) = (found for found in check(model).findings if found.rule == "deadlock")

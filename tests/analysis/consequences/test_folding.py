@@ -33,6 +33,7 @@ def consequences(finding: Finding) -> list[tuple[str, str]]:
     return [(each.rule, each.elements[0]) for each in finding.consequences]
 
 
+@pytest.mark.long
 def test_what_a_circle_causes() -> None:
     """A goal whose result is never taken: one fault, and what comes of it."""
     report = folded(awaiting_result())
@@ -56,6 +57,7 @@ def test_what_has_another_cause_stays() -> None:
     assert report.findings[1].elements == ("Idle",)
 
 
+@pytest.mark.long
 def test_each_cause_has_its_own() -> None:
     """A circle, ports that do not match, and a clause that can never be true."""
     model = program("same_group")
@@ -101,6 +103,7 @@ def test_what_two_causes_have_in_common() -> None:
     assert consequences(report.findings[1]) == []
 
 
+@pytest.mark.long
 def test_what_a_cancel_that_is_never_heard_causes() -> None:
     model = deliveries(cancels=1)
     find(model, "robot", sym.NodeNet).execution = sym.Execution.callbacks
@@ -109,6 +112,7 @@ def test_what_a_cancel_that_is_never_heard_causes() -> None:
     assert consequences(report.findings[0]) == [("dead-transition", "Return")]
 
 
+@pytest.mark.long
 def test_nothing_folds_where_no_change_mends_the_cause() -> None:
     """Threads and groups do not help against a lock; so what follows stays."""
     before = check(sharing_a_lock())
@@ -139,6 +143,7 @@ def test_nothing_folds_without_time() -> None:
     assert report.findings == before
 
 
+@pytest.mark.long
 def test_a_lost_message_is_no_consequence_where_its_run_goes_on() -> None:
     model = program("same_group")
     fast = node(model, "fast")

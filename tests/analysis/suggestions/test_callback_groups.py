@@ -200,6 +200,7 @@ def test_requests_to_cancel_that_are_never_heard() -> None:
         assert "cancel-never-heard" not in {each.rule for each in check(changed(model, made)).findings}
 
 
+@pytest.mark.long
 def test_properties_that_a_change_breaks_are_told() -> None:
     """With two threads, two goals are worked on at once."""
     model = deliveries(clients=2)

@@ -58,7 +58,7 @@ def test_sarif_and_junit(run: Run, path: Path) -> None:
     assert related[0]["physicalLocation"]["region"]["startLine"] > 1
     suite = etree.fromstring(run("check", path, "--format", "junit").stdout.encode())
     assert suite.get("failures") == "1"
-    assert f"consequence: {DEAD} [dead-transition]" in suite.findtext(".//failure")
+    assert f"consequence: {DEAD} [dead-transition]" in str(suite.findtext(".//failure"))
 
 
 @pytest.mark.long
