@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from dineros.cli.console import say, say_json, summarise
+from dineros.cli.console import say, say_json, summarise, warn
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
@@ -33,6 +33,8 @@ def say_run(outcome: Outcome, as_json: bool) -> None:
                 "ending": outcome.ending,
                 **counts,
                 "restarts": observer.restarts,
+                "halted": dict(sorted(observer.halted.items())),
+                "missing": outcome.missing,
                 "marking": marking,
                 "signals": dict(sorted(observer.signals.items())),
                 "conformance": verdict.status if verdict is not None else None,
@@ -40,6 +42,10 @@ def say_run(outcome: Outcome, as_json: bool) -> None:
             }
         )
         return
+    for node in outcome.missing:
+        warn(f"node {node} never came up")
+    for node, error in sorted(observer.halted.items()):
+        warn(f"node {node} is halted by a failure: {error}")
     marked = ", ".join(f"{place} {tokens}" for place, tokens in marking.items())
     say(f"{_ENDINGS[outcome.ending]}; marked: {marked or 'nothing'}")
     if verdict is not None:

@@ -53,8 +53,23 @@ class Outcome:
     verdict: Verdict | None
 
     @property
+    def missing(self) -> list[str]:
+        """Ids of the nodes that never came up; empty if the run was interrupted before any did."""
+        started = self.observer.started
+        if self.ending == "interrupted" and not started:
+            return []
+        return [id for model in self.application.models if (id := str(model.node.id)) not in started]
+
+    @property
     def status(self) -> int:
-        """The exit status."""
+        """The exit status: that of the ending, unless a node was missing or halted by a failure."""
+        if self.missing:
+            return FAILED
+        status = self._status_of_ending
+        return VIOLATED if status == 0 and self.observer.halted else status
+
+    @property
+    def _status_of_ending(self) -> int:
         ending, waits = self.ending, self.options.until is not None
         status = {"timeout": UNKNOWN if waits else 0, "deviated": VIOLATED, "failed": FAILED}.get(ending, 0)
         if waits and ending in ("ended", "idle"):

@@ -26,9 +26,15 @@ class Observer:
         What was seen so far.
     restarts : int
         How often nodes were started again, as whoever starts them says: a node that never began has no trace.
+    started : set of str
+        Nodes that came up.
+    halted : dict of str to str
+        Nodes that a failure has halted, and the failure.
     """
 
     def __init__(self) -> None:
+        self.started: set[str] = set()
+        self.halted: dict[str, str] = {}
         self.marking: dict[str, int] = {}
         self.signals: dict[str, bool] = {}
         self.firings = self.drops = self.errors = self.restarts = 0
@@ -51,9 +57,12 @@ class Observer:
                     self.drops += record.count
             elif isinstance(record, Error):
                 self.errors += 1
+                if record.policy == "halt":
+                    self.halted.setdefault(record.node or "", record.error)
 
     def _begin(self, record: Start) -> None:
         """Replace what is known of a node by what it says of itself."""
+        self.started.add(record.node or "")
         places = self._places.setdefault(record.node or "", set())
         for place in places:
             self.marking[place] = 0

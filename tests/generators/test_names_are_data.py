@@ -32,6 +32,7 @@ from dineros.generators import Options
 from dineros.generators.workspace.planning import plan
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EnumLiteral, EObject, features_of
+from dineros.metamodel.build import suppress
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import find
 from dineros.metamodel.errors import DinerosError
@@ -57,6 +58,7 @@ def rich() -> sym.SystemModel:
     place.graphics = pn.Graphics(positions=[pn.Point(x=1, y=2)], style="<fill/>")
     place.toolInfos.append(pn.ToolInfo(tool="other", version="1", content="<a/>"))
     place.labels.append(pn.Label(kind="elementName"))
+    suppress(place, "unbounded", "guests come and go", until="2999-12-31")
     news = sym.Place(id="News", page=find(model, "board", sym.NodeNet))
     sym.TopicChannel(
         id="Today",
