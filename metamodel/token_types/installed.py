@@ -67,6 +67,27 @@ def installed_fields(name: str) -> tuple[FieldType, ...]:
     return _fields_of(name, os.environ.get("AMENT_PREFIX_PATH", ""))
 
 
+COMMON = (
+    *("actionlib_msgs", "geometry_msgs", "nav_msgs", "sensor_msgs", "shape_msgs"),
+    *("stereo_msgs", "trajectory_msgs", "visualization_msgs"),
+)
+"""Packages that come with the extra ``interfaces``."""
+
+
+def how_to_install(package: str) -> str:
+    """Return how a package of ROS interfaces is installed, for hints.
+
+    Examples
+    --------
+    >>> how_to_install("sensor_msgs")
+    "pip install 'dineros[interfaces]', or source the workspace that has it"
+    >>> how_to_install("nav2_msgs")
+    'install the package nav2_msgs, or source the workspace that has it'
+    """
+    what = "pip install 'dineros[interfaces]'" if package in COMMON else f"install the package {package}"
+    return f"{what}, or source the workspace that has it"
+
+
 def installed_messages(package: str) -> list[str]:
     """Return the messages of an installed package, in order of their names.
 
@@ -79,9 +100,7 @@ def installed_messages(package: str) -> list[str]:
         raise UnknownInterfaceError(f"{package!r:.100} names no ROS package", hint="write it like std_msgs")
     folders = [folder for folder in (prefix / "share" / package for prefix in _prefixes()) if folder.is_dir()]
     if not folders:
-        raise UnknownInterfaceError(
-            f"the package {package} is not installed", hint="install it, or source the workspace that has it"
-        )
+        raise UnknownInterfaceError(f"the package {package} is not installed", hint=how_to_install(package))
     names = {file.stem for folder in folders for file in (folder / "msg").glob("*.json")}
     return [f"{package}/msg/{name}" for name in sorted(names)]
 
@@ -130,14 +149,14 @@ def _file(name: str, suffix: str) -> Path:
     if not folders:
         missing = UnknownInterfaceError(
             f"the ROS interface {name} is not installed",
-            hint=f"install the package {package}, or source the workspace that has it",
+            hint=how_to_install(package),
         )
         missing.is_missing = True
         raise missing
     known = {file.stem for folder in folders for file in (folder / "msg").glob("*.json")}
     raise UnknownInterfaceError(
         f"the package {package} has no message {message}",
-        hint=near_matches(message, sorted(known)) or f"see `ros2 interface package {package}`",
+        hint=near_matches(message, sorted(known)) or f"its messages are in {folders[0] / 'msg'}",
     )
 
 

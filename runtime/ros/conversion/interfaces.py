@@ -6,6 +6,7 @@ import importlib
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, near_matches
+from dineros.metamodel.token_types.installed import COMMON, how_to_install
 
 
 class InterfaceError(DinerosError):
@@ -34,7 +35,9 @@ def load_interface(name: str) -> Any:
             raise InterfaceError(f"{name} cannot be loaded: {error}") from error
         raise InterfaceError(
             f"the ROS interface {name} is not installed",
-            hint="build the workspace and source its install/local_setup.bash",
+            hint=how_to_install(package)
+            if package in COMMON
+            else "build the workspace and source its install/local_setup.bash",
         ) from None
     except (ImportError, SyntaxError) as error:
         raise InterfaceError(f"{name} cannot be loaded: {error}") from error
