@@ -21,13 +21,38 @@ import { placeSheet } from "./stored.js";
  */
 /** @typedef {Pick<LaidGraph, "x" | "y" | "width" | "height" | "children" | "edges" | "ports">} Laid */
 
+/** Width by height of what people look at: a form is asked for where the picture would be a long strip. */
+const SCREEN = 1.6;
+const STRIP = { width: 4000, ratio: 3 };
+/** Nodes of a net beyond which a second layout would take too long. */
+const MOST_TRIED = 600;
+/** How much smaller a folded picture must be, since its lines lead back and forth. */
+const WORTH = 0.75;
+
+/** The width of a screen that shows all of a picture. @type {(picture: Picture) => number} */
+const reach = ({ width, height }) => Math.max(width, SCREEN * height);
+
+/**
+ * The visible part of a view with coordinates: in layers from left to right, or folded into several lines as
+ * text is, where that makes a long strip much smaller.
+ *
+ * @type {(view: View, load: LoadEngine) => Promise<Picture>}
+ */
+export async function layout(view, load) {
+  const plain = await placed(view, load);
+  const isStrip = plain.width > STRIP.width && plain.width > STRIP.ratio * plain.height;
+  if (view.aspect || !isStrip || plain.nodes.length > MOST_TRIED) return plain;
+  const folded = await placed({ ...view, aspect: SCREEN }, load);
+  return reach(folded) < WORTH * reach(plain) ? folded : plain;
+}
+
 /**
  * The visible part of a view with coordinates. Where everything was arranged, there is nothing that the
  * engine lays out.
  *
  * @type {(view: View, load: LoadEngine) => Promise<Picture>}
  */
-export async function layout(view, load) {
+async function placed(view, load) {
   const seen = visible(view);
   const plan = cutView(seen);
   return positioned(seen, plan, await sheetsOf(plan, async (graph) => (await load()).layout(graph)));
