@@ -186,6 +186,7 @@ def test_all_kept_is_no_guess() -> None:
     assert (channel.publishers[0].limit, channel.publishers[0].assumed) == (5000, None)
 
 
+@pytest.mark.long
 def test_open_behaviour_is_bounded_by_histories(tmp_path: Path) -> None:
     """Any callback may publish any number of times; the markings are finite all the same."""
     nodes = (
