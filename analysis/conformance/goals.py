@@ -97,7 +97,7 @@ class GoalFlow:
         if isinstance(record, Goal):
             return self._sent(record, goal)
         if isinstance(record, Cancel) and not record.message:
-            return self._fire_one(record, (Cancel, record.channel, record.client, None, None))
+            return self._canceled_nothing(record)
         if goal is None:
             return self._unknown(record)
         match record:
@@ -161,6 +161,15 @@ class GoalFlow:
         if fault is None:
             goal.is_told = True
         return fault
+
+    def _canceled_nothing(self, record: Cancel) -> Refusal | None:
+        """Let a request to cancel find no goal: there is none, or it is refused, as a later record says."""
+        key: _Key = (Cancel, record.channel, record.client, None, None)
+        if not any(map(self._player.is_enabled, self._steps[key])):
+            for rejecting in self._steps[Transfer, record.channel, record.client, None, None]:
+                if self._player.is_enabled(rejecting):
+                    self._player.fire(rejecting)
+        return self._fire_one(record, key)
 
     def _canceled(self, record: Cancel, goal: _Goal) -> Refusal | None:
         if goal.slot is None:

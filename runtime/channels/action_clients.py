@@ -3,7 +3,8 @@
 A goal is sent again until it is answered, with the same id, and its result is asked for again after a
 restart. A request to cancel is of the oldest goal that is accepted and not asked to be canceled before. Where
 all are being canceled, or none is under way any more, the request is gone; while one waits for its answer, so
-does the request.
+does the request. Of a client with one goal under way, it is gone before the client takes what it is told of
+that goal (rule A8).
 """
 
 from __future__ import annotations
@@ -150,7 +151,8 @@ class ActionClient:
         assert self._cancel is not None
         goal = self._cancelable()
         if goal is None:
-            goal = next((each for each in self.goals.values() if each.is_canceling), None)
+            over = (g for g in self.goals.values() if g.is_canceling or g.ended is not None)
+            goal = next(over, None)
         else:
             try:
                 action_transport(traffic.joined).cancel_goal(port, goal.message.id)
@@ -167,8 +169,15 @@ class ActionClient:
         )
         self._look_at_cancels()
 
+    def _cancel_first(self) -> None:
+        """Let requests to cancel be gone before the end of the one goal under way is told."""
+        if self._cancel is not None and self.port.outstanding == 1:
+            while self._traffic.engine.count(self._cancel):
+                self.send_cancel()
+
     def _cancelable(self) -> GoalUnderWay | None:
-        return next((g for g in self.goals.values() if g.is_accepted and not g.is_canceled), None)
+        goals = (g for g in self.goals.values() if g.is_accepted and g.ended is None)
+        return next((goal for goal in goals if not goal.is_canceled), None)
 
     def _look_at_cancels(self) -> None:
         """Let requests to cancel depart where no answer has to be waited for."""
@@ -251,6 +260,7 @@ class ActionClient:
 
     def _refused(self, goal: GoalUnderWay) -> None:
         goal.timer.cancel()
+        self._cancel_first()
         place = self._rejected
         if place is not None and not self._traffic.engine.has_room(place):
             return
@@ -260,6 +270,7 @@ class ActionClient:
 
     def _ended(self, goal: GoalUnderWay) -> None:
         assert goal.ended is not None
+        self._cancel_first()
         outcome, data = goal.ended
         place = self._outcomes.get(outcome)
         if place is not None and not self._traffic.engine.has_room(place):

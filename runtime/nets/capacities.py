@@ -58,6 +58,7 @@ def capacities_of(
     lowered = {place for place, change in _changes(inputs, outputs) if change < 0}
     sending = _sending(model)
     canceled, told, heard = _ends_of_goals(model)
+    recalls = _requests_to_cancel(model)
     found = []
     for number, (place, _) in enumerate(nodes):
         bounds = [] if declared[number] is None else [declared[number]]
@@ -72,6 +73,8 @@ def capacities_of(
                 ]
                 bounds += [max(1, place.tokens, needs[number])] if place in heard else []
         bounds += [1] if place in canceled else []
+        if place in recalls:
+            bounds.append(1 + max(1, place.tokens if isinstance(place, pn.Place) else 0, puts[number]))
         if not bounds and place in told:
             bounds.append(max(1, place.tokens if isinstance(place, pn.Place) else 0, puts[number]))
         found.append(min((bound for bound in bounds if bound is not None), default=None))
@@ -186,3 +189,9 @@ def _ends_of_goals(model: rtm.RuntimeModel) -> tuple[set[pn.Node], set[pn.Node],
         {port.feedback for port in servers if port.feedback is not None},
         {port.feedback for port in clients if port.feedback is not None},
     )
+
+
+def _requests_to_cancel(model: rtm.RuntimeModel) -> set[pn.Node]:
+    """Return the places of requests to cancel of clients that have one goal under way."""
+    ports = [port for _, port in ports_in(model) if isinstance(port, rtm.ActionClientPort)]
+    return {port.cancel for port in ports if port.cancel is not None and port.outstanding == 1}

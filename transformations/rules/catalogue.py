@@ -26,6 +26,7 @@ from dineros.transformations.rules import (
 )
 from dineros.transformations.rules.actions import callbacks as served
 from dineros.transformations.rules.actions import ends, feedback, goals, managed, publishing, slots
+from dineros.transformations.rules.clients import cancels
 from dineros.transformations.rules.clients import requests as unbounded
 
 
@@ -130,9 +131,9 @@ FAMILIES = (
         "actions",
         "Actions: goals, slots, requests to cancel, outcomes, feedback",
         "",
-        _defined_in(goals, ends, feedback, slots, publishing),
+        _defined_in(goals, ends, feedback, slots, publishing, cancels),
         "They run under every middleware, after those of services; A6 runs before all others, A5-room, "
-        "A5-first and A5-hand with those about capacities.",
+        "A5-first, A5-hand, A8-room and A8-answer with those about capacities.",
     ),
     Family(
         "goals",
@@ -173,7 +174,16 @@ INSTANCE_RULES: dict[type[sym.Channel], tuple[type[Rule], type[Rule]]] = {
 ACTION_RULES: list[type[Rule]] = [
     *(slots.A7, slots.A7Ask, slots.A7Cancel, goals.A1, goals.A1Result, goals.A1Fetch),
     *(goals.A2, goals.A2Reject, goals.A2Tell, goals.A3, goals.A3Again, goals.A3Nothing, goals.A3Over),
-    *(goals.A3Hear, goals.A3Refuse, ends.A4, ends.A4Late, ends.A4Cancel, ends.A4Unheeded),
+    *(
+        cancels.A8,
+        cancels.A8Twice,
+        goals.A3Hear,
+        goals.A3Refuse,
+        ends.A4,
+        ends.A4Late,
+        ends.A4Cancel,
+        ends.A4Unheeded,
+    ),
     *(feedback.A5, feedback.A5Tell),
 ]
 TOPIC_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
@@ -213,11 +223,12 @@ FORGETTING_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros2": [unbounded.R8Forgets, unbounded.R8Lost],
 }
 """They run after those of managed nodes: they take away where all others put requests that are lost."""
+_CANCELS = (cancels.A8Room, cancels.A8Answer)
 CAPACITY_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
-    "ros1": [capacities.B1, feedback.A5Room, feedback.A5First, feedback.A5Hand, capacities.B4],
+    "ros1": [capacities.B1, feedback.A5Room, feedback.A5First, feedback.A5Hand, *_CANCELS, capacities.B4],
     "ros2": [
         *(capacities.B1, capacities.B2, capacities.B2Ask, capacities.B3),
-        *(feedback.A5Room, feedback.A5First, feedback.A5Hand, capacities.B4),
+        *(feedback.A5Room, feedback.A5First, feedback.A5Hand, *_CANCELS, capacities.B4),
     ],
 }
 """They run last, after rules of one's own: they look at all arcs."""

@@ -11,7 +11,7 @@ from dineros.analysis.checks.ways import overtaking
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow
+from dineros.metamodel.build import callback, flow, node_net, place, step
 from dineros.metamodel.elements import find
 from tests.support.ros2_systems.deliveries import deliveries
 
@@ -259,3 +259,62 @@ def test_no_time_leaves_it_open() -> None:
     report = asked(model)
     assert of_rule(report, "cancel-too-late")
     assert [each for each in report.unknown if "goals can wait for ever" in str(each)]
+
+
+def halting(*, waits: bool) -> sym.SystemModel:
+    """Return a client that halts: it asks to cancel its goal, and goes on at once or once the goal is over."""
+    model = sym.SystemModel(id="halting", middleware="ros2")
+    server, client = node_net(model, "server"), node_net(model, "client")
+    page = callback(server, "Execute", "goal")
+    new, running, done, stop, canceled = (
+        place(page, id) for id in ("New", "Running", "Succeeded", "CancelWanted", "Canceled")
+    )
+    step(page, "Start", [new], [running])
+    step(page, "Finish", [running], [done])
+    step(page, "Stop", [running, stop], [canceled])
+    idle = place(client, "Idle", tokens=1)
+    goal, active, recall, halted, over = (
+        place(client, id) for id in ("Goal", "Active", "Recall", "Halted", "Over")
+    )
+    step(client, "Send", [idle], [goal, active])
+    step(client, "Get", [over, active], [idle])
+    step(client, "Halt", [active], [recall, halted])
+    step(client, "GoOn", [halted, over] if waits else [halted], [idle])
+    if not waits:
+        step(client, "Forget", [over])
+    port = sym.ActionClientPort(
+        client="client", goal=goal, succeeded=over, canceled=over, rejected=over, cancel=recall, outstanding=1
+    )
+    sym.ActionChannel(
+        id="Follow",
+        action="/follow",
+        instances=1,
+        model=model,
+        server=sym.ActionServerPort(
+            page=page, entry=new, succeeded=done, canceled=canceled, cancel=stop, mayReject=True
+        ),
+        clients=[port],
+    )
+    model.properties.append(sym.Property(id="NoOrphan", text="never Idle >= 1 and Running >= 1"))
+    return model
+
+
+@pytest.mark.parametrize("waits", [True, False])
+def test_a_request_to_cancel_is_gone_with_its_goal(waits: bool) -> None:
+    """So none are left over, and the net has an end where the client waits for its goal."""
+    report = check(halting(waits=waits))
+    unbounded = {element for each in of_rule(report, "unbounded") for element in each.elements}
+    assert "Recall" not in unbounded
+    assert bool(of_rule(report, "property-violated")) is not waits
+    if waits:
+        assert report.findings == of_rule(report, "cancel-too-late")
+
+
+def test_a_request_to_cancel_never_meets_the_next_goal() -> None:
+    """A goal of which no request was ever made since it was sent is never to be canceled."""
+    model = halting(waits=True)
+    client = find(model, "client", sym.NodeNet)
+    asked = place(client, "Asked")
+    flow(find(model, "Halt", sym.Transition), asked, find(model, "GoOn", sym.Transition))
+    model.properties.append(sym.Property(id="Meant", text="never CancelWanted >= 1 and Asked == 0"))
+    assert of_rule(check(model), "property-violated") == []

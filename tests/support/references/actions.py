@@ -4,7 +4,8 @@ A goal is sent, accepted into a slot that is free or refused, worked on, and ove
 may send another one. A request to cancel names its goal: it leaves the client only while a slot works on a
 goal of that client, and either the server hears it, or the goal is over first and the request is gone; so it
 is where the goal is over, and the client has not heard of that. What asks for nothing that could be canceled
-is gone at once. A goal that is to be canceled may end in any way, others are not canceled; whether the work
+is gone at once. A client of one goal takes no answer while it has such a request; of two, one is gone. A goal
+that is to be canceled may end in any way, others are not canceled; whether the work
 has taken note of the request or not, none of it is left over for the next goal of the slot. Feedback of a
 goal is told before the goal is over.
 """
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING
 from dineros.metamodel import pn, sym
 
 if TYPE_CHECKING:
-    from tests.support.references.histories import Guard, Interpreter
+    from tests.support.references.histories import Guard, Interpreter, State
 
 IDLE, WORKING, ASKED, CANCELING = range(4)
 
@@ -61,6 +62,10 @@ class ActionPlayer:
                 slot = play._place(server.feedback, number)
                 play._bound(slot, max(1, *(use.gives.get(slot, 0) for use in play._uses.values())))
         for client in self.action.clients:
+            if client.cancel is not None and client.outstanding == 1:
+                slot = play._place(client.cancel, 0)
+                puts = (use.gives.get(slot, 0) for use in play._uses.values())
+                play._bound(slot, 1 + max(1, client.cancel.tokens, *puts))
             if client.feedback is None or server.feedback is None or client.feedback.capacity is not None:
                 continue
             slot = play._place(client.feedback, 0)
@@ -86,8 +91,17 @@ class ActionPlayer:
         sent, refused = (play._slot((action, count, word)) for word in ("sent", "refused"))
         goal = play._place(client.goal, 0)
         play._requests.add(goal)
+        regrets = None
+        if client.cancel is not None and client.outstanding == 1:
+            regrets = play._place(client.cancel, 0)
+
+        def at_rest(state: State) -> bool:
+            return regrets is None or state[regrets] == 0
+
         play._happens(
-            f"{prefix}.send", lambda s: s[goal] > 0 and s[ready] > 0, {goal: -1, ready: -1, sent: 1}
+            f"{prefix}.send",
+            lambda s: s[goal] > 0 and s[ready] > 0,
+            {goal: -1, ready: -1, sent: 1},
         )
         for number, phase in self.phase.items():
             entry = play._place(action.server.entry, number)
@@ -99,14 +113,23 @@ class ActionPlayer:
         if action.server.mayReject:
             play._happens(f"{prefix}.reject", lambda s: s[sent] > 0, {sent: -1, refused: 1})
             told = {} if client.rejected is None else {play._place(client.rejected, 0): 1}
-            play._happens(f"{prefix}.refused", lambda s: s[refused] > 0, {refused: -1, ready: 1, **told})
+            play._happens(
+                f"{prefix}.refused",
+                lambda s: s[refused] > 0 and at_rest(s),
+                {refused: -1, ready: 1, **told},
+            )
+            if regrets is not None:
+                wish = regrets
+                play._happens(
+                    f"{prefix}.tooLate.rejected", lambda s: s[wish] > 0 and s[refused] > 0, {wish: -1}
+                )
         for outcome, place in self.ends:
             over = play._slot((action, count, outcome))
             fetched: pn.Place | None = getattr(client, outcome)
             got = {} if fetched is None else {play._place(fetched, 0): 1}
             play._happens(
                 f"{prefix}.result.{place.id}",
-                lambda s, over=over: s[over] > 0,  # type: ignore[misc]
+                lambda s, over=over: s[over] > 0 and at_rest(s),  # type: ignore[misc]
                 {over: -1, ready: 1, **got},
             )
             for number in self.phase:
@@ -180,6 +203,8 @@ class ActionPlayer:
                 {wish: -1},
             )
         all_ready = client.outstanding
+        if all_ready == 1:
+            play._happens(f"{prefix}.twice", lambda s: s[wish] > 1, {wish: -1})
         play._happens(f"{prefix}.nothing", lambda s: s[wish] > 0 and s[ready] == all_ready, {wish: -1})
 
     def _feedback(self, prefix: str, client: sym.ActionClientPort, count: int) -> None:

@@ -1,0 +1,86 @@
+"""Requests to cancel of a client with one goal under way are gone first (rule A8).
+
+Such a request means the goal that the client has. It waits only while that goal is sent and not answered, or
+another request to cancel it is under way. Otherwise it reaches the goal, or is gone before the client takes
+what it is told of it: so it never meets a goal that is sent once that is known. A request and a goal that are
+there at the same time, while none is under way, may go in either order.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.records import Cancel
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.functions import greatest, less
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.actions.goals import A2Reject, Answer, Wish
+from dineros.transformations.rules.notation import Bound, arc, read, transition
+from dineros.transformations.rules.tokens import MostPut
+
+
+def _room(wish: Node) -> Expression:
+    """Return how many requests to cancel there are at most: one that waits, and those of one firing."""
+    return less(greatest(1, wish.tokens, MostPut(wish)), -1)
+
+
+class A8(Rule):
+    """A request to cancel comes too late where the goal is refused."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action, outstanding=1)
+    wish = Node(pn.Place, of=client.cancel)
+    refused = Made(A2Reject.refused, of=client)
+
+    ask = transition(
+        "{action.id}.client.{client.client}.tooLate.rejected",
+        means=Meaning(
+            "{client} asks to cancel its goal of action {action}, which is refused: the request is gone",
+            step=Cancel,
+            part="nothing",
+        ),
+    )
+    arcs = [arc(wish, ask), read(refused, ask)]
+
+    asks = Wish(ask)
+
+
+class A8Twice(Rule):
+    """One that comes while another one waits changes nothing."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action, outstanding=1)
+    wish = Node(pn.Place, of=client.cancel)
+
+    ask = transition(
+        "{action.id}.client.{client.client}.twice",
+        means=Meaning(
+            "{client} asks twice to cancel its goal of action {action}: one request is gone",
+            step=Cancel,
+            part="twice",
+        ),
+    )
+    arcs = [arc(wish, ask, weight=2), arc(ask, wish)]
+
+    asks = Wish(ask)
+
+
+class A8Room(Rule):
+    """So few of them wait."""
+
+    client = Node(sym.ActionClientPort, outstanding=1)
+    wish = Node(pn.Place, of=client.cancel)
+
+    bound = Bound(wish, _room(wish), means=Meaning("no request of {client} to cancel", rests=True))
+
+
+class A8Answer(Rule):
+    """They are gone before the client takes what it is told of its goal."""
+
+    client = Node(sym.ActionClientPort, outstanding=1)
+    wish = Node(pn.Place, of=client.cancel)
+    bound = Made(A8Room.bound, of=client)
+    answer = Made(Answer, of=client)
+
+    waits = read(bound.free, answer.move, weight=_room(wish))
