@@ -72,10 +72,48 @@ def _arc(source: pn.Node, target: pn.Node, weight: int, kind: str) -> pn.Arc:
 
 
 def node_net(
-    model: sym.SystemModel, id: str, signals: Iterable[str] = (), package: str | None = None
+    model: sym.SystemModel,
+    id: str,
+    signals: Iterable[str] = (),
+    package: str | None = None,
+    *,
+    namespace: str | None = None,
+    execution: sym.Execution | str = "net",
+    threads: int = 1,
+    lifecycle: sym.Lifecycle | None = None,
 ) -> sym.NodeNet:
-    """Add a node net with its signals to a model, and say which ROS package it becomes."""
-    made = sym.NodeNet(id=id, name=id, package=package, net=model)
+    """Add a node net with its signals to a model.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model.
+    id : str
+        Id and name of the node.
+    signals : iterable of str
+        Ids of its input signals.
+    package : str, optional
+        The ROS package that it becomes.
+    namespace : str, optional
+        Its absolute ROS namespace.
+    execution : {"net", "callbacks"}
+        Whether the net interleaves its callbacks, or an executor and callback groups do.
+    threads : int
+        Threads of its executor; more than one make it multi-threaded.
+    lifecycle : sym.Lifecycle, optional
+        What may happen to it as a managed node; without one it is not managed.
+    """
+    made = sym.NodeNet(
+        id=id,
+        name=id,
+        package=package,
+        namespace=namespace,
+        execution=execution,
+        executor="multi" if threads > 1 else "single",
+        threads=threads,
+        lifecycle=lifecycle,
+        net=model,
+    )
     for signal in signals:
         sym.InputSignal(id=signal, name=signal, node=made)
     return made

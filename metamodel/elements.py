@@ -78,6 +78,14 @@ def elements(net: pn.Net) -> Iterator[pn.Element]:
     yield from token_types(net)
 
 
+def named_elements(net: pn.Net) -> Iterator[pn.Element]:
+    """Yield all that people can name: `elements`, and the properties and assumptions of a system model."""
+    yield from elements(net)
+    if isinstance(net, sym.SystemModel):
+        yield from net.properties
+        yield from net.assumptions
+
+
 def token_types(net: pn.Net) -> list[sym.TokenType]:
     """Return the token types of a model, the first one first; of run-time models, too."""
     first: sym.TokenType | None = getattr(net, "tokenType", None)

@@ -12,12 +12,13 @@
 ``camera.lifecycle.deactivates=true``        the lifecycle of a node net; made where it is absent
 ``Move.interval.latest=2.5``                firing time of a transition; made where it is absent
 ``SortingToken.field.color.default="red"``  a field of a token type, by its name
+``NoCollision.text=never A >= 2``           a property of the model, or an assumption
 ``TStop.clause=Danger & !RobotIsIdle``      the input clause of a transition; no text removes it
 ==========================================  =========================================================
 
-A channel also answers to its topic or service. Where the names of elements contain dots, the longest that
-fits is meant. Ids and other references cannot be set. What has no value by default loses the one it has by an
-empty text: ``Pick.instances=``.
+A channel also answers to its topic, service or action. Where the names of elements contain dots, the longest
+that fits is meant. Ids and other references cannot be set. What has no value by default loses the one it has
+by an empty text: ``Pick.instances=``.
 """
 
 from __future__ import annotations
@@ -50,6 +51,10 @@ _PARTS: dict[str, Callable[[], EObject]] = {
     "interval": pn.TimeInterval,
     "lifecycle": sym.Lifecycle,
 }
+
+
+_CALLED = ("topic", "service", "action")
+"""What channels answer to besides their names."""
 
 
 class SettingError(DinerosError):
@@ -111,10 +116,13 @@ def _element(model: pn.Net, setting: str) -> tuple[pn.Element, str]:
     """Return the element that a setting begins with, and the rest of the text behind the dot."""
     by_id: dict[str, pn.Element] = {}
     by_name: dict[str, list[pn.Element]] = {}
-    for element in elements.elements(model):
+    for element in elements.named_elements(model):
         if element.id:
             by_id.setdefault(element.id, element)
-        for name in {element.name, getattr(element, "topic", None), getattr(element, "service", None)}:
+        for name in {
+            element.name,
+            *(getattr(element, each, None) for each in ("topic", "service", "action")),
+        }:
             if name:
                 by_name.setdefault(name, []).append(element)
     for dot in reversed([found.start() for found in re.finditer(r"\.", setting)]):

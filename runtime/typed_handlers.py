@@ -6,7 +6,7 @@ and puts to; a type checker then knows what a handler gets and what it may retur
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, Generic, NamedTuple, Protocol, TypeAlias, TypedDict, TypeVar
 
 from dineros.runtime.firing.cancels import CancelRequest
@@ -62,6 +62,11 @@ class TypedFiring(Protocol[Data_co, Inputs_co, Outputs_contra]):
     def give(self, places: Outputs_contra, /) -> Given:
         """Return data for single output places; those not named get what they would get anyway."""
 
+
+Some = TypeVar("Some")
+Whole = TypeVar("Whole")
+GivenData: TypeAlias = Some | Whole | Sequence[Some | Whole]
+"""Some fields, or the whole data, for all tokens of a place, or for each of them."""
 
 Function: TypeAlias = Callable[[Fires], Outcome | Awaitable[Outcome]]
 Decorator: TypeAlias = Callable[[Function[Fires, Outcome]], Function[Fires, Outcome]]

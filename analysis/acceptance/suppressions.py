@@ -8,10 +8,10 @@ from datetime import date
 from itertools import chain
 
 from dineros.analysis.witnesses.findings import Fault, Finding, Report, Suppressed
-from dineros.metamodel import pn, sym
+from dineros.metamodel import pn
 from dineros.metamodel.base import EObject
 from dineros.metamodel.constraints.wording import describe
-from dineros.metamodel.elements import elements
+from dineros.metamodel.elements import named_elements
 from dineros.metamodel.errors import near_matches
 
 EXPIRED = Fault(
@@ -61,14 +61,14 @@ class Suppressions:
         self._today = date.today() if today is None else today
         self._by_id: dict[str, list[pn.Element]] = {}
         self._entries: dict[EObject, list[_Entry]] = {}
-        for element in _all(model):
+        for element in named_elements(model):
             # An unset feature would be filled just by looking at it.
             if "suppressions" in element.__dict__ and len(element.suppressions):
                 self._entries[element] = [
                     _Entry(element, each.rule, each.reason, each.until) for each in element.suppressions
                 ]
         if self._entries:
-            for element in _all(model):
+            for element in named_elements(model):
                 self._by_id.setdefault(element.id, []).append(element)
 
     def apply(self, report: Report, rules: Collection[str]) -> Report:
@@ -128,13 +128,6 @@ class Suppressions:
             reason=entry.reason,
             why=why,
         )
-
-
-def _all(model: pn.Net) -> Iterator[pn.Element]:
-    yield from elements(model)
-    if isinstance(model, sym.SystemModel):
-        yield from model.properties
-        yield from model.assumptions
 
 
 def _unknown(rule: str, rules: Collection[str]) -> str:

@@ -60,3 +60,24 @@ def test_a_clause_of_a_signal_that_the_node_net_has_not_is_refused() -> None:
     net = node_net(sym.SystemModel(id="yard"), "dock", ["Open"])
     with pytest.raises(ClauseError, match="Opened"):
         step(net, "Moor", clause="Opened")
+
+
+def test_a_node_net_says_how_it_runs() -> None:
+    model = sym.SystemModel(id="yard")
+    life = sym.Lifecycle(deactivates=True)
+    made = node_net(model, "dock", namespace="/left", execution="callbacks", threads=3, lifecycle=life)
+    assert (made.namespace, str(made.execution), str(made.executor), made.threads) == (
+        "/left",
+        "callbacks",
+        "multi",
+        3,
+    )
+    assert made.lifecycle is life
+    plain = node_net(model, "pier")
+    assert (plain.namespace, str(plain.execution), str(plain.executor), plain.threads, plain.lifecycle) == (
+        None,
+        "net",
+        "single",
+        1,
+        None,
+    )

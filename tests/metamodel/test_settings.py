@@ -267,3 +267,26 @@ def _attributes(net: pn.Net) -> dict[tuple[str, str], object]:
         for name, feature in features_of(type(element)).items()
         if feature.eClass.name == "EAttribute"
     }
+
+
+def test_properties_and_assumptions_can_be_changed() -> None:
+    model = sym.SystemModel(id="model")
+    model.properties.append(sym.Property(id="calm.one", name="calm", text="never A >= 1"))
+    model.assumptions.append(sym.Fairness(id="fair", of="all"))
+    apply(model, "calm.one.text=never A >= 2")
+    apply(model, "calm.expected=false")
+    apply(model, "fair.strong=true")
+    (calm,), (fair,) = model.properties, model.assumptions
+    assert (calm.text, calm.expected) == ("never A >= 2", False)
+    assert isinstance(fair, sym.Fairness)
+    assert fair.strong
+    with pytest.raises(UnknownElementError, match="calm"):
+        apply(model, "clam.text=never A >= 1")
+
+
+def test_an_action_is_found_by_its_name() -> None:
+    model = sym.SystemModel(id="model", channels=[sym.ActionChannel(id="Delivery", action="/deliver")])
+    apply(model, "/deliver.depth=3")
+    (channel,) = model.channels
+    assert isinstance(channel, sym.ActionChannel)
+    assert channel.depth == 3

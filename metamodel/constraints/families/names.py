@@ -86,7 +86,7 @@ def id_characters(element: pn.Element, index: Index) -> Outcome:
 
 @constraint(
     "{it} has the id of another element, {found}",
-    fix="give one of them another id",
+    fix="give one of them another id: all elements of a file, channels too, share one space of ids",
     guard=lambda element, index: bool(element.id),
 )
 def id_unique(element: pn.Element, index: Index) -> Outcome:

@@ -61,7 +61,7 @@ def unprintable_id(small: Small) -> None:
 @CASES.breaks(
     "id-unique",
     "place 'p' has the id of another element, a place in page 'left'",
-    "give one of them another id",
+    "give one of them another id: all elements of a file, channels too, share one space of ids",
     of=plain,
 )
 def two_places(small: Small) -> None:
@@ -71,7 +71,7 @@ def two_places(small: Small) -> None:
 @CASES.breaks(
     "id-unique",
     "callback group 'Idle' has the id of another element, a place in node net 'talker'",
-    "give one of them another id",
+    "give one of them another id: all elements of a file, channels too, share one space of ids",
 )
 def place_and_callback_group(small: Small) -> None:
     small["group"].id = "Idle"
@@ -80,7 +80,7 @@ def place_and_callback_group(small: Small) -> None:
 @CASES.breaks(
     "id-unique",
     "token type 'Idle-Talk' has the id of another element, an arc in node net 'talker'",
-    "give one of them another id",
+    "give one of them another id: all elements of a file, channels too, share one space of ids",
 )
 def token_type_and_arc(small: Small) -> None:
     small["Token"].name = "Token"
