@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from dineros.observation.importing.given import Given
     from dineros.observation.narrowing import Proposal, Traced
     from dineros.observation.narrowing.narrowing import Messages
-    from dineros.observation.recordings import Calls
+    from dineros.observation.recordings import Calls, Untaken
     from dineros.observation.systems import ObservedSystem, RecordedTopic
 
 
@@ -36,6 +36,8 @@ class Evidence:
         What is explained.
     calls : mapping
         What services tell of their calls in the recording.
+    untaken : sequence of Untaken
+        Responses in the recording that no client took.
     traced : Traced or None
         What is counted of tracing files.
     """
@@ -46,6 +48,7 @@ class Evidence:
     recorded: Collection[RecordedTopic]
     messages: Messages
     calls: Mapping[str, Calls]
+    untaken: Sequence[Untaken]
     traced: Traced | None
 
 
@@ -99,12 +102,14 @@ def gathered(
             )
         _warn(tracing, counts)
     calls: Mapping[str, Calls] = {}
+    untaken: Sequence[Untaken] = ()
     recorded: Collection[RecordedTopic]
     messages: Messages
     if bag is not None:
         recording = open_files.enter_context(opened(bag))
         observed = Observed(recording)
-        recorded, messages, calls = observed.recorded, observed.messages, observed.calls
+        recorded, messages = observed.recorded, observed.messages
+        calls, untaken = observed.calls, observed.untaken
     else:
         assert tracing is not None and counts is not None
         recorded, messages = counts.recorded(), lambda: publications(system, files)
@@ -112,7 +117,7 @@ def gathered(
     found = proposals(system, messages(), verbs=verbs, within=within)
     if counts is not None:
         found = with_traced(found, counts)
-    return Evidence(source, tracing, found, recorded, messages, calls, counts)
+    return Evidence(source, tracing, found, recorded, messages, calls, untaken, counts)
 
 
 def _warn(tracing: Path, counts: Traced) -> None:

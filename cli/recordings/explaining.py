@@ -15,6 +15,7 @@ from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.observation.explaining import RecordingVerdict
+    from dineros.observation.recordings import Untaken
 
 _STATUS = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}
 
@@ -36,7 +37,7 @@ def explain_bag(
     run = search()
 
     def so_far(ending: str) -> int:
-        return _report(RecordingVerdict("unknown", reason=ending), model, as_json)
+        return _report(RecordingVerdict("unknown", reason=ending), (), model, midway, as_json)
 
     run.draft(so_far)
     with opened(bag) as recording:
@@ -66,20 +67,42 @@ def explain_bag(
                 verdict.cause,
             )
     with run.answer():
-        return _report(verdict, model, as_json)
+        return _report(verdict, observed.untaken, model, midway, as_json)
 
 
-def _report(verdict: RecordingVerdict, model: Path, as_json: bool) -> int:
+def _report(
+    verdict: RecordingVerdict, untaken: Sequence[Untaken], model: Path, midway: bool, as_json: bool
+) -> int:
+    """Print what is found; return the exit status, which a response that nobody took makes 1 as well."""
+    status = VIOLATED if untaken and verdict.status == "conforms" else _STATUS[verdict.status]
     if as_json:
-        say_json(verdict.to_dict(str(model)))
-        return _STATUS[verdict.status]
+        say_json({**verdict.to_dict(str(model)), "untaken": [each._asdict() for each in untaken]})
+        return status
     if verdict.others:
         warn(f"{model}: what the model does not have is left out: {', '.join(verdict.others)}")
     if verdict.hidden:
         warn(f"{model}: topics that were not recorded may have any messages: {', '.join(verdict.hidden)}")
-    if verdict.status == "violated":
+    if midway and verdict.status == "conforms":
+        warn(f"{model}: {_cannot_tell(verdict.untold)}")
+    if verdict.unexplained is not None and verdict.status == "violated":
         say(f"{model}: {verdict.unexplained}", "bold red")
-    elif verdict.status == "unknown":
+    for silence in verdict.silences:
+        say(f"{model}: {silence}", "bold red")
+    for each in untaken:
+        say(f"{model}: {each}", "bold red")
+    if verdict.status == "unknown":
         say(f"{model}: unknown: {verdict.reason}", "magenta")
     summarise(f"{model}: {verdict.status}; {counted(verdict.messages, 'message')} explained")
-    return _STATUS[verdict.status]
+    return status
+
+
+def _cannot_tell(untold: Sequence[str]) -> str:
+    """Return what `--midway` leaves open, by the topics over which parts began that depend on each other."""
+    if not untold:
+        return (
+            "--midway lets the run begin in any state that the model can reach; the way there is not checked"
+        )
+    return (
+        "--midway cannot tell whether the states in which it lets nodes begin fit together, by what was said "
+        f"before on {', '.join(untold)}; so more may conform than the model allows"
+    )

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from dineros.metamodel import sym
     from dineros.observation.importing.given import Given
     from dineros.observation.narrowing import Narrowed, Proposal, Traced
-    from dineros.observation.recordings import Calls
+    from dineros.observation.recordings import Calls, Untaken
     from dineros.observation.systems import ObservedSystem
 
 
@@ -116,8 +116,8 @@ def print_proposals(found: Sequence[Proposal], bag: Path) -> None:
         summarise(f"{bag}: nothing to propose")
 
 
-def print_calls(calls: Mapping[str, Calls]) -> None:
-    """Print how services answered, as far as they and their clients tell."""
+def print_calls(calls: Mapping[str, Calls], untaken: Sequence[Untaken]) -> None:
+    """Print how services answered, as far as they and their clients tell, and what nobody took."""
     from dineros.observation.systems import REQUEST_RECEIVED, REQUEST_SENT, RESPONSE_RECEIVED, RESPONSE_SENT
 
     ends = (("the server", REQUEST_RECEIVED, RESPONSE_SENT), ("clients", REQUEST_SENT, RESPONSE_RECEIVED))
@@ -128,16 +128,23 @@ def print_calls(calls: Mapping[str, Calls]) -> None:
                 times = f", within {least * 1e3:.3g} to {most * 1e3:.3g} ms" if count else ""
                 requests = counted(told.events[asked], "request")
                 say(f"{service}: {count:,} of {requests} answered{times}; by {who}")
+    for each in untaken:
+        say(str(each), "bold red")
 
 
-def print_narrowed(made: Narrowed, output: Path, bag: Path) -> None:
-    """Print what was made of accepted proposals."""
+def print_narrowed(made: Narrowed, output: Path, evidence: Evidence) -> None:
+    """Print what was made of accepted proposals, and which responses nobody took."""
+    bag = evidence.source
+    for each in evidence.untaken:
+        say(str(each), "bold red")
     for proposal in made.dropped:
         warn(f"taken back, as no run would show the recording: {proposal}")
     if made.verdict.status == "unknown":
         warn(f"whether {output} explains {bag} is unknown: {made.verdict.reason}")
     elif made.verdict.unexplained is not None:
         warn(f"{output} does not explain {bag}: {made.verdict.unexplained}")
+    for silence in made.verdict.silences:
+        warn(f"{output}: {silence}")
     explained = counted(made.verdict.messages, "message")
     summarise(f"{output}: {counted(len(made.accepted), 'proposal')} accepted; explains {explained} of {bag}")
 
@@ -172,6 +179,7 @@ def print_json(
             }
             for service, told in evidence.calls.items()
         },
+        "untaken": [each._asdict() for each in evidence.untaken],
         "tracing": _tracing(evidence.traced),
         "narrowed": None,
     }

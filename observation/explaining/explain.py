@@ -12,10 +12,12 @@ from dineros.analysis.witnesses.first_cause import blocked_cause
 from dineros.metamodel import sym
 from dineros.metamodel.errors import BudgetError
 from dineros.observation.explaining.following import Follower
+from dineros.observation.explaining.midway import follower_midway, untold
 from dineros.observation.explaining.ordering import Ordering, Seen
 from dineros.observation.explaining.parts import ASSUMED
 from dineros.observation.explaining.runs import run_of
 from dineros.observation.explaining.shown import shown_net
+from dineros.observation.explaining.silences import Rhythm, Silence, unexpected
 from dineros.observation.explaining.verdict import RecordingVerdict, Unexplained
 from dineros.observation.systems import RecordedTopic, full_name, is_house_topic, is_of_action
 
@@ -63,12 +65,14 @@ class Explainer:
         budget: Budget = UNLIMITED,
     ) -> None:
         self._net = shown_net(model, {topic.name for topic in recorded})
-        self._follower = Follower(self._net, budget.begun())
+        budget = budget.begun()
+        self._follower = follower_midway(self._net, budget) if midway else Follower(self._net, budget)
         self._start = self._follower.start(midway)
         self._midway = midway
         self._ordering = Ordering(self._follower, self._start, round(tolerance * 1e9))
         self._count = 0
         self._first = self._last = 0
+        self._rhythms: dict[str, Rhythm] = {}
         self._others = tuple(
             sorted(
                 topic.name
@@ -96,11 +100,34 @@ class Explainer:
             self._first = time
         self._last = max(self._last, time)
         self._count += 1
+        rhythm = self._rhythms.get(topic)
+        if rhythm is None:
+            self._rhythms[topic] = Rhythm(time, time)
+        else:
+            rhythm.add(time)
         return self._named(self._ordering.add(Seen(self._count, topic, self._last)))
 
     def finish(self) -> Unexplained | None:
         """Take the end of the recording; return the first message that no run shows, or None."""
         return self._named(self._ordering.finish())
+
+    def silences(self, end: int) -> tuple[Silence, ...]:
+        """Return the topics that fell silent although the model must go on; call it after `finish`.
+
+        Parameters
+        ----------
+        end : int
+            When the recording ends, in nanoseconds.
+
+        Raises
+        ------
+        BudgetError
+            The memory is not enough to tell.
+        """
+        found = [each for topic, rhythm in self._rhythms.items() if (each := rhythm.silence(topic, end))]
+        if not found or len(found) == len(self._rhythms):
+            return ()
+        return unexpected(self._follower, self._ordering.last, found)
 
     @property
     def explained(self) -> int:
@@ -121,7 +148,12 @@ class Explainer:
     def verdict(self, unexplained: Unexplained | None = None) -> RecordingVerdict:
         """Return what is found out so far."""
         found = RecordingVerdict(
-            "conforms", self.explained, unexplained, hidden=self._net.hidden, others=self._others
+            "conforms",
+            self.explained,
+            unexplained,
+            hidden=self._net.hidden,
+            others=self._others,
+            untold=untold(self._follower) if self._midway else (),
         )
         if unexplained is None:
             return found
@@ -185,14 +217,20 @@ def explain(
     try:
         explainer = Explainer(model, recorded, tolerance=tolerance, midway=midway, budget=budget)
         counted, add = explainer.topics, explainer.add
+        end = 0
         for number, (topic, time) in enumerate(messages):
+            end = max(end, time)
             if topic in counted:
                 unexplained = add(topic, time)
                 if unexplained is not None:
                     return explainer.verdict(unexplained)
             if progress is not None and not number % TELL_EVERY:
                 progress(number)
-        return explainer.verdict(explainer.finish())
+        unexplained = explainer.finish()
+        if unexplained is not None:
+            return explainer.verdict(unexplained)
+        silences = explainer.silences(end)
+        return replace(explainer.verdict(), status="violated" if silences else "conforms", silences=silences)
     except BudgetError as error:
         reason = str(error)
         if explainer is None:

@@ -14,7 +14,7 @@ from weakref import WeakValueDictionary
 from dineros.analysis.answers.budget import Budget
 from dineros.metamodel.errors import BudgetError
 from dineros.observation.explaining.marking_sets import NOTHING, MarkingSets, SetsFullError
-from dineros.observation.explaining.parts import parts_of
+from dineros.observation.explaining.parts import Joining, parts_of
 from dineros.observation.explaining.shown import ShownNet
 
 P = ParamSpec("P")
@@ -64,9 +64,13 @@ class Follower:
         The model, and what of it is seen.
     budget : Budget
         What the diagrams may take together.
+    joining : Joining
+        What is followed as one part.
 
     Attributes
     ----------
+    joining : Joining
+        The same.
     parts : list of MarkingSets
         The parts of the net.
     touched : dict of int to list of int
@@ -77,10 +81,10 @@ class Follower:
         How many times sets of markings were forgotten, so that their numbers mean others since.
     """
 
-    def __init__(self, net: ShownNet, budget: Budget) -> None:
-        self.net = net
+    def __init__(self, net: ShownNet, budget: Budget, joining: Joining = "silence") -> None:
+        self.net, self.joining = net, joining
         seen = {transition for found in net.shown.values() for transition in found}
-        parts = parts_of(net.subject.net, seen)
+        parts = parts_of(net.subject.net, seen, joining)
         most = max(LEAST_MEMORY, budget.memory // max(1, len(parts)))
         self.parts = [MarkingSets(part, budget.share(most_bytes=most)) for part in parts]
         self.touched = {
@@ -107,7 +111,8 @@ class Follower:
         Parameters
         ----------
         midway : bool
-            Whether the nodes may have run before: then each part has any marking that it can have at all.
+            Whether the nodes may have run before: then each part has any marking that it can have at all,
+            whatever the other parts do.
         """
         return self._state((tuple(sets.anywhere if midway else sets.start for sets in self.parts),))
 

@@ -6,7 +6,7 @@ between them are a deterministic automaton, of which only what a recording needs
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import ParamSpec
 
 from dineros.analysis.answers.budget import Budget
@@ -65,7 +65,7 @@ class MarkingSets:
         if not space.complete:
             raise BudgetError("memory ran out: a part of the model has too many markings to be followed")
         self.space = space
-        self._sets: VectorSets = space.sets
+        self.sets: VectorSets = space.sets
         self._anything = bool(space.diagram.top)
         events = {event.transition for event in space.encoding.events}
         self._silent = self._only(part.silent & events)
@@ -87,7 +87,7 @@ class MarkingSets:
         self._edge = self._hold(self._edge_box())
         self._fixed = len(space.diagram.pinned)
         self.first = tuple(level.initial for level in space.encoding.levels)
-        self.start = self.closed(self._sets.single(self.first)) if self._anything else 1
+        self.start = self.closed(self.sets.single(self.first)) if self._anything else 1
         self._fixed = len(space.diagram.pinned)
 
     def step(self, states: int, transition: int) -> int:
@@ -110,7 +110,7 @@ class MarkingSets:
         key = (one, other) if one < other else (other, one)
         found = self._unions.get(key)
         if found is None:
-            found = self._unions[key] = self._hold(self._made(self._sets.union, *key))
+            found = self._unions[key] = self._hold(self._made(self.sets.union, *key))
         return found
 
     def covers(self, one: int, other: int) -> bool:
@@ -142,19 +142,68 @@ class MarkingSets:
                 scope.hold(states)
                 states = self._made(self._silent.closure, states, self.anywhere, False)
         states = self._hold(states)
-        if states and self._edge and not self.reached_edge and self._anything:
-            self.reached_edge = self._sets.intersection(states, self._edge) != NOTHING
+        if not self.reached_edge:
+            self.reached_edge = self.meets_edge(states)
         return states
+
+    def meets_edge(self, states: int) -> bool:
+        """Tell whether a set has a marking with which a firing was left out; see `reached_edge`."""
+        return bool(
+            states and self._edge and self._anything and self.sets.intersection(states, self._edge) != NOTHING
+        )
+
+    def asks(self, transition: int) -> bool:
+        """Tell whether places of the part decide whether a transition of the whole net is enabled."""
+        if transition not in self.part.transitions:
+            return False
+        number, net = self.part.transitions.index(transition), self.part.net
+        return any(
+            place < len(self.part.places)
+            for arcs in (net.pre, net.inhibitor)
+            for place, _ in arcs.row(number)
+        )
+
+    @property
+    def has_levels(self) -> bool:
+        """Whether the part has more than one marking."""
+        return self._anything
+
+    def consumers(self, place: int) -> list[int]:
+        """Return the transitions of the whole net that take tokens from a place of the part."""
+        net = self.part.net
+        return [
+            transition
+            for number, transition in enumerate(self.part.transitions)
+            if any(taken == place for taken, _ in net.pre.row(number))
+        ]
+
+    def restricted(self, transitions: Collection[int]) -> VectorSets | None:
+        """Return the steps of some transitions of the whole net; None if none of them changes this part."""
+        numbers = {
+            number for number, transition in enumerate(self.part.transitions) if transition in transitions
+        }
+        return self._only(frozenset(numbers & {event.transition for event in self.space.encoding.events}))
+
+    def enabled(self, states: int, transition: int) -> int:
+        """Return the markings of a set in which this part lets a shown transition of the whole net fire."""
+        firing = self._firing.get(transition)
+        if firing is None or not states:
+            return NOTHING
+        if not self._anything:
+            return states
+        if transition in self._tests:
+            return self._enabled(states, transition)
+        return self._made(firing.image, self.anywhere, states, True)
 
     # single markings, as local states of the diagram's levels
 
     def some(self, states: int) -> Vector:
         """Return a marking of a set that is not empty."""
-        return tuple(self._sets.some_vector(states)) if self._anything else ()
+        return tuple(self.sets.some_vector(states)) if self._anything else ()
 
     def contains(self, states: int, marking: Vector) -> bool:
         """Tell whether a set has a marking."""
-        return self._sets.contains(states, marking) if self._anything else bool(states)
+        return self.sets.contains(states, marking) if self._anything else bool(states)
 
     def tokens(self, marking: Vector) -> list[int]:
         """Return the tokens of each place of a marking."""
@@ -174,13 +223,13 @@ class MarkingSets:
         if firing is None or not self._anything:
             return None if firing is None else ()
         with Scope(self.space.diagram) as scope:
-            last = self._sets.single(marking)
+            last = self.sets.single(marking)
             scope.hold(last, states)
             if self._silent is not None:
                 last = self._silent.closure(last, self.anywhere, True)
                 scope.hold(last, states)
             if transition in self._tests:
-                found = self._sets.intersection(self._enabled(states, transition), last)
+                found = self.sets.intersection(self._enabled(states, transition), last)
             else:
                 found = firing.image(last, states, True)
             return self.some(found) if found else None
@@ -191,14 +240,14 @@ class MarkingSets:
             return []
         diagram = self.space.diagram
         with Scope(diagram) as scope:
-            seen = last = self._sets.single(end)
+            seen = last = self.sets.single(end)
             layers = [last]
             scope.hold(*layers, seen)
-            while not self._sets.contains(layers[-1], start):
-                new = self._sets.difference(self._silent.image(layers[-1], self.anywhere, True), seen)
+            while not self.sets.contains(layers[-1], start):
+                new = self.sets.difference(self._silent.image(layers[-1], self.anywhere, True), seen)
                 layers.append(new)
                 scope.hold(*layers, seen)
-                seen = self._sets.union(seen, new)
+                seen = self.sets.union(seen, new)
                 scope.hold(*layers, seen)
             path = []
             for layer in reversed(layers[:-1]):
@@ -212,7 +261,7 @@ class MarkingSets:
             if net.is_enabled(number, tokens):
                 transition = self.part.transitions[number]
                 following = self.fired(marking, transition)
-                if self._sets.contains(layer, following):
+                if self.sets.contains(layer, following):
                     return transition, following
         raise AssertionError("each layer leads into the one before it")
 
@@ -231,9 +280,9 @@ class MarkingSets:
         with Scope(self.space.diagram) as scope:
             found = NOTHING
             for masks in self._tests[transition]:
-                scope.hold(found, enabled := self._sets.box(masks))
-                scope.hold(found, enabled := self._sets.intersection(enabled, states))
-                found = self._sets.union(found, enabled)
+                scope.hold(found, enabled := self.sets.box(masks))
+                scope.hold(found, enabled := self.sets.intersection(enabled, states))
+                found = self.sets.union(found, enabled)
             return found
 
     def _made(self, operation: Callable[P, int], *arguments: P.args, **named: P.kwargs) -> int:
@@ -251,12 +300,12 @@ class MarkingSets:
         return states
 
     def _only(self, transitions: frozenset[int]) -> VectorSets | None:
-        return self._sets.restricted(transitions) if transitions else None
+        return self.sets.restricted(transitions) if transitions else None
 
     def _edge_box(self) -> int:
         edge, bounds = NOTHING, self.space.encoding.boxes.bounds
         for place, least in self.part.edges.items():
             if least <= bounds[place]:
                 for masks in self.space.encoding.masks({place: (least, bounds[place])}):
-                    edge = self._sets.union(edge, self._sets.box(masks)) if edge else self._sets.box(masks)
+                    edge = self.sets.union(edge, self.sets.box(masks)) if edge else self.sets.box(masks)
         return edge

@@ -111,6 +111,11 @@ class Ordering:
                 return self.open[0]
         return None
 
+    @property
+    def last(self) -> State:
+        """What is possible after all messages, once they are finished."""
+        return self._ways[NONE].state
+
     def possible(self) -> set[str]:
         """Return the topics on which a message may have come instead of one that no run shows."""
         found: set[str] = set()

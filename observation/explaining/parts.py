@@ -3,6 +3,10 @@
 A silent firing changes one part and looks at no other. So the markings that are possible after some messages
 are products, with one factor for each part: what is possible in one part hangs on which of its shown
 transitions have fired, and on nothing else. Each part is small, and its sets of markings are found once.
+
+That holds if the first marking is known. If it is not, parts depend on each other: what one part can be in at
+first hangs on what the others have shown before. Parts that are *joined* are followed as one, and their first
+markings are those that they can have together.
 """
 
 from __future__ import annotations
@@ -10,6 +14,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection
 from dataclasses import dataclass
+from itertools import chain
+from typing import Literal
 
 import networkx as nx
 
@@ -20,6 +26,12 @@ from dineros.analysis.reductions.cut_out import cut_out
 
 ASSUMED = 16
 """Tokens, beyond those at the start, up to which places are followed that nothing bounds."""
+
+
+Joining = Literal["silence", "invariants", "all"]
+"""Which places stand in one part: those that a silent firing has to do with; also those of one invariant,
+such as
+that a callback is in one place at a time; or all that any firing connects."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +59,7 @@ class Part:
     edges: dict[int, int]
 
 
-def parts_of(net: CompiledNet, shown: Collection[int]) -> list[Part]:
+def parts_of(net: CompiledNet, shown: Collection[int], joining: Joining = "silence") -> list[Part]:
     """Return the parts of a net that some shown transition has to do with; the others can always rest.
 
     Parameters
@@ -56,6 +68,8 @@ def parts_of(net: CompiledNet, shown: Collection[int]) -> list[Part]:
         The whole net.
     shown : collection of int
         The transitions that show a message.
+    joining : Joining
+        What stands in one part.
     """
     touched = [
         {place for arcs in (net.pre, net.post, net.inhibitor) for place, _ in arcs.row(transition)}
@@ -63,10 +77,13 @@ def parts_of(net: CompiledNet, shown: Collection[int]) -> list[Part]:
     ]
     together: nx.Graph[int] = nx.Graph()
     together.add_nodes_from(range(len(net.places)))
-    for transition, places in enumerate(touched):
-        if transition not in shown:
-            nx.add_path(together, sorted(places))
-    bounds = [None if bound is None else bound.value for bound in place_bounds(net, semiflows(net) or ())]
+    invariants = semiflows(net) or ()
+    firings = (
+        places for transition, places in enumerate(touched) if joining == "all" or transition not in shown
+    )
+    for places in chain(firings, (flow.weights for flow in invariants if joining != "silence")):
+        nx.add_path(together, sorted(places))
+    bounds = [None if bound is None else bound.value for bound in place_bounds(net, invariants)]
     users = defaultdict(set)
     for transition, places in enumerate(touched):
         for place in places:

@@ -9,6 +9,7 @@ from functools import cached_property
 from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.metamodel import sym
+from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.records import Publish, Reply, Request, Response, Serve, Transfer
 from dineros.metamodel.records.schema import Step
@@ -59,6 +60,12 @@ class ShownNet:
     def roles(self) -> dict[str, StepRole]:
         """What firing each transition is, by its id."""
         return step_roles(self.subject.links())
+
+    @cached_property
+    def own(self) -> frozenset[int]:
+        """The transitions of the model itself: others stand for what channels, executors and timers do."""
+        known = self.subject.transition_index
+        return frozenset(known[str(each.id)] for each in transitions(self.model) if str(each.id) in known)
 
     def nodes_of(self, name: str) -> tuple[str, ...]:
         """Return the node nets that publish on a topic, or tell an event."""

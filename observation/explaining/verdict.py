@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from dineros.analysis.witnesses.findings import Witness
 from dineros.analysis.witnesses.first_cause import Cause
+from dineros.observation.explaining.silences import Silence
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,12 @@ class RecordingVerdict:
         Topics of the model that were not recorded: their messages may come at any time.
     others : tuple of str
         Recorded topics that the model does not have: they are left out.
+    silences : tuple of Silence
+        Topics that fell silent although the model must go on, if all messages have an explanation.
+    untold : tuple of str
+        If the nodes may have run before the recorder: topics and events over which parts of the model
+        depend on each other that were taken to begin independently. Then more may conform than the model
+        allows. Empty if the run begins in a state that the model can reach.
     run : Witness or None
         A run that shows the last messages with an explanation.
     cause : Cause or None
@@ -77,6 +84,8 @@ class RecordingVerdict:
     reason: str = ""
     hidden: tuple[str, ...] = ()
     others: tuple[str, ...] = ()
+    silences: tuple[Silence, ...] = ()
+    untold: tuple[str, ...] = ()
     run: Witness | None = None
     cause: Cause | None = None
 
@@ -99,6 +108,8 @@ class RecordingVerdict:
             "reason": self.reason,
             "hidden": list(self.hidden),
             "others": list(self.others),
+            "silences": [asdict(each) for each in self.silences],
+            "untold": list(self.untold),
         }
 
 

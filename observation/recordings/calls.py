@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
+from dineros.metamodel.errors import counted
 from dineros.observation.recordings.reading import Recording
 from dineros.observation.systems import (
     OF_EVENTS,
@@ -53,6 +54,29 @@ class Event(NamedTuple):
     number: int
 
 
+class Untaken(NamedTuple):
+    """Responses that a server sent and no client took.
+
+    Attributes
+    ----------
+    service : str
+        Its name.
+    responses : int
+        How many.
+    seconds : float
+        From the first of them to the end of the recording.
+    """
+
+    service: str
+    responses: int
+    seconds: float
+
+    def __str__(self) -> str:
+        responses = counted(self.responses, "response")
+        since = f"the first {self.seconds:.3g} s before the end"
+        return f"{self.service}: answered, never taken: {responses}, {since}"
+
+
 @dataclass
 class Calls:
     """What the two ends of a service tell of its calls.
@@ -72,12 +96,15 @@ class Calls:
     clients: defaultdict[str, set[bytes]] = field(default_factory=lambda: defaultdict(set))
     answers: dict[str, tuple[int, float, float]] = field(default_factory=dict)
     _open: dict[tuple[str, bytes, int], int] = field(default_factory=dict)
+    _sent: dict[int, list[int]] = field(default_factory=dict)
+    _taken: Counter[int] = field(default_factory=Counter)
 
     def add(self, event: Event, time: int) -> None:
         """Take an event."""
         self.events[event.kind] += 1
         if len(self.clients[event.kind]) < MOST_CALLS:
             self.clients[event.kind].add(event.client)
+        self._match(event, time)
         asked = _ANSWERS.get(event.kind)
         if asked is None:
             if len(self._open) < MOST_CALLS:
@@ -88,6 +115,35 @@ class Calls:
             delay = max(0, time - began) / 1e9
             count, least, most = self.answers.get(event.kind, (0, delay, delay))
             self.answers[event.kind] = count + 1, min(least, delay), max(most, delay)
+
+    def untaken(self, end: int) -> tuple[int, int] | None:
+        """Return how many responses no client took, and when the first was sent; None if there are none.
+
+        Those of the last second before the end may still be taken. Without events of clients nothing is
+        known.
+        """
+        if RESPONSE_SENT not in (told := self.told()) or REQUEST_SENT not in told:
+            return None
+        times = [time for sent in self._sent.values() for time in sent if time < end - LATE]
+        return (len(times), min(times)) if times else None
+
+    def _match(self, event: Event, time: int) -> None:
+        """Match responses sent with responses taken, by their numbers; either may be recorded first."""
+        number = event.number
+        if event.kind == RESPONSE_SENT:
+            if self._taken[number] > 0:
+                self._taken[number] -= 1
+            elif len(self._sent) < MOST_CALLS:
+                self._sent.setdefault(number, []).append(time)
+        elif event.kind == RESPONSE_RECEIVED:
+            if number in self._sent:
+                self._sent[number].pop(0)
+                if not self._sent[number]:
+                    del self._sent[number]
+            elif len(self._taken) < MOST_CALLS:
+                self._taken[number] += 1
+        if not self._taken[number]:
+            del self._taken[number]
 
     def told(self) -> list[str]:
         """Return the events that are told of each call; what a client tells of itself only, is not."""
@@ -110,6 +166,8 @@ class Observed:
     ----------
     calls : dict of str to Calls
         By service.
+    untaken : tuple of Untaken
+        Services with responses that no client took.
     recorded : tuple of RecordedTopic
         Its topics by their full names, and the events of services that are told of every call, by their names
         (`event_name`).
@@ -126,6 +184,12 @@ class Observed:
         self.calls = {each.name: Calls() for each in recording.services}
         for topic, time, data in recording.messages(self._services):
             self.calls[self._services[topic].name].add(self._event(topic, data), time)
+        end = recording.start + recording.duration - 1
+        self.untaken = tuple(
+            Untaken(name, found[0], (end - found[1]) / 1e9)
+            for name, calls in self.calls.items()
+            if (found := calls.untaken(end))
+        )
         self._told = {name: calls.told() for name, calls in self.calls.items()}
         self.recorded = (
             *(

@@ -78,9 +78,12 @@ def conform(
     orders that the messages allow.
 
     Of a recording, only messages are known: it conforms if some run of the model shows just these messages,
-    in the order of each topic. The first that no run shows is named, with what was possible then.
+    in the order of each topic. The first that no run shows is named, with what was possible then. It is a
+    finding, too, if a topic that was regular falls silent although the model must go on, and if a response
+    was sent that no client took.
 
-    Exit status 0: the run conforms; 1: a step is not allowed, or an invariant does not hold; 3: unknown.
+    Exit status 0: the run conforms; 1: a step is not allowed, an invariant does not hold, or one of these
+    findings; 3: unknown.
     """
     if bag is not None:
         if traces or invariants:

@@ -95,7 +95,11 @@ def narrow(
     could not be explained with is weakened, or taken back, and listed. Beside it stands what is given of the
     system now, for the next import.
 
-    Exit status 0: fine; 1: the model, open as it is, does not explain the recording; 3: unknown.
+    A response that a server sent and no client took is a finding, as of a client that waits in a callback
+    whose group the response needs.
+
+    Exit status 0: fine; 1: there is such a response, or the model, open as it is, does not explain the
+    recording; 3: unknown.
     """
     is_accepting = threshold is not None or bool(accept)
     if is_accepting != (output is not None):
@@ -135,9 +139,11 @@ def narrow(
             print_json(subject, evidence, made, output)
         elif made is None:
             print_proposals(found, evidence.source)
-            print_calls(evidence.calls)
+            print_calls(evidence.calls, evidence.untaken)
             print_traced(evidence)
         elif output is not None:
-            print_narrowed(made, output, evidence.source)
+            print_narrowed(made, output, evidence)
+    if evidence.untaken and (made is None or made.verdict.status == "conforms"):
+        return VIOLATED
     statuses = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}
     return HOLDS if made is None else statuses[made.verdict.status]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from dineros.metamodel.files import save
 from dineros.metamodel.records import (
     Fire,
     Header,
@@ -17,7 +18,9 @@ from dineros.metamodel.records import (
     read_records,
     write_records,
 )
+from dineros.observation.explaining import midway
 from tests.cli.conftest import Run
+from tests.observation.explaining.test_silences import MAPS, ONCE, robot, until
 from tests.support.programs.bags import write_bag
 from tests.support.programs.commands import is_one_line_of_wrong_use, lines, uses
 from tests.support.references.runs import ReferenceRun
@@ -75,6 +78,31 @@ def test_a_recording_with_a_message_too_many(run: Run, model: Path, tmp_path: Pa
     assert run("trace", why, "-o", tmp_path / "why.svg").exit_code == 0
     report = json.loads(run("conform", model, "--bag", recording, "--json").stdout)
     assert (report["status"], report["messages"], report["unexplained"]["number"]) == ("violated", 3, 4)
+
+
+def test_a_topic_that_falls_silent_is_a_finding(run: Run, tmp_path: Path) -> None:
+    model = tmp_path / "robot.sym.xmi"
+    save(robot(ONCE), model)
+    recording = write_bag(tmp_path / "bag", until(scan=10.0, ticks=29.0))
+    said = f"{model}: nothing on /scan for 19.1 s; until then every 0.5 s; the model must go on"
+    result = run("conform", model, "--bag", recording)
+    assert (result.exit_code, lines(result)) == (1, [said, f"{model}: violated; 80 messages explained"])
+    report = json.loads(run("conform", model, "--bag", recording, "--json").stdout)
+    assert report["silences"] == [{"topic": "/scan", "seconds": 19.1, "every": 0.5}]
+
+
+def test_what_midway_cannot_tell_is_said(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = tmp_path / "robot.sym.xmi"
+    save(robot(ONCE, MAPS), model)
+    recording = write_bag(tmp_path / "bag", until(scan=2.0, map=2.0))
+    exact = run("conform", model, "--bag", recording, "--midway")
+    assert exact.exit_code == 0
+    assert "in any state that the model can reach; the way there is not checked" in exact.stderr
+    monkeypatch.setattr(midway, "WHOLE_NODES", 0)
+    parts = run("conform", model, "--bag", recording, "--midway")
+    assert parts.exit_code == 0
+    assert "--midway cannot tell whether the states in which it lets nodes begin fit together" in parts.stderr
+    assert "said before on /scan; so more may conform than the model allows" in parts.stderr
 
 
 def test_what_was_recorded_and_what_was_not_is_said(run: Run, model: Path, tmp_path: Path) -> None:

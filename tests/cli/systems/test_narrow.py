@@ -124,6 +124,31 @@ def test_by_a_threshold(seen: Path, bag: Path, run: Run) -> None:
     assert run("conform", again, "--bag", invented).exit_code == 1
 
 
+def test_a_response_that_no_client_took_is_a_finding(seen: Path, tmp_path: Path, run: Run) -> None:
+    events = [(0, 0), (1, 1), (2, 2)]
+    topic = "/where/_service_event"
+    bag = write_bag(
+        tmp_path / "stuck",
+        [
+            *((topic, time * MILLISECOND, service_event(kind, 1)) for kind, time in events),
+            *(("/scan", 1000 * n * MILLISECOND) for n in range(20)),
+        ],
+        types={topic: "std_srvs/srv/Trigger_Event"},
+    )
+    said = "/where: answered, never taken: 1 response, the first 19 s before the end"
+    result = run("narrow", seen, "--bag", bag)
+    assert (result.exit_code, said in result.stdout.splitlines()) == (1, True)
+    result = run("narrow", seen, "--bag", bag, "--threshold", 1, "-o", tmp_path / "narrowed.sym.xmi")
+    assert (result.exit_code, said in result.stdout.splitlines()) == (1, True)
+    result = run("narrow", seen, "--bag", bag, "--json")
+    untaken = [{"service": "/where", "responses": 1, "seconds": 18.998}]
+    assert (result.exit_code, json.loads(result.stdout)["untaken"]) == (1, untaken)
+    result = run("conform", seen, "--bag", bag)
+    assert (result.exit_code, f"{seen}: {said}" in result.stdout.splitlines()) == (1, True)
+    result = run("conform", seen, "--bag", bag, "--json")
+    assert (result.exit_code, json.loads(result.stdout)["untaken"]) == (1, untaken)
+
+
 def test_nothing_to_propose(seen: Path, tmp_path: Path, run: Run) -> None:
     few = write_bag(tmp_path / "few", [("/scan", 0), ("/map", 1)])
     result = run("narrow", seen, "--bag", few)

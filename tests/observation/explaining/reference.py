@@ -64,9 +64,15 @@ class Reference:
         self._afters: dict[tuple[frozenset[Marking], str], set[Marking]] = {}
         self._silent = [n for n in range(len(self._net.transitions)) if n not in self._label]
 
-    def first_unexplained(self, messages: Sequence[Message], tolerance: int = 0) -> int | None:
-        """Return the number, from 1, of the first message that no run shows; None: there is a run."""
-        ways = {frozenset[int](): self._closed({tuple(self._net.initial.tolist())})}
+    def first_unexplained(
+        self, messages: Sequence[Message], tolerance: int = 0, *, midway: bool = False
+    ) -> int | None:
+        """Return the number, from 1, of the first message that no run shows; None: there is a run.
+
+        A run begins at the start or, `midway`, in any marking that is reached from there.
+        """
+        everything = range(len(self._net.transitions)) if midway else self._silent
+        ways = {frozenset[int](): self._closed({tuple(self._net.initial.tolist())}, everything)}
         for first, (_, time) in enumerate(messages):
             known = [m for m, (_, other) in enumerate(messages) if m <= first or other <= time + tolerance]
             reached = dict(ways)
@@ -124,11 +130,12 @@ class Reference:
             }
         )
 
-    def _closed(self, markings: set[Marking]) -> set[Marking]:
+    def _closed(self, markings: set[Marking], moves: Iterable[int] | None = None) -> set[Marking]:
+        moves = self._silent if moves is None else moves
         found, queue = set(markings), list(markings)
         while queue:
             marking = queue.pop()
-            for number in self._silent:
+            for number in moves:
                 if self._net.is_enabled(number, marking):
                     after = tuple(self._net.fire(number, marking))
                     if after not in found:

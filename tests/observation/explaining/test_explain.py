@@ -65,9 +65,9 @@ MODELS = st.one_of(small_system_models(), history_models(), executor_models(), c
 
 @pytest.mark.long
 @settings(max_examples=6, deadline=None, suppress_health_check=list(HealthCheck))
-@given(MODELS, st.integers(0, 999), st.sampled_from([0, 5, 30]), st.booleans(), st.booleans())
+@given(MODELS, st.integers(0, 999), st.sampled_from([0, 5, 30]), st.booleans(), st.booleans(), st.booleans())
 def test_as_a_plain_search_does(
-    model: sym.SystemModel, seed: int, tolerance: int, hides: bool, events: bool
+    model: sym.SystemModel, seed: int, tolerance: int, hides: bool, events: bool, midway: bool
 ) -> None:
     """Recordings of random runs conform; their mutants do exactly where the model has such a run."""
     assume(not any(each.overrides for each in transitions(model)))  # which no engine obeys
@@ -79,10 +79,10 @@ def test_as_a_plain_search_does(
     assume(topics and messages)
     for _, mutant in [("none", messages), *mutants(messages, topics, seed)]:
         try:
-            expected = reference.first_unexplained(mutant, tolerance * MILLISECOND)
+            expected = reference.first_unexplained(mutant, tolerance * MILLISECOND, midway=midway)
         except TooLargeError:
             return
-        verdict = explain(model, recorded(*topics), mutant, tolerance=tolerance / 1000)
+        verdict = explain(model, recorded(*topics), mutant, tolerance=tolerance / 1000, midway=midway)
         assert number(verdict) == expected
         if mutant is messages:
             assert expected is None

@@ -100,3 +100,29 @@ def test_what_ros_makes_by_itself_is_not_told_of_the_system(tmp_path: Path) -> N
     with Recording(write_bag(tmp_path / "bag", messages, types=types)) as bag:
         assert (bag.system().topics, bag.system().services) == ((), ())
         assert len(Observed(bag).recorded) == 3 and len(list(Observed(bag).messages())) == 3
+
+
+@pytest.mark.parametrize(
+    ("told", "untaken"),
+    [
+        ([(0, SENT, 1), (1, RECEIVED, 1, 5), (5, ANSWERED, 1, 5), (19_005, SENT, 2)], [(1, 19.0)]),
+        ([(0, SENT, 1), (1, RECEIVED, 1, 5), (5, ANSWERED, 1, 5), (900, SENT, 2)], []),  # too soon to say
+        ([(0, SENT, 1), (1, RECEIVED, 1, 5), (9_000, SENT, 2)], []),  # nobody answered
+        ([(1, RECEIVED, 1, 5), (5, ANSWERED, 1, 5), (9_000, RECEIVED, 2, 5)], []),  # clients tell nothing
+        ([(0, SENT, 1), (4, TAKEN, 1), (5, ANSWERED, 1, 5), (9_000, SENT, 2)], []),  # told in another order
+        ([(0, SENT, 1), (0, SENT, 1, 2), (1, RECEIVED, 1, 5), (1, RECEIVED, 1, 6), (2, ANSWERED, 1, 5),
+          (3, ANSWERED, 1, 6), (4, TAKEN, 1, 2), (5_003, SENT, 2)], [(1, 5.0)]),
+        ([(0, SENT, 1), (1, ANSWERED, 1, 5), (2, TAKEN, 1), (3, SENT, 2), (4, ANSWERED, 2, 5), (5, SENT, 3),
+          (6, ANSWERED, 3, 5), (7_004, SENT, 4)], [(2, 7.0)]),
+    ],
+)  # fmt: skip
+def test_responses_that_no_client_took(
+    told: list[tuple[int, ...]], untaken: list[tuple[int, float]], tmp_path: Path
+) -> None:
+    found, _ = observed(tmp_path, told)
+    assert [(each.responses, each.seconds) for each in found.untaken] == untaken
+    if untaken:
+        assert str(found.untaken[0]).startswith(
+            f"/plan: answered, never taken: {untaken[0][0]} response{'s' * (untaken[0][0] > 1)}, the first "
+            f"{untaken[0][1]:.3g} s before the end"
+        )
