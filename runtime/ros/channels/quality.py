@@ -115,6 +115,10 @@ class LossCounter:
     Each publisher numbers its messages from 1, and rclpy tells the number; whose message it is tells its id.
     What was sent before this node came, or while it was down, is lost to it as well.
 
+    Ids are only text, and anybody can publish. So what an id says is believed as far as it fits: there are
+    no more senders than publishers, the numbers of a sender's ids keep step with those of its publisher,
+    and a sender whose earlier publisher goes on has not begun anew.
+
     Parameters
     ----------
     seen : mapping of str to int, optional
@@ -126,6 +130,10 @@ class LossCounter:
         self._last: dict[str, tuple[int, int, int]] = {
             sender: (0, number, number) for sender, number in (seen or {}).items()
         }
+        self._heard: dict[str, None] = {}
+        # Of senders that seem to have begun anew: the numbers of their earlier publishers.
+        self._before: dict[str, tuple[int, int]] = {}
+        self._contested: dict[str, None] = {}
 
     def lost_at_restart(self, message_id: str, sequence: int) -> int:
         """Return how many messages of a publisher that began anew are missing before this one.
@@ -137,6 +145,8 @@ class LossCounter:
             sender, number = parse_id(message_id) or ("", 0)
             last, _, highest = self._last.get(sender, (0, 0, 0))
             skipped = number - highest - 1
+            if sender in self._contested:
+                return 0
             if highest and 0 < skipped <= SKIP_LIMIT and (sequence <= last or not last):
                 return max(0, skipped - (sequence - 1 if not last else 0))
         return 0
@@ -152,7 +162,7 @@ class LossCounter:
             Its number among the messages of its publisher.
         publishers : callable
             Tells how many publishers there are: without ids, several cannot be told apart, and nothing is
-            counted.
+            counted; and there are no more senders.
         """
         try:
             sender, number = parse_id(message_id) or ("", 0)
@@ -163,19 +173,33 @@ class LossCounter:
         # A publisher that began anew may send again what came before. What keeps step with neither it nor its
         # predecessor is another one that uses its ids.
         is_step = sequence <= last or not last or number - last_number == sequence - last
+        self._contest(sender, sequence, number, (last, last_number))
         self._last[sender] = (sequence, number, max(highest, number) if is_step else highest)
-        if len(self._last) > SENDER_LIMIT:
-            del self._last[next(iter(self._last))]
+        self._heard[sender] = None
+        for known in (self._last, self._heard, self._before, self._contested):
+            if len(known) > SENDER_LIMIT:
+                del known[next(iter(known))]
         missing = sequence - last - 1
         if missing <= 0:
             return 0
         if not sender:
             return missing if last and publishers() == 1 else 0
         skipped = number - highest - 1
-        if missing > skipped and (last or not is_known):
+        if not is_step or (missing > skipped and (last or not is_known)):
             return 0  # a publisher counts what it numbers: this is another one that uses its ids
+        if not is_known and len(self._heard) > publishers():
+            return 0  # a publisher has one sender: some of them are made up
         # A publisher that began anew counts anew, and may be ahead of its predecessor; the ids go on.
         return max(0, min(missing, skipped))
+
+    def _contest(self, sender: str, sequence: int, number: int, last: tuple[int, int]) -> None:
+        """Note a sender that seems to have begun anew, and one whose earlier publisher still goes on."""
+        before = self._before.get(sender)
+        if before is not None and sequence - before[0] == number - before[1] > 0:
+            del self._before[sender]
+            self._contested[sender] = None
+        elif last[0] and sequence <= last[0]:
+            self._before.setdefault(sender, last)
 
 
 class FillMeter:

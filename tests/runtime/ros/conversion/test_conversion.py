@@ -199,6 +199,37 @@ class TestLosses:
         ids = [("a/p/1", 1), (f"a/p/{'9' * 5000}", 1), ("a/p/500", 10_000), ("a/p/2", 2), ("a/p/3", 3)]
         assert self.lost(counter, *ids) == [0] * 5
 
+    def test_no_more_senders_than_publishers_are_believed(self) -> None:
+        """A stranger makes up a sender for each of its messages."""
+        counter = LossCounter()
+        made_up = [(f"controller@{n:08x}/p/999999", n) for n in range(1, 1001)]
+        assert self.lost(counter, *made_up) == [0] * 1000
+        counter = LossCounter()
+        assert self.lost(counter, ("a/p/1", 1), *made_up, ("a/p/2", 2), ("a/p/5", 5)) == [0] * 1002 + [2]
+
+    def test_as_many_senders_as_publishers_are_believed(self) -> None:
+        messages = [("a/p/1", 1), ("b/p/4", 4), ("c/p/6", 6)]
+        assert self.lost(LossCounter(), *messages, publishers=3) == [0, 3, 5]
+        assert self.lost(LossCounter(), *messages, publishers=2) == [0, 3, 0]
+
+    def test_ids_out_of_step_with_their_publisher_are_not_believed(self) -> None:
+        """A stranger uses the ids of a sender that goes on, with high numbers."""
+        counter = LossCounter()
+        honest = [(f"a/p/{n}", n) for n in range(1, 101)]
+        forged = [(f"a/p/{10**9 + n}", 10**6 + n) for n in range(1, 101)]
+        mixed = [message for pair in zip(honest, forged, strict=True) for message in pair]
+        assert self.lost(counter, *mixed) == [0] * 200
+
+    def test_a_publisher_that_goes_on_has_not_begun_anew(self) -> None:
+        """A stranger claims again and again to be a sender that began anew, and skipped many messages."""
+        counter = LossCounter()
+        told = []
+        for n in range(1, 101):
+            for message in ((f"a/p/{n + 50}", n + 50), (f"a/p/{n * 10**6}", n)):
+                told.append(counter.lost_at_restart(*message))
+                counter.lost_before(*message, lambda: 2)
+        assert sum(map(bool, told)) <= 1
+
     def test_without_ids(self) -> None:
         assert self.lost(LossCounter(), ("", 5), ("", 6), ("", 9)) == [0, 0, 2]
         assert self.lost(LossCounter(), ("", 5), ("", 9), publishers=2) == [0, 0]
