@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.console import warn
-from dineros.cli.options import Adds, together
+from dineros.cli.options import Adds, invocation, together
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
@@ -57,8 +57,14 @@ class Source:
             if self.bag is not None and value not in (None, ()):
                 raise click.UsageError(f"{option} does not go with --bag: no recording tells its nodes")
 
-    def system(self) -> ObservedSystem:
-        """Return all that is seen, whatever its namespace.
+    def system(self, doubts: Callable[[ObservedSystem], bool]) -> ObservedSystem:
+        """Return all that is seen, whatever its namespace; say how long a graph was watched.
+
+        Parameters
+        ----------
+        doubts : callable
+            Tells whether something seems to be wrong with a graph that was seen; then it is watched once
+            more.
 
         Raises
         ------
@@ -71,7 +77,12 @@ class Source:
         from dineros.observation.graph.watching import watch
 
         search().stage(f"watching the graph for {self.seconds:g} s")
-        return watch(self.seconds, self.domain, without=self.without)
+        system = watch(self.seconds, self.domain, without=self.without, doubts=doubts)
+        for each in system.left_out:
+            warn(f"{system.source}: left out: {each}")
+        if system.watched is not None and (invocation().verbosity >= 0 or not system.watched.is_stable):
+            warn(f"{system.source}: {system.watched}")
+        return system
 
 
 @contextmanager

@@ -7,7 +7,7 @@ What a source cannot tell is `None`: nothing here is guessed.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from dineros.metamodel.matching import Quality
@@ -131,6 +131,34 @@ class RecordedService:
 
 
 @dataclass(frozen=True)
+class Watched:
+    """How a running graph was watched.
+
+    Attributes
+    ----------
+    seconds : float
+        How long, in all.
+    quiet : float
+        Seconds at the end without news.
+    is_stable : bool
+        Whether news had ended; else more may be there than was seen.
+    is_checked : bool
+        Whether it was looked at again, since something seemed to be wrong with it.
+    """
+
+    seconds: float
+    quiet: float
+    is_stable: bool = True
+    is_checked: bool = False
+
+    def __str__(self) -> str:
+        again = ", as something seemed to be missing" if self.is_checked else ""
+        if not self.is_stable:
+            return f"watched for {self.seconds:.1f} s, and still changing: more may be there than was seen"
+        return f"watched for {self.seconds:.1f} s{again}; nothing new in the last {self.quiet:.1f} s"
+
+
+@dataclass(frozen=True)
 class ObservedSystem:
     """A system that was seen.
 
@@ -148,6 +176,10 @@ class ObservedSystem:
         Names that more than one node has; what was seen of these nodes stands in one of `nodes`.
     services : tuple of RecordedService
         Services seen without their nodes, in order of their names: those of a recording.
+    left_out : tuple of str
+        What was seen and cannot be asked about or held by a model, in words.
+    watched : Watched or None
+        How a running graph was watched.
     """
 
     source: str
@@ -156,6 +188,8 @@ class ObservedSystem:
     departed: tuple[str, ...] = ()
     duplicates: tuple[str, ...] = ()
     services: tuple[RecordedService, ...] = ()
+    left_out: tuple[str, ...] = ()
+    watched: Watched | None = field(default=None, compare=False)
 
     def publishers(self) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:
         """Yield each publisher and its node."""

@@ -21,7 +21,7 @@ from dineros.observation.explaining.shown import ShownNet
 
 WHOLE_SECONDS, WHOLE_SHARE = 10.0, 0.2
 """Seconds that finding all markings of a model may take, and the part of a time budget."""
-WHOLE_NODES = 100_000
+WHOLE_NODES = 20_000
 """Nodes of the decision diagram of all markings, up to which they are followed exactly."""
 
 

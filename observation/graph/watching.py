@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
+from dineros.observation.graph.listing import Listing
 from dineros.observation.graph.qualities import endpoint_of
 from dineros.observation.graph.questions import Questions
 from dineros.observation.systems import (
     Endpoint,
     ObservedNode,
     ObservedSystem,
+    Watched,
     is_house_service,
     is_house_topic,
     is_of_action,
@@ -29,8 +31,12 @@ from dineros.runtime.ros.process.session import Session
 
 PAUSE = 0.25
 """Seconds between two looks at the graph."""
-QUIET = 1.0
-"""Seconds without news after which a graph is taken to be known: large ones are discovered slowly."""
+QUIET = 1.0, 3.5
+"""Seconds without news after which a graph is taken to be known: as long as it is watched, within these
+bounds. A
+participant of DDS that was not heard announces itself again after 3 s."""
+SLOW = 4.0
+"""How many times longer that is at most on a busy machine, on which looks take longer than they should."""
 MOST_MORE = 60.0
 """Seconds that news prolongs the watch at most."""
 _GOALS = "/_action/send_goal"
@@ -38,7 +44,11 @@ _HIDDEN = "_"
 
 
 def watch(
-    seconds: float = 3.0, domain: int | None = None, *, without: Collection[str] = ()
+    seconds: float = 3.0,
+    domain: int | None = None,
+    *,
+    without: Collection[str] = (),
+    doubts: Callable[[ObservedSystem], bool] | None = None,
 ) -> ObservedSystem:
     """Return the nodes of a graph, with all ports that were there at some time.
 
@@ -47,16 +57,19 @@ def watch(
     Parameters
     ----------
     seconds : float
-        How long to watch at least; it is longer while there is news, `QUIET` and `MOST_MORE` say how.
+        How long to watch at least; it is longer while there is news, `QUIET`, `SLOW` and `MOST_MORE` say how.
     domain : int, optional
         The ROS domain; by default that of the environment.
     without : collection of str
         Full names of further nodes that are left out.
+    doubts : callable, optional
+        Tells whether something seems to be wrong with what was seen, such as a topic without subscribers;
+        then it is watched once more before it is returned.
 
     Raises
     ------
     DinerosError
-        ROS 2 is not there, there is no such domain, or no node in it.
+        ROS 2 is not there, there is no such domain, or no node in it; or the graph cannot be listed.
     """
     if domain is not None and domain not in DOMAINS:
         raise DinerosError(f"there is no ROS domain {domain}", hint="take one from 0 to 101")
@@ -64,7 +77,11 @@ def watch(
     try:
         used = session.node.context.get_domain_id()
         session.start()
-        system = _Watching(session.node, set(without)).system(seconds, f"ROS domain {used}")
+        watching = _Watching(session.node, set(without), f"ROS domain {used}", seconds)
+        system = watching.system()
+        if system.nodes and doubts is not None and doubts(system):
+            system = watching.system(again=True)
+        watching.close()
     finally:
         session.close()
     if not system.nodes:
@@ -82,28 +99,51 @@ def _make_node(name: str, **options: Any) -> Any:
 
 
 class _Watching:
-    def __init__(self, node: Any, without: Collection[str]) -> None:
-        self._node = node
+    def __init__(self, node: Any, without: Collection[str], source: str, seconds: float) -> None:
+        self._listing = Listing(node)
         self._without = {*without, node.get_fully_qualified_name()}
+        self._source = source
+        self._seconds = seconds
         self._ports: dict[str, dict[str, Counter[Any]]] = {}
         self._duplicates: set[str] = set()
         self._questions = Questions(node)
+        self._began = time.monotonic()
 
-    def system(self, seconds: float, source: str) -> ObservedSystem:
+    def system(self, *, again: bool = False) -> ObservedSystem:
+        """Watch until there is no news; return what was seen so far."""
+        quiet = max(QUIET[0], min(self._seconds, QUIET[1]))
         begun = last_news = time.monotonic()
+        least = begun + (QUIET[1] if again else self._seconds)
         present = self._look()
-        while (now := time.monotonic()) < begun + seconds or (
-            now < last_news + QUIET and now < begun + seconds + MOST_MORE
+        slow = 1.0
+        while (now := time.monotonic()) < least or (
+            now < last_news + quiet * slow and now < least + MOST_MORE
         ):
             known = self._known()
             time.sleep(PAUSE)
             present = self._look()
-            if self._known() != known:
-                last_news = time.monotonic()
+            after = time.monotonic()
+            # A machine that is too busy for this loop is so for those that announce themselves, too.
+            slow = min(SLOW, max(1.0, (after - now) / (2 * PAUSE)))
+            if self._known() != known or not self._listing.is_complete:
+                last_news = after
         nodes = tuple(self._told(name, self._ports[name]) for name in sorted(self._ports))
-        self._questions.close()
         departed = tuple(name for name in sorted(self._ports) if name not in present)
-        return ObservedSystem(source, nodes, (), departed, tuple(sorted(self._duplicates)))
+        ended = time.monotonic()
+        watched = Watched(ended - self._began, ended - last_news, ended >= last_news + quiet, again)
+        return ObservedSystem(
+            self._source,
+            nodes,
+            (),
+            departed,
+            tuple(sorted(self._duplicates)),
+            left_out=tuple(self._listing.left_out),
+            watched=watched,
+        )
+
+    def close(self) -> None:
+        """Take down what asked questions."""
+        self._questions.close()
 
     def _known(self) -> int:
         """Return how many nodes and ports were seen; what was seen once is never forgotten."""
@@ -113,7 +153,7 @@ class _Watching:
     def _look(self) -> set[str]:
         """Take in what is there now; return the names of the nodes."""
         named = [(f"{namespace.rstrip('/')}/{name}", name, namespace)
-                 for name, namespace in self._node.get_node_names_and_namespaces()]  # fmt: skip
+                 for name, namespace in self._listing.nodes()]  # fmt: skip
         present = [each for each in named if not each[1].startswith(_HIDDEN) and each[0] not in self._without]
         self._duplicates |= {full for full, n in Counter(full for full, *_ in present).items() if n > 1}
         sight = self._topics()
@@ -129,11 +169,8 @@ class _Watching:
     def _topics(self) -> dict[str, dict[str, Counter[Any]]]:
         """Return the publishers and subscriptions of each node."""
         found: dict[str, dict[str, Counter[Any]]] = {}
-        asked = {
-            "publishers": self._node.get_publishers_info_by_topic,
-            "subscribers": self._node.get_subscriptions_info_by_topic,
-        }
-        for topic, types in self._node.get_topic_names_and_types():
+        asked = {"publishers": self._listing.publishers, "subscribers": self._listing.subscribers}
+        for topic, types in self._listing.topics():
             if is_of_action(topic) or all(is_house_topic(topic, type) for type in types):
                 continue
             for role, infos in asked.items():
@@ -146,17 +183,8 @@ class _Watching:
 
     def _services(self, full: str, name: str, namespace: str, ports: dict[str, Counter[Any]]) -> None:
         """Add the services and actions of a node."""
-        from rclpy.node import NodeNameNonExistentError
-
-        asked = {
-            "servers": self._node.get_service_names_and_types_by_node,
-            "clients": self._node.get_client_names_and_types_by_node,
-        }
-        for role, told in asked.items():
-            try:
-                services = told(name, namespace)
-            except NodeNameNonExistentError:  # it went meanwhile
-                continue
+        for role in ("servers", "clients"):
+            services = self._listing.services(role, name, namespace)
             for service, types in services:
                 for type in types:
                     if service.endswith(_GOALS):

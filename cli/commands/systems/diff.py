@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import HOLDS, VIOLATED
 from dineros.cli.models import load_valid_system
@@ -11,6 +12,10 @@ from dineros.cli.options import format_option, json_option, model_argument, sett
 from dineros.cli.presentation.findings import print_report
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
+
+if TYPE_CHECKING:
+    from dineros.analysis.witnesses.findings import Report
+    from dineros.observation.systems import ObservedSystem
 
 
 @search_command(
@@ -45,7 +50,11 @@ def diff(
 
     source = Source(graph, bag, domain, namespaces, without, seconds)
     system = load_valid_system(model, settings)
-    report = differences(system, source.system(), namespaces, without)
+
+    def compared(seen: ObservedSystem) -> Report:
+        return differences(system, seen, namespaces, without)
+
+    report = compared(source.system(lambda seen: bool(compared(seen).findings)))
     report.findings = worst_first(report.findings)
     with search().answer():
         print_report(report, system, model, "json" if as_json else format, witnesses=False, faults=FAULTS)

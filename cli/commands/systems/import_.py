@@ -77,7 +77,7 @@ def import_(
     source = Source(graph, bag, domain, namespaces, without, seconds)
     beside = given or given_beside(output)
     said = read_given(beside) if given is not None or beside.exists() else Given()
-    seen = source.system()
+    seen = source.system(lambda seen: bool(mismatches(seen)))
     kept = within(seen, namespaces)
     findings = [*mismatches(seen), *unknown_types(seen)]
     if namespaces:
