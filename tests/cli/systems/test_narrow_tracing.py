@@ -207,3 +207,22 @@ def test_something_must_have_been_seen(seen: Path, run: Run) -> None:
     result = run("narrow", seen)
     assert result.exit_code == 2
     assert "--bag RECORDING, --tracing TRACE, or both" in result.stderr and result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("odd", ["\x1b]0;pwned\x07", "\x9b2J", "\u202e", "\x1b[31m", "\x08"])
+def test_names_in_a_trace_steer_no_terminal(odd: str, seen: Path, tmp_path: Path, run: Run) -> None:
+    where = "host ros2:{}: {{ cpu_id = 0 }}, {{ vpid = 1, vtid = 1 }}, "
+    lines = (
+        where.format("rcl_node_init") + f'{{ node_handle = 0x1, node_name = "A{odd}B", namespace = "/" }}',
+        where.format("rcl_publisher_init")
+        + f'{{ publisher_handle = 0x2, node_handle = 0x1, topic_name = "/a{odd}" }}',
+        where.format("rcl_publish") + "{ publisher_handle = 0x2 }",
+    )
+    trace = tmp_path / "t.txt"
+    trace.write_bytes(
+        "".join(f"[12:00:00.00000000{n}] (+0.1) {line}\n" for n, line in enumerate(lines)).encode()
+    )
+    result = run("narrow", seen, "--tracing", trace)
+    assert result.exit_code == 2
+    assert "nothing in it is of a node of the model (it tells of /A" in result.stderr
+    assert all(each.isprintable() for each in result.output.splitlines())
