@@ -6,6 +6,7 @@ What a source cannot tell is `None`: nothing here is guessed.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -17,6 +18,12 @@ USUAL = Quality("reliable", "volatile", "automatic", None, None, None)
 
 ALL_KEPT = 5000
 """Depth in models of a history that keeps all: samples that Fast DDS keeps at most by default."""
+
+
+MOST_CHARACTERS = 255
+"""Of a name; DDS allows no more."""
+
+_NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
 
 @dataclass(frozen=True)
@@ -227,6 +234,17 @@ def quality_of_profile(profile: Any, seconds: Callable[[Any], float | None]) -> 
         seconds(profile.liveliness_lease_duration),
         seconds(profile.lifespan),
     )
+
+
+def is_name(name: str) -> bool:
+    """Tell whether a full name of a node, topic, service or action is one of ROS 2.
+
+    Examples
+    --------
+    >>> is_name("/arm/joint_states"), is_name("arm"), is_name("/2nd")
+    (True, False, False)
+    """
+    return len(name) <= MOST_CHARACTERS and _NAME.fullmatch(name) is not None
 
 
 def full_name(topic: str) -> str:

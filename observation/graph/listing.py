@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from dineros.metamodel.errors import DinerosError
-from dineros.observation.importing.names import is_name
+from dineros.observation.systems import is_name
 
 T = TypeVar("T")
 

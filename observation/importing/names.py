@@ -4,24 +4,12 @@ from __future__ import annotations
 
 import re
 
-_NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
+from dineros.observation.systems import MOST_CHARACTERS
+
 _TYPE = {
     kind: re.compile(rf"[a-z][a-z0-9_]*/{kind}/[A-Z][A-Za-z0-9]*", re.ASCII)
     for kind in ("msg", "srv", "action")
 }
-MOST_CHARACTERS = 255
-"""Of a name; DDS allows no more."""
-
-
-def is_name(name: str) -> bool:
-    """Tell whether a full name of a node, topic, service or action is one of ROS 2.
-
-    Examples
-    --------
-    >>> is_name("/arm/joint_states"), is_name("arm"), is_name("/2nd")
-    (True, False, False)
-    """
-    return len(name) <= MOST_CHARACTERS and _NAME.fullmatch(name) is not None
 
 
 def is_type(name: str, kind: str) -> bool:

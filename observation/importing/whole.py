@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from dineros.observation.importing.given import Given, GivenService
-from dineros.observation.importing.names import is_name, is_type
+from dineros.observation.importing.names import is_type
 from dineros.observation.systems import (
     USUAL,
     Endpoint,
@@ -16,6 +16,7 @@ from dineros.observation.systems import (
     ObservedSystem,
     TopicEndpoint,
     full_name,
+    is_name,
     name_of,
 )
 
