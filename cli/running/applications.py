@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -119,6 +119,45 @@ def application_of(
         handlers = beside
     parts = tuple(split(system))
     return Application(path, system, parts, handlers, tuple(settings), _expected(parts, stale_after))
+
+
+def some_of(application: Application, only: Sequence[str], without: Sequence[str]) -> Application:
+    """Return an application with some of its nodes; the others run elsewhere, or not at all.
+
+    Parameters
+    ----------
+    application : Application
+        With all nodes.
+    only, without : sequence of str
+        Nodes to run, by default all, and nodes to leave out: by id, or by the full name in ROS.
+
+    Raises
+    ------
+    DinerosError
+        There is no such node, or none is left.
+    """
+    from dineros.metamodel.errors import UnknownElementError, near_matches
+    from dineros.runtime.nets.structure import read_structure
+
+    ids: dict[str, str] = {}
+    for model in application.models:
+        ports = read_structure(model).ports
+        ids |= {str(model.node.id): str(model.node.id)}
+        ids.setdefault(f"{(ports.namespace or '').rstrip('/')}/{ports.name}", str(model.node.id))
+    for name in (*only, *without):
+        if name not in ids:
+            raise UnknownElementError(
+                f"there is no node {name!r}",
+                location=Location(application.source),
+                hint=near_matches(name, ids),
+            )
+    wanted = {ids[name] for name in only} or set(ids.values())
+    wanted -= {ids[name] for name in without}
+    if not wanted:
+        raise DinerosError("no node is left to run", hint="name fewer nodes with --without")
+    models = tuple(model for model in application.models if model.node.id in wanted)
+    expected = {node: found for node, found in application.expected.items() if node in wanted}
+    return replace(application, models=models, expected=expected)
 
 
 def _expected(

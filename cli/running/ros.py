@@ -73,6 +73,8 @@ def run_on_ros(
         commands, variables = _workspace_processes(application.source)
     else:
         commands, variables = _model_processes(application, application.system, wanted.folder)
+    run = {model.node.id for model in application.models}
+    commands = [(name, command) for name, command in commands if name in run]
     for name, command in commands:
         command.extend(_stale_parameters(application, name))
     from dineros.runtime.nets.structure import read_structure

@@ -19,6 +19,7 @@ from dineros.cli.options import (
 
 @command(
     "dineros run sorting.sym.xmi --simulate --seed 7",
+    "dineros run sorting.sym.xmi --simulate --only feedback",
     "dineros run sorting.sym.xmi --local --until 'RedObjects == 1' --timeout 60 --trace traces --monitor",
 )
 @model_argument()
@@ -48,6 +49,13 @@ from dineros.cli.options import (
     type=click.FloatRange(0, 86400),
     metavar="S",
     help="Name a handler that keeps its node from all else for so many seconds, by default 10; 0: never.",
+)
+@click.option("--only", multiple=True, metavar="NODE", help="Run this node only; repeatable.")
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="NODE",
+    help="Run all nodes but this one, which runs elsewhere; repeatable.",
 )
 @click.option("--resume", is_flag=True, help="Go on from the traces in DIR.")
 @click.option("--monitor", is_flag=True, help="Replay the run on the model meanwhile; end at a deviation.")
@@ -84,6 +92,8 @@ def run(
     trace: Path | None,
     timeout: float | None,
     watchdog: float | None,
+    only: tuple[str, ...],
+    without: tuple[str, ...],
     resume: bool,
     monitor: bool,
     view: bool,
@@ -99,12 +109,12 @@ def run(
 
     Every node is a ROS 2 process of its own, unless --local or --simulate says otherwise; one that fails is
     started again and goes on from its trace. MODEL is a system model or the folder of a workspace. Exit
-    status: 1 where a step was not allowed, 2 where a node could not go on, 3 where time was over before
-    --until held.
+    status: 1 where a step was not allowed or a failed handler halted a node, 2 where a node could not go on
+    or never came up, 3 where time was over before --until held.
     """
     from dineros.cli.models import say_what_is_by_hand, say_what_runs
     from dineros.cli.presentation.runs import say_run
-    from dineros.cli.running.applications import application_of
+    from dineros.cli.running.applications import application_of, some_of
     from dineros.cli.running.running import domain_of, run_application
     from dineros.cli.running.watching import Options, RosOptions
     from dineros.metamodel.errors import DinerosError
@@ -116,6 +126,10 @@ def run(
     if speed is not None and not simulate:
         raise DinerosError("--speed needs --simulate", hint="elsewhere, time is that of the machine")
     application = application_of(model, settings, handler_file, stale_after)
+    if only or without:
+        if monitor:
+            raise DinerosError("--monitor needs all nodes", hint="leave --only and --without out")
+        application = some_of(application, only, without)
     is_on_ros = not (local or simulate)
     say_what_is_by_hand(application.models, model)
     if is_on_ros:
