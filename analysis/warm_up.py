@@ -156,7 +156,9 @@ def _runs() -> None:
 def _walks() -> None:
     """Compile walks at random and along a solution of the state equation."""
     from dineros.analysis.properties.walking import Walker, follow
+    from dineros.analysis.walks.scouting import Scout
 
+    Scout(rings(1)).walk()
     walks = Walker(rings(1))
     walks.walk()
     follow(walks.arrays, np.ones(len(walks.net.transitions), dtype=np.int64), 1)

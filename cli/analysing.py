@@ -25,7 +25,7 @@ from dineros.cli.searching import search
 if TYPE_CHECKING:
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.symbolic.order_cache import OrderCache
-    from dineros.analysis.witnesses.findings import Witness
+    from dineros.analysis.witnesses.findings import Step, Witness
     from dineros.analysis.witnesses.first_cause import Cause
     from dineros.metamodel import pn
 
@@ -144,11 +144,26 @@ def reading_formula(option: str) -> Iterator[None]:
 
 
 def say_witness(witness: Witness) -> None:
-    """Print a witness, a line per firing."""
-    for number, step in enumerate(witness.steps, 1):
-        if witness.loop is not None and number - 1 == witness.loop:
-            say("  for ever:")
-        say(f"  {number:3}  {step.text}{'' if step.time is None else f', {step.time}'}")
+    """Print a witness, a line per firing; what repeats is printed once."""
+    loop = len(witness.steps) if witness.loop is None else witness.loop
+    _say_steps(witness.steps[:loop], 0)
+    if witness.loop is not None:
+        say("  for ever:")
+        _say_steps(witness.steps[loop:], loop)
+
+
+def _say_steps(steps: Sequence[Step], before: int) -> None:
+    """Print firings, which come after so many others."""
+    from dineros.analysis.witnesses.folding import folded
+
+    lines = [f"{step.text}{'' if step.time is None else f', {step.time}'}" for step in steps]
+    for block in folded(lines):
+        first = before + block.start + 1
+        if block.times > 1:
+            what = "the next step" if block.length == 1 else f"the next {block.length} steps"
+            say(f"  {what} {block.times} times, up to step {first + block.length * block.times - 1}:")
+        for number, line in enumerate(lines[block.start : block.start + block.length], first):
+            say(f"  {number:3}  {line}")
 
 
 def write_witness(

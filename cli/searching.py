@@ -32,6 +32,9 @@ TELL_SECONDS = 0.2
 RENDERING = 0.02
 """Part of the time that goes into what would be printed if the search had to end now."""
 
+FOLLOW_SECONDS = 5.0
+"""Seconds after which answers are told as they come."""
+
 _META = "dineros.search"
 _NO_STAGE = "the beginning"
 
@@ -99,6 +102,7 @@ class Search:
         self._render: Callable[[str], int] | None = None
         self._draft: tuple[Pieces, int] | None = None
         self._told = self._rendering = 0.0
+        self._follow: Callable[[], None] | None = None
         self._open = ExitStack()
         self.relay = Relay(lambda pieces: self._say("printed", pieces))
 
@@ -177,12 +181,22 @@ class Search:
         self._render = render
         self.refresh()
 
+    def follow(self, tell: Callable[[], None]) -> None:
+        """Say what tells of answers as they come, where the search takes longer than `FOLLOW_SECONDS`.
+
+        Parameters
+        ----------
+        tell : callable
+            Prints what is answered and was not printed before, on standard error.
+        """
+        self._follow = tell
+
     @contextmanager
     def answer(self) -> Iterator[None]:
         """Let what is printed within count as the answer: it is printed as a whole, and no draft after it."""
         with self.relay.held() as pieces:
             yield
-        self._render = self._draft = None
+        self._render = self._draft = self._follow = None
         self._say("answer", pieces)
 
     def refresh(self, *, is_last: bool = False) -> None:
@@ -193,6 +207,8 @@ class Search:
         is_last : bool
             Whether it does; else the telling is left where it would take too much of the time.
         """
+        if self._follow is not None and not is_last and self.limits.spent >= FOLLOW_SECONDS:
+            self._follow()
         if self._tell is None or self._render is None:
             return
         if not is_last and self._rendering > RENDERING * self.limits.spent:

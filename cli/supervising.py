@@ -37,8 +37,12 @@ SHOWN_SECONDS, SAID_SECONDS = 0.5, 10.0
 """Between two looks at how far it is: on a terminal, and off it with `-v`."""
 SAY_SECONDS = "DINEROS_SAY_SECONDS"
 """Environment variable that says after how many seconds else it is said off a terminal, for who shows it."""
-ASKED, ENDED = (1.02, 0.3), (1.05, 1.0)
-"""When a search is asked to end that goes on, and when it is ended: times what it may take, plus seconds."""
+ASKED, ENDED = (1.01, 0.05), (1.04, 0.1)
+"""When a search is asked to end that goes on, and when it is ended: times what it may take, plus seconds.
+
+A search is promised to end within ten per cent more than its time, and half a second at least; what is left
+then is for printing what was answered.
+"""
 PATIENCE = 1.0
 """Seconds that an interrupted search has to end by itself."""
 MARGIN = 0.02

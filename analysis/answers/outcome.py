@@ -21,6 +21,8 @@ class Outcome:
     loop : tuple of int
         Transitions fired again and again after these. Empty when what shows it is a finite path, and when the
         run ends in a deadlock, where it stays for ever.
+    ends_at_fault : bool
+        Whether the trace violates the formula whatever follows it; then there is no loop.
     states : int or None
         States stored to find the answer; None where they say nothing.
     seconds : float
@@ -51,6 +53,7 @@ class Outcome:
     may_be_fault: bool = True
     by: str = ""
     evidence: Evidence | None = None
+    ends_at_fault: bool = False
 
     @classmethod
     def left_open(cls, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> Outcome:

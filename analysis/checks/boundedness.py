@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 from dineros.analysis.answers.budget import RAN_OUT, BudgetExceededError
 from dineros.analysis.checks.blocking import Callbacks
+from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.remedies import remedy_text
 from dineros.analysis.covering.firings import Firings, firings
-from dineros.analysis.covering.growth import growth_of, remedy_of
+from dineros.analysis.covering.growth import growth_of, near_growth, remedy_of
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
@@ -19,8 +21,16 @@ from dineros.metamodel import sym
 FIRST_SHARE = 4_000_000
 """Cache misses of saturation, a few seconds, that the state space may cost before a smaller net is asked."""
 
+GROWTH_SHARE = 0.2
+"""Part of the time in which it is asked first whether tokens grow without bound."""
+
+GROWS = "it is not known that all places are bounded"
+
 SPACE_SHARE = 0.6
 """Part of the time in which the state space is made; the rest is for what can be answered without it."""
+
+FIRINGS_SHARE = 0.6
+"""Part of the time that is left then for what can happen without a state space."""
 
 PLACES_SHARE = 0.05
 SECONDS_FOR_PLACES = 0.3
@@ -46,31 +56,36 @@ class Boundedness(Question):
 
     def ask(self, checked: Checked) -> None:
         """Make the state space, or find out what is known without it."""
-        subject = checked.subject
-        try:
-            reason = self._make_space(checked)
-        except UnknownBoundError as error:
-            reason = "it is not known that all places are bounded"
-            pumping = growth_of(subject.net, checked.budget.share(0.3))
-            if pumping is None:
-                checked.leave_open("whether the net is bounded", str(error))
-            else:
-                self._grows(checked, pumping)
-        except LevelSizeError as error:
-            if not self._recurs(checked):
-                checked.close(self.asks, error.message)
-            return
-        except Exception as error:
-            reason = checked.failed(error)
-            checked.leave_open("whether the net is bounded", reason)
-        else:
-            if not reason or self._recurs(checked):
+        net = checked.subject.net
+        checked.budget.stage("whether tokens grow")
+        pumpings = near_growth(net, checked.budget.share(GROWTH_SHARE))
+        reason = GROWS if pumpings else ""
+        if not pumpings:
+            try:
+                reason = self._make_space(checked)
+            except UnknownBoundError as error:
+                reason = GROWS
+                checked.budget.stage("whether tokens grow")
+                pumping = growth_of(net, checked.budget.share(0.3))
+                pumpings = [] if pumping is None else [pumping]
+                if pumping is None:
+                    checked.leave_open("whether the net is bounded", str(error))
+            except LevelSizeError as error:
+                if not self._recurs(checked):
+                    checked.close(self.asks, error.message)
                 return
-            checked.leave_open("whether the net is bounded", reason)
+            except Exception as error:
+                reason = checked.failed(error)
+                checked.leave_open("whether the net is bounded", reason)
+            else:
+                if not reason or self._recurs(checked):
+                    return
+                checked.leave_open("whether the net is bounded", reason)
+        self._grow(checked, pumpings)
         Callbacks.ask_early(checked)
         checked.report.by = f"searches forward and backward, and coverability: {reason}"
         checked.budget.stage("what can happen without bounds")
-        checked.firings = firings(subject.net, checked.budget)
+        checked.firings = firings(net, checked.budget.share(FIRINGS_SHARE), known=checked.near)
 
     def _make_space(self, checked: Checked) -> str:
         """Make the state space; return why there is none, which is empty where there is one."""
@@ -101,6 +116,7 @@ class Boundedness(Question):
             if checked.recurrence is not None:
                 raise _RecurrentError
             Callbacks.ask_early(checked)
+            Overflow.ask_early(checked)
 
     @staticmethod
     def _recurs(checked: Checked) -> bool:
@@ -121,12 +137,14 @@ class Boundedness(Question):
         )
         return True
 
-    def _grows(self, checked: Checked, pumping: Pumping) -> None:
+    def _grow(self, checked: Checked, pumpings: Sequence[Pumping]) -> None:
+        """Put into the report what grows, and what would end it."""
         subject, report = checked.subject, checked.report
-        grown = tuple(subject.place_text(place) for place in pumping.places)
-        way = pumping_witness(subject, pumping)
-        report.findings.append(self.UNBOUNDED.found(*grown, witness=way, places=", ".join(grown)))
-        remedy = remedy_of(subject.net)
+        for pumping in pumpings:
+            grown = tuple(subject.place_text(place) for place in pumping.places)
+            way = pumping_witness(subject, pumping)
+            report.findings.append(self.UNBOUNDED.found(*grown, witness=way, places=", ".join(grown)))
+        remedy = remedy_of(subject.net) if pumpings else None
         if remedy is not None:
             preposition = "with " if remedy.weights else ""
             report.proved.append(f"the net would be bounded {preposition}{remedy_text(subject, remedy)}")

@@ -1,8 +1,10 @@
 """Every question with a yes/no answer that can be asked of any model (paper, Sect. 7).
 
-The complete state space of the net without signals answers most of them at once; a witness is then searched
-breadth first, so that it is a shortest one. Where it costs much, a smaller net may answer instead; where it
-has no end, what can be answered on the way is.
+What costs little comes first: the properties of the model, each for a while, and the growth of tokens. The
+complete state space of the net without signals answers most other questions at once; a witness is then
+searched breadth first, so that it is a shortest one. Where the space costs much, what is met nearby and by
+walks is told first, and a smaller net may answer instead; where it has no end, what can be answered on the
+way is.
 """
 
 from __future__ import annotations
@@ -61,7 +63,11 @@ def check(
     report = Report() if report is None else report
     work = None if at_any_cost else CHEAP
     checked = Checked(model, report, budget.begun(), work, orders, is_shown)
-    for question in QUESTIONS if questions is None else questions:
+    asked = QUESTIONS if questions is None else questions
+    for question in asked:
+        with checked.guarded(None):
+            question.ask_first(checked)
+    for question in asked:
         if checked.is_closed and question.needs_space:
             report.open_rules |= {fault.rule for fault in question.faults}
             continue

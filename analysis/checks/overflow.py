@@ -9,7 +9,8 @@ from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness
 from dineros.analysis.model.losses import Kind, Loss, losses_of
 from dineros.analysis.model.queues import Queue, queues
-from dineros.analysis.witnesses.findings import Fault, Finding, Witness
+from dineros.analysis.witnesses.findings import Fault, Finding, Witness, witness_of
+from dineros.analysis.witnesses.folding import in_rounds
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.calls import actions
@@ -46,7 +47,22 @@ class Overflow(Question):
             with checked.guarded(partial(checked.leave_open, f"whether {queue} can overflow")):
                 self._ask_of(checked, queue)
 
+    @classmethod
+    def ask_early(cls, checked: Checked) -> None:
+        """Put queues into the report that are met overflowing, before a state space that may take long."""
+        if not checked.is_shown:
+            return
+        known = checked.near
+        for queue in queues(checked.subject):
+            drops = [checked.subject.transition_index[drop] for drop in queue.drops]
+            if not known.traces.keys().isdisjoint(drops):
+                way = witness_of(checked.subject, in_rounds(checked.subject.net, known.way_to(drops)))
+                checked.report.findings.append(cls._found(queue, way))
+                checked.told.add(queue.load)
+
     def _ask_of(self, checked: Checked, queue: Queue) -> None:
+        if queue.load in checked.told:
+            return
         overflows = can_fire(checked, queue.drops)
         if overflows is None:
             checked.leave_open(f"whether {queue} can overflow", checked.why_open)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import ClassVar
 
@@ -13,6 +14,9 @@ from dineros.analysis.requirements.stored import Asked, asked, properties_of
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import sym
 from dineros.metamodel.elements import label
+
+FIRST_SECONDS, FIRST_SHARE = 5.0, 0.05
+"""Seconds at most, and part of the time that is left, for each property before all other questions."""
 
 
 class Properties(Question):
@@ -40,25 +44,42 @@ class Properties(Question):
     asks = "the properties of the model"
     needs_space: ClassVar[bool] = False
 
-    def ask(self, checked: Checked) -> None:
-        """Ask them one after the other, each with its share of what is left."""
-        properties = properties_of(checked.model)
-        for number, property in enumerate(properties):
-            shown = f"property {label(property)}"
-            checked.budget.stage(f"whether {shown} holds")
-            with checked.guarded(partial(checked.leave_open, f"whether {shown} holds")):
-                self._ask_of(checked, property, shown, checked.budget.share(1 / (len(properties) - number)))
-
-    def _ask_of(self, checked: Checked, property: sym.Property, shown: str, budget: Budget) -> None:
-        try:
-            question = asked(property, checked.subject)
-            outcome = question.answer(budget, checked.orders)
-        except FormulaError as error:
-            checked.report.findings.append(
-                self.UNREADABLE.found(str(property.id), property=shown, reason=error)
+    def ask_first(self, checked: Checked) -> None:
+        """Ask each for a short while."""
+        for property in properties_of(checked.model):
+            share = checked.budget.share(FIRST_SHARE)
+            left = share.left
+            seconds = FIRST_SECONDS if left is None else min(FIRST_SECONDS, left)
+            self._ask_of(
+                checked, property, replace(share, started=None, seconds=seconds).begun(), is_first=True
             )
-            return
-        self._say(checked, property, shown, question, outcome)
+
+    def ask(self, checked: Checked) -> None:
+        """Ask those that are left one after the other, each with its share of what is left."""
+        left = [property for property in properties_of(checked.model) if _mark(property) not in checked.told]
+        for number, property in enumerate(left):
+            self._ask_of(checked, property, checked.budget.share(1 / (len(left) - number)))
+
+    def _ask_of(
+        self, checked: Checked, property: sym.Property, budget: Budget, is_first: bool = False
+    ) -> None:
+        shown = f"property {label(property)}"
+        asks = f"whether {shown} holds"
+        checked.budget.stage(asks)
+        # What is open after a short while is asked again.
+        with checked.guarded(None if is_first else partial(checked.leave_open, asks)):
+            checked.budget.check_time()
+            try:
+                question = asked(property, checked.subject)
+                outcome = question.answer(budget, checked.orders)
+            except FormulaError as error:
+                unreadable = self.UNREADABLE.found(str(property.id), property=shown, reason=error)
+                checked.report.findings.append(unreadable)
+                checked.told.add(_mark(property))
+                return
+            if outcome.status != "unknown" or not is_first:
+                self._say(checked, property, shown, question, outcome)
+                checked.told.add(_mark(property))
 
     def _say(
         self, checked: Checked, property: sym.Property, shown: str, question: Asked, outcome: Outcome
@@ -80,6 +101,11 @@ class Properties(Question):
                 text=property.text,
             )
         )
+
+
+def _mark(property: sym.Property) -> str:
+    """Return what says that a property is answered."""
+    return f"property {property.id}"
 
 
 def _witness(question: Asked, outcome: Outcome) -> Witness | None:

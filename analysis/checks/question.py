@@ -15,7 +15,7 @@ from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.covering.directed import Directed
-from dineros.analysis.covering.firings import Firings
+from dineros.analysis.covering.firings import Firings, near_firings
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.properties.recurrence import Recurrence, recurrence
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -27,6 +27,9 @@ from dineros.metamodel.errors import BudgetError
 OUT_OF_MEMORY = RAN_OUT["memory"]
 
 REPORT_IT = "please report it, with the model and what --debug adds"
+
+NEAR_SHARE = 0.2
+"""Part of the time that is left for the first round."""
 
 RECURRENCE_SHARE = 0.2
 """Part of the time that is left in which a smaller net is looked at."""
@@ -64,6 +67,8 @@ class Checked:
         Whether it has been looked for callbacks that can wait for ever.
     circles : list of Circle
         Those of them that wait for each other and are in the report.
+    told : set of str
+        Ids of what has been answered before its question was asked.
     """
 
     model: pn.Net
@@ -78,6 +83,7 @@ class Checked:
     is_closed: bool = False
     callbacks_asked: bool = False
     circles: list[Circle] = field(default_factory=list)
+    told: set[str] = field(default_factory=set)
 
     @cached_property
     def subject(self) -> Subject:
@@ -88,6 +94,12 @@ class Checked:
     def waiting(self) -> Waiting:
         """Which of its callbacks wait for what."""
         return Waiting(self.subject)
+
+    @cached_property
+    def near(self) -> Firings:
+        """What the first round tells of what can happen, before a state space, or without one."""
+        self.budget.stage("what can happen nearby")
+        return near_firings(self.subject.net, self.budget.share(NEAR_SHARE))
 
     @cached_property
     def recurrence(self) -> Recurrence | None:
@@ -115,7 +127,7 @@ class Checked:
         self.report.unknown.append(Outcome.left_open(question, reason, hint, may_be_fault))
 
     @contextmanager
-    def guarded(self, leave_open: Callable[[str], None]) -> Iterator[None]:
+    def guarded(self, leave_open: Callable[[str], None] | None) -> Iterator[None]:
         """Let what is asked within fail alone: it is left open with its reason, and the check goes on.
 
         Running out of a budget is a reason, and so is an error of an engine. An error that ends the process,
@@ -124,20 +136,24 @@ class Checked:
         Parameters
         ----------
         leave_open : callable
-            Gets the reason.
+            Gets the reason; None where it is asked again.
         """
         try:
             yield
         except BudgetExceededError as limit:
-            leave_open(str(limit))
+            if leave_open is not None:
+                leave_open(str(limit))
         except Exception as error:
-            leave_open(self.failed(error))
+            reason = self.failed(error, is_noted=leave_open is not None)
+            if leave_open is not None:
+                leave_open(reason)
 
-    def failed(self, error: Exception) -> str:
+    def failed(self, error: Exception, *, is_noted: bool = True) -> str:
         """Note an error inside a question and return it as a reason; raise it again if it ends the check."""
         if isinstance(error, BudgetError) or is_end(error):
             raise error
-        self.report.failures.append(error)
+        if is_noted:
+            self.report.failures.append(error)
         text = " ".join(str(error).split())
         return f"an error inside: {type(error).__name__}{': ' if text else ''}{text} ({REPORT_IT})"
 
@@ -167,6 +183,9 @@ class Question(ABC):
     def leave_open(self, checked: Checked, reason: str) -> None:
         """Leave it, or what is left of it, undecided."""
         checked.leave_open(self.asks, reason)
+
+    def ask_first(self, checked: Checked) -> None:  # noqa: B027 - most questions have nothing to say so early
+        """Answer what costs little, before any question is asked that may take long."""
 
     @abstractmethod
     def ask(self, checked: Checked) -> None:

@@ -12,6 +12,7 @@ from dineros.analysis.logic.verdicts.verdict import moves
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Witness, witness_of
+from dineros.analysis.witnesses.folding import in_rounds
 
 NEAR = 64 << 20
 """Bytes for the search for a shortest way to a fault."""
@@ -45,7 +46,7 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     subject, known = checked.subject, checked.firings
     if known is not None:
         numbers = [subject.transition_index[each] for each in transitions]
-        return witness_of(subject, min((known.traces[t] for t in numbers if t in known.traces), key=len))
+        return witness_of(subject, in_rounds(subject.net, known.way_to(numbers)))
     number = subject.transition_index[next(each for each in transitions if checked.space.enabled(each))]
     trace = find_firing(subject.net, number, checked.budget.share(most_bytes=NEAR)).trace
     if trace is None:
@@ -56,7 +57,7 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
             trace = way_to_firing(checked.space, number)
         except DiagramMemoryError:
             return None
-    return witness_of(subject, trace)
+    return witness_of(subject, in_rounds(subject.net, trace))
 
 
 _Here: TypeAlias = tuple[tuple[int, ...], bool]

@@ -1,8 +1,8 @@
 """Which transitions can fire, and whether there is a deadlock, in a net whose markings may have no end.
 
-What is near is found by a breadth-first search, all at once; what is left is proved never to fire by the tree
-of Karp and Miller, or searched for one by one, forward and backward, led by the state equation. Each stage
-has a share of the budget; what none of them decides stays open.
+What is near is found by a breadth-first search, all at once, and by the walks of the first round. What is
+left is proved never to fire by the tree of Karp and Miller, or searched for one by one, forward and backward,
+led by the state equation. Each stage has a share of the budget; what none of them decides stays open.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from dineros.analysis.covering.growing import Limited, without_growth
 from dineros.analysis.covering.tree import Tree, tree_of
 from dineros.analysis.explicit import Goal, find_all
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.shortening import shortened
 from dineros.analysis.nets.witness import replay
+from dineros.analysis.walks.first_round import first_round
+from dineros.analysis.walks.scouting import short_way
 
 NEAR = 200_000
 """Markings of the breadth-first search for everything that is near."""
@@ -48,7 +49,7 @@ class Firings:
     Attributes
     ----------
     traces : dict of int to tuple of int
-        By transition that can fire: a firing sequence that ends with it.
+        By transition that can fire: a firing sequence that ends with it; see `way_to`.
     possible : frozenset of int
         Transitions that can fire, by a proof that may name no sequence.
     dead : set of int
@@ -65,6 +66,8 @@ class Firings:
         What ended the search for all markings.
     is_late : bool
         Whether what came after that had no time left.
+    net : CompiledNet or None
+        The net.
     """
 
     traces: dict[int, tuple[int, ...]] = field(default_factory=dict)
@@ -76,6 +79,21 @@ class Firings:
     tree: Tree | None = None
     reason: str = ""
     is_late: bool = False
+    net: CompiledNet | None = None
+    _long: set[int] = field(default_factory=set)
+
+    def note(self, transition: int, trace: tuple[int, ...]) -> None:
+        """Note a firing sequence that may go a long way round."""
+        self.traces[transition] = trace
+        self._long.add(transition)
+
+    def way_to(self, transitions: Iterable[int]) -> tuple[int, ...]:
+        """Return a sequence that ends with one of some transitions, without what that does not need."""
+        t = min((t for t in transitions if t in self.traces), key=lambda t: len(self.traces[t]))
+        if t in self._long and self.net is not None:
+            self._long.discard(t)
+            self.traces[t] = short_way(self.net, self.traces[t])
+        return self.traces[t]
 
     @property
     def why_open(self) -> str:
@@ -89,7 +107,11 @@ class Firings:
 
 
 def firings(
-    net: CompiledNet, budget: Budget, wanted: Iterable[int] | None = None, asks_deadlock: bool = True
+    net: CompiledNet,
+    budget: Budget,
+    wanted: Iterable[int] | None = None,
+    asks_deadlock: bool = True,
+    known: Firings | None = None,
 ) -> Firings:
     """Find out which transitions can fire, and whether there is a deadlock.
 
@@ -103,16 +125,30 @@ def firings(
         Transitions that are asked for; all by default.
     asks_deadlock : bool
         Whether a deadlock is asked for.
+    known : Firings, optional
+        What `near_firings` found of the same.
     """
     asked = range(len(net.transitions)) if wanted is None else wanted
     search = _Search(net, budget.begun(), asked, asks_deadlock)
-    search.look_near()
-    search.look_at_bounds()
+    if known is not None:
+        search.found = known
+    else:
+        search.look_near()
+        search.look_around()
     search.look_far(FEW_MARKINGS)
+    search.look_at_bounds()
     search.make_tree()
     search.look_back()
     search.look_far(MOST_MARKINGS)
     search.found.is_late = search.budget.is_over
+    return search.found
+
+
+def near_firings(net: CompiledNet, budget: Budget) -> Firings:
+    """Find out what costs little: which transitions can fire, and what is a deadlock; for `firings`."""
+    search = _Search(net, budget.begun(), range(len(net.transitions)), asks_deadlock=True)
+    search.look_near()
+    search.look_around()
     return search.found
 
 
@@ -122,7 +158,7 @@ class _Search:
         self.asks_deadlock = asks_deadlock
         self.small = without_growth(net) or Limited.same(net)
         self.images = self.small.images()
-        self.found = Firings(dead={t for t in self.wanted if t not in self.images})
+        self.found = Firings(dead={t for t in self.wanted if t not in self.images}, net=net)
 
     def look_near(self) -> None:
         """Search breadth first for everything."""
@@ -147,11 +183,24 @@ class _Search:
         if found.reason == "interrupted":
             raise KeyboardInterrupt
 
+    def look_around(self) -> None:
+        """Walk to what is left."""
+        found, asked = self.found, self._open
+        if not asked and self._knows_deadlock:
+            return
+        numbers = [image for t in asked for image in self.images[t]]
+        met = first_round(self.small.net, self.budget, numbers, not self._knows_deadlock)
+        for t in asked:
+            ways = [met.ways[image] for image in self.images[t] if image in met.ways]
+            if ways:
+                found.note(t, self._back(min(ways, key=len)[:-1], t))
+        if met.deadlock is not None and not self._knows_deadlock:
+            found.deadlock = self.small.back(met.deadlock)
+
     def look_at_bounds(self) -> None:
         """Prove what the places with bounds alone tell."""
         found = self.found
-        knows_deadlock = not self.asks_deadlock or found.deadlock is not None or found.has_no_deadlock
-        if not self._open and knows_deadlock:
+        if not self._open and self._knows_deadlock:
             return
         part = bounded_part(self.small.net, self.budget.share(0.3, 0.5))
         found.dead |= {t for t in self._open if part.dead.issuperset(self.images[t])}
@@ -185,11 +234,16 @@ class _Search:
                 trace, is_complete = way_to(image, share)
                 ends = ends and is_complete
                 if trace is not None:
-                    self.found.traces[t] = self._short(self._back(trace[:-1], t))
+                    self.found.note(t, self._back(trace[:-1], t))
                     break
             else:
                 if ends:
                     self.found.dead.add(t)
+
+    @property
+    def _knows_deadlock(self) -> bool:
+        found = self.found
+        return not self.asks_deadlock or found.deadlock is not None or found.has_no_deadlock
 
     @property
     def _open(self) -> list[int]:
@@ -200,8 +254,3 @@ class _Search:
         own = (*self.small.back(trace), transition)
         replay(self.net, own)
         return own
-
-    def _short(self, trace: tuple[int, ...]) -> tuple[int, ...]:
-        """Leave out what the last transition does not need."""
-        *way, last = trace
-        return (*shortened(self.net, way, lambda marking: self.net.is_enabled(last, marking)), last)

@@ -6,16 +6,20 @@ tell more apart, the state equation leads to it, and trees prove it out of reach
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.covering.firings import firings
-from dineros.analysis.explicit.goals import Comparison, Goal
+from dineros.analysis.explicit.goals import Comparison, Goal, Relation
 from dineros.analysis.nets.compiled import CompiledNet, Transition, unused
 
-_Limits = tuple[dict[int, int], dict[int, int]]
-"""By place: at least so many tokens; fewer than so many."""
+_Sum = frozenset[tuple[int, int]]
+"""A weighted sum of tokens: factors by place."""
+
+_Limits = tuple[dict[_Sum, int], dict[_Sum, int]]
+"""By sum: at least so many tokens; fewer than so many."""
 
 
 def decide_goal(net: CompiledNet, goal: Goal, budget: Budget) -> Outcome | None:
@@ -35,53 +39,116 @@ def decide_goal(net: CompiledNet, goal: Goal, budget: Budget) -> Outcome | None:
     Outcome or None
         ``reachable`` with a trace, ``unreachable``, or None where it is not known.
     """
-    count = len(net.transitions)
     if goal.is_deadlock:
         found = firings(net, budget, [])
         if found.deadlock is not None:
             return Outcome("reachable", found.deadlock)
         return Outcome("unreachable") if found.has_no_deadlock else None
-    asked, wanted = net, list(goal.transitions)
-    if goal.conjunctions:
-        limits = [_limits(conjunction) for conjunction in goal.conjunctions]
-        kept = [each for each in limits if each is not None]
-        if len(kept) < len(limits):
-            return None
-        asked, wanted = _with_transitions(net, kept), list(range(count, count + len(kept)))
-    known = firings(asked, budget, wanted, asks_deadlock=False)
-    traces = [known.traces[t][:-1] for t in wanted if t in known.traces]
-    if traces:
-        return Outcome("reachable", min(traces, key=len))
+    asked = with_goals(net, [goal])
+    if asked is None:
+        return None
+    wanted = asked.transitions
+    known = firings(asked.net, budget, wanted, asks_deadlock=False)
+    if not known.traces.keys().isdisjoint(wanted):
+        return Outcome("reachable", asked.way(known.way_to(wanted)[:-1]))
     return Outcome("unreachable") if known.dead.issuperset(wanted) else None
 
 
-def _limits(conjunction: Sequence[Comparison]) -> _Limits | None:
-    """Return what a conjunction asks of single places; None where it asks for something else."""
-    least: dict[int, int] = {}
-    below: dict[int, int] = {}
-    for weights, relation, value in conjunction:
-        factors = {place: factor for place, factor in weights.items() if factor}
-        if list(factors.values()) != [1] or relation == "!=":
+@dataclass(frozen=True)
+class WithGoals:
+    """A net with transitions that are enabled exactly where goals are met.
+
+    Attributes
+    ----------
+    net : CompiledNet
+        The net. Its own transitions keep their numbers.
+    transitions : tuple of int
+        The transitions that stand for the goals, some of its own among them.
+    own : int
+        How many transitions are its own.
+    """
+
+    net: CompiledNet
+    transitions: tuple[int, ...]
+    own: int
+
+    def way(self, firings: Iterable[int]) -> tuple[int, ...]:
+        """Return the same way in the original net; the others change nothing."""
+        return tuple(t for t in firings if t < self.own)
+
+
+def with_goals(net: CompiledNet, goals: Sequence[Goal]) -> WithGoals | None:
+    """Return a net with transitions for goals, but for deadlocks; None where a goal cannot be said so."""
+    own = [t for goal in goals for t in goal.transitions]
+    limits = [_limits(net, conjunction) for goal in goals for conjunction in goal.conjunctions]
+    kept = [each for each in limits if each is not None]
+    if len(kept) < len(limits):
+        return None
+    if not kept:
+        return WithGoals(net, tuple(own), len(net.transitions))
+    count = len(net.transitions)
+    return WithGoals(_with_transitions(net, kept), (*own, *range(count, count + len(kept))), count)
+
+
+def _limits(net: CompiledNet, conjunction: Sequence[Comparison]) -> _Limits | None:
+    """Return what a conjunction asks of sums of tokens; None where it asks for something else.
+
+    A sum has factors that are all positive, so that it is a number of tokens of a place of its own.
+    """
+    least: dict[_Sum, int] = {}
+    below: dict[_Sum, int] = {}
+    for comparison in conjunction:
+        relation, value = comparison.relation, comparison.value
+        factors = {place: factor for place, factor in comparison.weights.items() if factor}
+        if factors and max(factors.values()) < 0:
+            factors = {place: -factor for place, factor in factors.items()}
+            relation, value = _TURNED.get(relation, relation), -value
+        if not factors or min(factors.values()) < 0 or relation == "!=":
             return None
-        (place,) = factors
+        key = frozenset(factors.items())
         if relation in (">=", ">", "="):
-            least[place] = max(least.get(place, 0), value + (relation == ">"))
+            least[key] = max(least.get(key, 0), value + (relation == ">"))
         if relation in ("<=", "<", "="):
             most = value + (relation != "<")
-            below[place] = min(below.get(place, most), most)
+            below[key] = min(below.get(key, most), most)
     return least, below
+
+
+_TURNED: dict[Relation, Relation] = {"<=": ">=", ">=": "<=", "<": ">", ">": "<"}
 
 
 def _with_transitions(net: CompiledNet, goals: Sequence[_Limits]) -> CompiledNet:
     """Return the net with a transition for each goal, which changes nothing, behind all others."""
-    names, (tokens, rows) = net.places, net.by_names()
+    tokens, rows = net.by_names()
     never = unused("never", tokens)
+    sums = _with_sums(net, {key for limits in goals for part in limits for key in part}, tokens, rows)
     for number, (least, below) in enumerate(goals):
-        reads = {names[p]: tokens_there for p, tokens_there in least.items() if tokens_there > 0}
+        reads = {sums[key]: wanted for key, wanted in least.items() if wanted > 0}
         name = unused(f"goal {number}", net.transitions)
         if min(below.values(), default=1) <= 0:
             tokens[never] = 0
             reads = {never: 1}
-        inhibitors = {names[p]: w for p, w in below.items() if w > 0}
+        inhibitors = {sums[key]: w for key, w in below.items() if w > 0}
         rows.append(Transition(name, {}, {}, inhibitors, reads))
     return CompiledNet.build(tokens, rows)
+
+
+def _with_sums(
+    net: CompiledNet, keys: Iterable[_Sum], tokens: dict[str, int], rows: list[Transition]
+) -> dict[_Sum, str]:
+    """Add a place for each sum, which holds as many tokens; return their names, of a single place its own."""
+    named: dict[_Sum, str] = {}
+    for key in sorted(keys, key=sorted):
+        factors = dict(key)
+        if list(factors.values()) == [1]:
+            named[key] = net.places[next(iter(factors))]
+            continue
+        name = named[key] = unused(f"sum {len(named)}", tokens)
+        tokens[name] = sum(factor * int(net.initial[p]) for p, factor in factors.items())
+        for t, row in enumerate(rows):
+            gain = sum(factors.get(p, 0) * n for p, n in net.delta[t].items())
+            if gain > 0:
+                rows[t] = row._replace(outputs={**row.outputs, name: gain})
+            elif gain < 0:
+                rows[t] = row._replace(inputs={**row.inputs, name: -gain})
+    return named

@@ -16,9 +16,27 @@ from dineros.analysis.nets.bounds import integer_weights, place_bounds, weighted
 from dineros.analysis.nets.compiled import CompiledNet, unused
 from dineros.analysis.nets.coverability import Pumping, coverability
 from dineros.analysis.nets.linear_programs import LinearProgram
+from dineros.analysis.walks.first_round import first_round
+
+FEW_NODES = 1_000
+"""Nodes of the coverability tree that are made before walks are tried: part of a second."""
 
 NEAR = 100_000
 """Markings of the search for a way to grow that inhibitor arcs do not stop."""
+
+
+def near_growth(net: CompiledNet, budget: Budget) -> list[Pumping]:
+    """Return proofs that places grow without bound, of what is near or met by walks.
+
+    Where the coverability tree shows one at once, that is all; else each place that may grow is looked at.
+    """
+    growing = [place for place, bound in enumerate(place_bounds(net)) if bound is None]
+    if not growing:
+        return []
+    found = coverability(net, FEW_NODES, budget.share(0.05), only_boundedness=True)
+    if found.pumping is not None:
+        return [found.pumping]
+    return [] if found.is_bounded else first_round(net, budget, growing=growing).pumpings
 
 
 def growth_of(net: CompiledNet, budget: Budget) -> Pumping | None:

@@ -60,8 +60,8 @@ EVERYTHING = 1 << 60
 LARGEST_SPECIAL_WIDTH = 2
 #: Rows unpacked at once.
 _ROWS_AT_ONCE = 1 << 16
-#: Nodes of the coverability tree that may be made to explain why a search did not end.
-COVERABILITY_NODES = 2_000
+#: Nodes of the coverability tree that may be made to explain why a search did not end, and part of the time.
+COVERABILITY_NODES, COVERABILITY_SHARE = 2_000, 0.2
 
 
 @dataclass
@@ -201,7 +201,8 @@ class Search:
                 self._pool.shutdown(wait=True)
         if self.reason in ("memory", "states", "time") and self._is_guarded and self.pumping is None:
             self.budget.stage("coverability")
-            self.pumping = coverability(self.net, COVERABILITY_NODES).pumping
+            share = self.budget.share(COVERABILITY_SHARE)
+            self.pumping = coverability(self.net, COVERABILITY_NODES, share, only_boundedness=True).pumping
         if self.pumping is not None and self.reason not in (None, "goal"):
             self.reason = "unbounded"
 

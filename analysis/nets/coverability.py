@@ -97,10 +97,10 @@ def coverability(
     finished = tree.build()
     pumping = tree.pumping
     has_inhibitors = bool(net.inhibitor.place.size)
-    if pumping is not None and has_inhibitors and not _repeats(net, pumping):
+    if pumping is not None and has_inhibitors and not can_repeat(net, pumping):
         return Coverability(None, reason="inhibitor arcs: the net may or may not be unbounded")
     if pumping is not None:
-        assert _repeats(net, pumping), "a pumping sequence does not replay"
+        assert can_repeat(net, pumping), "a pumping sequence does not replay"
     if not finished:
         reason = f"more than {limit} nodes in the coverability tree"
         if only_boundedness and pumping is not None:
@@ -235,8 +235,8 @@ class _Tree:
             self._active.discard(self._marking(node))
 
 
-def _repeats(net: CompiledNet, pumping: Pumping) -> bool:
-    """Whether the net can fire prefix and suffix, and then the suffix for ever with more and more tokens."""
+def can_repeat(net: CompiledNet, pumping: Pumping) -> bool:
+    """Tell whether the net can fire prefix and suffix, and then the suffix for ever, with more tokens."""
     try:
         markings = replay(net, [*pumping.prefix, *pumping.suffix])
     except WitnessError:

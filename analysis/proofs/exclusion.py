@@ -23,8 +23,8 @@ from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled
 from dineros.analysis.logic.language.syntax import And, Atom, Constant, Deadlock, Formula, Not, Or
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.siphons import largest_trap
-from dineros.analysis.proofs.firing_counts import firings
 from dineros.analysis.proofs.state_equation import StateEquation
+from dineros.analysis.walks.firing_counts import firings
 
 MOST_PROGRAMS = 200
 MOST_ALTERNATIVES = 4_000

@@ -28,7 +28,6 @@ from dineros.analysis.logic.language.syntax import TRUE, And, Atom, Constant, Ex
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.proofs.exclusion import excluded
-from dineros.analysis.proofs.firing_counts import firings
 from dineros.analysis.proofs.state_equation import StateEquation
 from dineros.analysis.properties import engines
 from dineros.analysis.properties.engines import GIVEN_UP, Clock
@@ -42,6 +41,7 @@ from dineros.analysis.properties.sheet import Sheet
 from dineros.analysis.properties.solving import ask_solvers, search_reduced
 from dineros.analysis.properties.walking import TRIES, Walker, follow
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
+from dineros.analysis.walks.firing_counts import firings
 
 #: Markings of the first part of the graph.
 FEW_STATES = 20_000

@@ -16,9 +16,10 @@ from __future__ import annotations
 import numpy as np
 
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties.kernels.walks import follow as follow_counts
-from dineros.analysis.properties.kernels.walks import walk
-from dineros.analysis.properties.predicates import Int64Array, MarkingMatrix
+from dineros.analysis.properties.predicates import Flags, Int64Array, MarkingMatrix
+from dineros.analysis.walks.arrays import NetArrays
+from dineros.analysis.walks.kernels.walks import follow as follow_counts
+from dineros.analysis.walks.kernels.walks import walk
 
 #: Numbers in a matrix of markings.
 MATRIX_SIZE = 1 << 21
@@ -28,27 +29,6 @@ MOST_ENDS = 20
 TRIES, LAST_ROWS = 5, 1 << 10
 #: Steps of a walk before it begins anew: short ones at first, longer ones later.
 SHORTEST_WALK, LONGEST_WALK = 1 << 6, 1 << 16
-
-
-class NetArrays:
-    """What walks read of a net: who asks for tokens of a place, and what firings change, in CSR form.
-
-    Parameters
-    ----------
-    net : CompiledNet
-    """
-
-    def __init__(self, net: CompiledNet) -> None:
-        self.net = net
-        asked = [len(net.pre.row(t)) + len(net.inhibitor.row(t)) for t in range(len(net.transitions))]
-        changes = [list(change.items()) for change in net.delta]
-        self.parts = (
-            *_arcs_by_place(net),
-            np.array(asked, dtype=np.int64),
-            np.cumsum([0, *map(len, changes)]).astype(np.int64),
-            np.array([p for row in changes for p, _ in row], dtype=np.int64),
-            np.array([n for row in changes for _, n in row], dtype=np.int64),
-        )
 
 
 def follow(arrays: NetArrays, counts: Int64Array, seed: int) -> MarkingMatrix:
@@ -67,8 +47,6 @@ class Walker:
 
     Attributes
     ----------
-    fired : bool array
-        By transition: whether it was enabled in some marking seen.
     deadlocked : bool
         Whether some marking seen enables nothing.
     ends : list of tuple of int
@@ -80,12 +58,17 @@ class Walker:
         self._random = np.random.default_rng(1)
         self.arrays = NetArrays(net)
         transitions = len(net.transitions)
-        self.fired = np.zeros(transitions, dtype=np.bool_)
+        self._first = np.full(transitions, -1, dtype=np.int64)
         self.deadlocked = False
         self.ends: list[tuple[int, ...]] = []
         self._length = SHORTEST_WALK
         rows = max(16, min(MOST_ROWS, MATRIX_SIZE // max(1, len(net.places))))
         self._rows = np.empty((rows, len(net.places)), dtype=np.int64)
+
+    @property
+    def fired(self) -> Flags:
+        """By transition: whether it was enabled in some marking seen."""
+        return self._first >= 0
 
     def walk(self) -> MarkingMatrix:
         """Walk on, and return the markings seen; the matrix is used again by the next call."""
@@ -96,7 +79,7 @@ class Walker:
                 self.net.initial,
                 self._random.random(len(self.net.transitions)),
                 self._rows[filled:],
-                self.fired,
+                self._first,
                 self._length,
                 int(self._random.integers(1 << 31)),
             )
@@ -112,15 +95,3 @@ class Walker:
             self.ends.insert(0 if dead else len(self.ends), end)
             # Of other ends the latest are the furthest away.
             del self.ends[MOST_ENDS // 2 : -MOST_ENDS // 2]
-
-
-def _arcs_by_place(net: CompiledNet) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array]:
-    """Return arcs that ask for tokens of a place, in CSR form: transition, weight, whether it inhibits."""
-    rows: list[list[tuple[int, int, int]]] = [[] for _ in net.places]
-    for kind, table in enumerate((net.pre, net.inhibitor)):
-        for t in range(len(net.transitions)):
-            for place, weight in table.row(t):
-                rows[place].append((t, weight, kind))
-    flat = np.array([arc for row in rows for arc in row], dtype=np.int64).reshape(-1, 3)
-    pointer = np.cumsum([0, *map(len, rows)]).astype(np.int64)
-    return pointer, flat[:, 0].copy(), flat[:, 1].copy(), flat[:, 2].copy()

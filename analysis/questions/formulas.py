@@ -24,15 +24,15 @@ from dineros.analysis.logic.language.atoms import BoundAtoms, all_resolved
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.rewriting import simplified
-from dineros.analysis.logic.language.syntax import FALSE, And, Formula, Globally, Not
+from dineros.analysis.logic.language.syntax import And, Fired, Formula, Globally, Not
 from dineros.analysis.logic.ltl.free_parts import without_free_parts
 from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.logic.verdicts.faults import check_fault, faulty_beginning
 from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.witness import replay
 from dineros.analysis.properties.normal_form import goal_of
 from dineros.analysis.properties.predicates import is_condition
-from dineros.analysis.questions.goals import NEAR_STATES, find_marking
+from dineros.analysis.questions.goals import NEAR_STATES, find_enabled, find_marking
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.order_cache import OrderCache
@@ -50,8 +50,8 @@ def verify_linear(
 ) -> Outcome:
     """Decide whether all fair runs satisfy an LTL formula: each ``G p`` of a conjunction as a goal.
 
-    Parameters and answers are those of `verify_ltl`; where no fair run that repeats is found after a marking
-    that violates a ``G p``, the answer comes with the way to that marking alone, and says so.
+    Parameters and answers are those of `verify_ltl`; where the beginning of a run violates the formula
+    whatever follows, the answer ends there.
 
     Raises
     ------
@@ -60,38 +60,50 @@ def verify_linear(
     """
     budget, weak, strong = budget.begun(), tuple(weak), tuple(strong)
     tree = parse(formula) if isinstance(formula, str) else formula
-    bound = BoundAtoms(net, tree, names)
-    weakly, strongly = all_resolved(names, weak), all_resolved(names, strong)
+    BoundAtoms(net, tree, names)  # raises where a name is not known
+    all_resolved(names, [*weak, *strong])
     wanted = simplified(tree)
     parts = wanted.operands if isinstance(wanted, And) else (wanted,)
-    conditions = [part.operand for part in parts if isinstance(part, Globally) and is_condition(part.operand)]
-    others = tuple(part for part in parts if not (isinstance(part, Globally) and is_condition(part.operand)))
-
-    near = NEAR_STATES if budget.states is None else min(NEAR_STATES, budget.states)
-    if conditions and near:
-        answer = _on_the_fly(net, tree, names, weak, strong, budget.share(most_states=near))
-        if answer.status != "unknown":
-            return replace(answer, by=ON_THE_FLY)
+    conditions = [part.operand for part in parts if isinstance(part, Globally) and _is_goal(part.operand)]
+    others = tuple(part for part in parts if not (isinstance(part, Globally) and _is_goal(part.operand)))
 
     def ask_others(share: Budget) -> Outcome:
         rest = tree if not conditions else others[0] if len(others) == 1 else And(others)
-        return replace(_on_the_fly(net, rest, names, weak, strong, share), by=ON_THE_FLY)
+        answer = replace(_on_the_fly(net, rest, names, weak, strong, share), by=ON_THE_FLY)
+        return _up_to_fault(net, rest, names, answer)
 
     def ask_goal(condition: Formula, share: Budget) -> Outcome:
-        way = find_marking(net, Not(condition), names, share, is_shortest=False)
+        way = _way_against(net, condition, names, share)
         if way.trace is None:
             return replace(way, status={"unreachable": "holds"}.get(way.status, "unknown"))
-        run = _going_on(net, way, names, weak, strong, share)
-        if run.reason:
-            return run
-        try:
-            check_counterexample(net, tree, bound, run.stem, run.loop, weakly, strongly)
-        except ReplayError as error:
-            return _way_alone(way, str(error))
-        return run
+        check_fault(net, Globally(condition), names, way.trace)
+        return replace(way, status="violated", ends_at_fault=True)
 
     asked = [partial(ask_goal, condition) for condition in conditions]
     return _all_of([*asked, *([ask_others] if others else [])], budget)
+
+
+def _is_goal(condition: Formula) -> bool:
+    """Whether what violates a condition is a goal: a marking, or that a transition is fired."""
+    return is_condition(condition) or (isinstance(condition, Not) and isinstance(condition.operand, Fired))
+
+
+def _way_against(net: CompiledNet, condition: Formula, names: Names, budget: Budget) -> Outcome:
+    """Find a way to where a condition is violated."""
+    if isinstance(condition, Not) and isinstance(condition.operand, Fired):
+        return find_enabled(net, condition.operand.name.text, names, budget, is_shortest=False)
+    return find_marking(net, Not(condition), names, budget, is_shortest=False)
+
+
+def _up_to_fault(net: CompiledNet, formula: Formula, names: Names, answer: Outcome) -> Outcome:
+    """End a counterexample where it violates the formula whatever follows."""
+    if answer.status != "violated":
+        return answer
+    firings = (*answer.stem, *answer.loop)
+    length = faulty_beginning(net, formula, names, firings)
+    if length is None:
+        return answer
+    return replace(answer, trace=firings[:length], loop=(), ends_at_fault=True)
 
 
 def verify_branching(
@@ -181,27 +193,3 @@ def _on_the_fly(
             check_counterexample(net, formula, bound, *lasso, weakly, strongly)
             return replace(answer, trace=lasso[0], loop=lasso[1])
     return verify_ltl(net, formula, names, weak, strong, budget)
-
-
-def _going_on(
-    net: CompiledNet,
-    way: Outcome,
-    names: Names,
-    weak: tuple[str, ...],
-    strong: tuple[str, ...],
-    budget: Budget,
-) -> Outcome:
-    """Make a fair run of a way to a marking."""
-    assert way.trace is not None
-    last = replay(net, way.trace)[-1]
-    there = net.with_initial(dict(zip(net.places, last, strict=True)))
-    run = _on_the_fly(there, FALSE, names, weak, strong, budget)
-    if run.status == "violated":
-        return replace(way, status="violated", trace=(*way.trace, *run.stem), loop=run.loop)
-    return _way_alone(way, run.reason)
-
-
-def _way_alone(way: Outcome, why: str) -> Outcome:
-    """Answer by a way to a marking alone, from which no run that repeats is shown."""
-    reason = f"every fair run that goes on from here violates it; none that repeats was found: {why}"
-    return replace(way, status="violated", reason=reason)

@@ -2,8 +2,11 @@
 
 1. the markings that are near, which is all there is of small nets;
 2. structure: the state equation and traps, which exclude goals without a state space;
-3. side by side and by turns, until one knows: explicit search, also of the reduced net; decision diagrams;
+3. walks, which meet what is far away but not rare;
+4. side by side and by turns, until one knows: explicit search, also of the reduced net; decision diagrams;
    bounded model checking with k-induction, and property directed reachability.
+
+Where a shortest way is asked for and a longer one is known, the shortest is searched for only a while.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from dineros.analysis.answers.beside import first_of_two
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.turns import HEAD_START, Member, first_answer
+from dineros.analysis.covering.goals import with_goals
 from dineros.analysis.explicit import Order
 from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
@@ -40,8 +44,9 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
-from dineros.analysis.nets.witness import ending_with_one_of
+from dineros.analysis.nets.witness import ending_with_one_of, replay
 from dineros.analysis.questions.reachability import INTERRUPTED, QUICK, search
+from dineros.analysis.walks.first_round import first_round
 
 if TYPE_CHECKING:
     from dineros.analysis.proofs.encoding import Sums
@@ -53,6 +58,10 @@ NEAR_STATES, NEAR_IF_SHORTEST = 20_000, 2_000_000
 STRUCTURE_SECONDS = 2.0
 """Seconds at most for what structure excludes."""
 
+SHORTEST_SHARE, SHORTEST_SECONDS = 0.3, 20.0
+"""Part of the time, and seconds at most, for the search for a shortest way where a longer one is known."""
+
+WALKS = "walks"
 EXPLICIT, REDUCED, DIAGRAMS = "explicit search", "explicit search of the reduced net", "decision diagrams"
 STATE_EQUATION, TRAPS = "state equation", "state equation and traps"
 
@@ -63,8 +72,11 @@ def find_enabled(
     names: Names,
     budget: Budget = UNLIMITED,
     order: Order = "breadth-first",
+    is_shortest: bool = True,
 ) -> Outcome:
     """Find a trace that ends with a transition; of several of the name, whichever is nearest.
+
+    A longer one may be found as `find_marking` says.
 
     Raises
     ------
@@ -73,7 +85,8 @@ def find_enabled(
     """
     transitions = names.transitions(name)
     goals = [Goal.enabled(net, *transitions)]
-    answer = _Road(net, Enabled(Name(name)), names, order, goals, order == "breadth-first").run(budget)
+    is_shortest = is_shortest and order == "breadth-first"
+    answer = _Road(net, Enabled(Name(name)), names, order, goals, is_shortest).run(budget)
     if answer.trace is None:
         return answer
     return replace(answer, trace=ending_with_one_of(net, answer.trace, transitions))
@@ -185,22 +198,58 @@ class _Road:
 
     def run(self, budget: Budget) -> Outcome:
         budget = budget.begun()
-        nearby = NEAR_IF_SHORTEST if self.is_shortest else NEAR_STATES
-        near = self._search(budget.share(most_bytes=QUICK, most_states=_least(nearby, budget.states)))
+        first = replace(self, is_shortest=self.order == "breadth-first")
+        share = budget.share(most_bytes=QUICK, most_states=_least(NEAR_STATES, budget.states))
+        near = first._search(share, is_near=True)
         if _is_answer(near) or near.reason == INTERRUPTED or budget.is_over:
             return near
-        if budget.states is not None and budget.states <= nearby:
+        if budget.states is not None and budget.states <= NEAR_STATES:
+            return near
+        left = budget.left
+        seconds = STRUCTURE_SECONDS if left is None else min(STRUCTURE_SECONDS, left / 10)
+        found = excluded_by_structure(self.net, self.condition, self.bound, seconds)
+        if found is not None:
+            return replace(found, seconds=budget.spent)
+        way = self._walked(budget)
+        if self.is_shortest:
+            return self._shortest(budget, near, way)
+        return self._far(budget, near) if way is None else way
+
+    def _shortest(self, budget: Budget, near: Outcome, way: Outcome | None) -> Outcome:
+        """Search on for a shortest way; for a while, where a longer one is known."""
+        if way is None:
+            share = budget.share(most_bytes=QUICK, most_states=_least(NEAR_IF_SHORTEST, budget.states))
+        else:
+            share = _at_most(budget.share(SHORTEST_SHARE), SHORTEST_SECONDS)
+        near = self._search(replace(share, memory_bytes=_least(QUICK, share.memory_bytes)))
+        if _is_answer(near) or near.reason == INTERRUPTED:
+            return near
+        if way is not None or budget.is_over:
+            return near if way is None else way
+        return self._far(budget, near)
+
+    def _walked(self, budget: Budget) -> Outcome | None:
+        """Walk to one of the goals."""
+        if self.goals is None:
+            return None
+        asked = with_goals(self.net, self.goals)
+        if asked is None:
+            return None
+        found = first_round(asked.net, budget, asked.transitions, any(g.is_deadlock for g in self.goals))
+        ways = [asked.way(found.ways[t][:-1]) for t in asked.transitions if t in found.ways]
+        if found.deadlock is not None and self.holds(replay(self.net, asked.way(found.deadlock))[-1]):
+            ways.append(asked.way(found.deadlock))
+        return self._reached(min(ways, key=len), WALKS) if ways else None
+
+    def _far(self, budget: Budget, near: Outcome) -> Outcome:
+        """Ask the engines side by side."""
+        if budget.states is not None and budget.states <= NEAR_STATES:
             return near
         if not self.is_shortest and self.goals is not None:
             # What is met everywhere far away is met at once.
             deep = replace(self, order="depth-first")._search(budget.share(most_states=NEAR_STATES))
             if _is_answer(deep) or deep.reason == INTERRUPTED or budget.is_over:
                 return deep
-        left = budget.left
-        seconds = STRUCTURE_SECONDS if left is None else min(STRUCTURE_SECONDS, left / 10)
-        found = excluded_by_structure(self.net, self.condition, self.bound, seconds)
-        if found is not None:
-            return replace(found, seconds=budget.spent)
         head_start = HEAD_START if self.is_shortest else 0.0
         members = [
             Member(self._explicit, head_start=head_start),
@@ -222,13 +271,12 @@ class _Road:
         """Whether a marking is one that is looked for, by definition."""
         return holds_on_lasso(self.condition, [], [Step(tuple(marking), None)], self.bound.is_true)
 
-    def _search(self, budget: Budget) -> Outcome:
+    def _search(self, budget: Budget, is_near: bool = False) -> Outcome:
         """Search markings one by one, for each goal or for a run that never meets the condition."""
         if self.goals is None:
             return self._by_temporal_logic(budget)
-        return _nearest(
-            (search(self.net, goal, budget, self.order, self.is_shortest) for goal in self.goals), EXPLICIT
-        )
+        each = partial(search, self.net, order=self.order, is_shortest=self.is_shortest, is_near=is_near)
+        return _nearest((each(goal, budget=budget) for goal in self.goals), EXPLICIT)
 
     def _by_temporal_logic(self, budget: Budget) -> Outcome:
         """Ask for a run on which the condition never holds: a counterexample leads to it."""
@@ -309,6 +357,12 @@ def _is_answer(answer: Outcome) -> bool:
 
 def _least(one: int, other: int | None) -> int:
     return one if other is None else min(one, other)
+
+
+def _at_most(budget: Budget, seconds: float) -> Budget:
+    """Return a budget of so many seconds at most."""
+    left = budget.left
+    return replace(budget, started=None, seconds=seconds if left is None else min(seconds, left)).begun()
 
 
 def _nearest(answers: Iterable[Outcome], by: str) -> Outcome:

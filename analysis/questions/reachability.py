@@ -88,10 +88,19 @@ def way_to_firing(space: SymbolicStateSpace, transition: int) -> tuple[int, ...]
     return (*_to_goal(space.net, Goal.enabled(space.net, transition), way), transition)
 
 
-def search(net: CompiledNet, goal: Goal, budget: Budget, order: Order, is_shortest: bool = True) -> Outcome:
+def search(
+    net: CompiledNet,
+    goal: Goal,
+    budget: Budget,
+    order: Order,
+    is_shortest: bool = True,
+    *,
+    is_near: bool = False,
+) -> Outcome:
     """Search for a goal explicitly: for a shortest trace first, on an unbounded net also for a proof.
 
-    Where a shortest one is not asked for, any that the search meets first will do.
+    Where a shortest one is not asked for, any that the search meets first will do. Where only what is near is
+    asked for (`is_near`), that is all.
     """
 
     def explore(share: Budget) -> Outcome:
@@ -109,7 +118,7 @@ def search(net: CompiledNet, goal: Goal, budget: Budget, order: Order, is_shorte
     most_if_unbounded = NEAR_IF_UNBOUNDED
     answer = explore(budget.share(most_bytes=QUICK))
     # Of an unbounded net, more markings would prove nothing; the largest ones may.
-    if answer.reason == "unbounded":
+    if answer.reason == "unbounded" and not is_near:
         from dineros.analysis.covering.goals import decide_goal
         from dineros.analysis.nets.coverability import coverability
 
@@ -118,7 +127,7 @@ def search(net: CompiledNet, goal: Goal, budget: Budget, order: Order, is_shorte
             return found
         if excludes(net, coverability(net, budget=budget.share(0.3)), goal):
             return Outcome("unreachable", states=answer.states)
-    if answer.reason in ("memory", "unbounded") and budget.memory > QUICK:
+    if answer.reason in ("memory", "unbounded") and budget.memory > QUICK and not is_near:
         most_if_unbounded = NO_END
         answer = explore(budget.share(most_bytes=budget.memory))
     if answer.trace is None or order == "breadth-first":

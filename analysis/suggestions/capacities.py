@@ -193,9 +193,8 @@ class _Search:
         net = self._subject.net.with_initial({queue.capacity: capacity})
         drops = self._drops(queue)
         known = firings(net, self._budget.share(0.3), drops, asks_deadlock=False)
-        traces = [known.traces[drop] for drop in drops if drop in known.traces]
-        if traces:
-            return min(traces, key=len), ""
+        if not known.traces.keys().isdisjoint(drops):
+            return known.way_to(drops), ""
         return None, "" if known.dead.issuperset(drops) else known.why_open or "not decided"
 
     def _lost(self, queue: Queue, capacity: int, way: tuple[int, ...] | None) -> Witness | None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import say_witness, write_witness
-from dineros.cli.console import SEVERITIES, note, say, say_json, say_lines, summarise
+from dineros.cli.console import SEVERITIES, note, say, say_json, say_lines, summarise, warn
 from dineros.cli.models import rules_of
 from dineros.cli.options import invocation
 from dineros.cli.presentation.answers import say_times, times_fields
@@ -56,6 +56,35 @@ def print_report(
         say_lines(to_junit(report, model, f"dineros {command}").decode())
     else:
         _print_text(report, model, witnesses, left_out_times(net))
+
+
+class Coming:
+    """Tells of answers on standard error as they come; the report follows on standard output.
+
+    Parameters
+    ----------
+    report : Report
+        Where the answers are put.
+    accepted : callable
+        Returns a report with what is accepted set apart.
+    """
+
+    def __init__(self, report: Report, accepted: Callable[[Report], Report]) -> None:
+        self._report, self._accepted = report, accepted
+        self._told: set[str] = set()
+
+    def __call__(self) -> None:
+        """Tell of what is new."""
+        report = self._accepted(self._report)
+        found = [
+            f"{finding.severity}: {finding.message} [{finding.rule}]"
+            for finding in report.findings
+            if finding.severity != "note"
+        ]
+        for line in [*found, *(f"unknown: {each}" for each in report.unknown)]:
+            if line not in self._told:
+                self._told.add(line)
+                warn(f"so far: {line}")
 
 
 def show_failures(report: Report) -> None:

@@ -61,6 +61,7 @@ FOLDERS = {
     "analysis": [
         "answers",
         "nets",
+        "walks",
         "reductions",
         "explicit",
         "symbolic",

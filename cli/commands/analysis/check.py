@@ -34,7 +34,7 @@ from dineros.cli.presentation.evidence import (
     refuse_certificates,
     say_confirmation,
 )
-from dineros.cli.presentation.findings import print_report, show_failures, write_witnesses
+from dineros.cli.presentation.findings import Coming, print_report, show_failures, write_witnesses
 from dineros.cli.presentation.scheduling import check_on_workers
 from dineros.cli.questions.accepting import Acceptance, baseline_options
 from dineros.cli.questions.suggesting import suggest
@@ -150,6 +150,8 @@ def check(
         return _status(rest)
 
     run.draft(so_far)
+    if format == "text":
+        run.follow(Coming(report, acceptance.apply))
     confirmation, budget = None, run.budget().begun()
     if scheduler is None:
         check_model(net, budget, report, behaviour, orders_beside(model, no_cache))

@@ -106,6 +106,7 @@ def test_without_a_state_space_the_questions_are_answered_on_the_way(monkeypatch
 
 def test_every_question_may_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     for question in QUESTIONS:
+        monkeypatch.setattr(type(question), "ask_first", fails)
         monkeypatch.setattr(type(question), "ask", fails)
     report = check(model(), LIMITS)
     assert not report.findings

@@ -18,8 +18,8 @@ import pytest
 
 from dineros.cli.options import Invocation
 from dineros.cli.searching import Limits, Search, Whereabouts
-from dineros.cli.supervising import Watch
-from tests.cli.budgets.random_budgets import random_runs
+from dineros.cli.supervising import ASKED, ENDED, Watch
+from tests.cli.budgets.random_budgets import SLACK_PART, SLACK_SECONDS, random_runs
 from tests.cli.conftest import Run
 from tests.support.programs.bags import write_bag
 from tests.support.programs.commands import uses
@@ -81,6 +81,13 @@ def test_a_check_that_is_stuck_says_what_it_knows(model: Path) -> None:
     assert unknown.endswith(" s, at bounds of places")
     assert summary == f"{model}: 0 found, 1 proved, 1 unknown"
     assert "proved: every clause can be true\n" in errors
+
+
+@pytest.mark.parametrize("seconds", [0.5, 1.0, 4.0, 5.0, 8.0, 20.0, 60.0, 3600.0])
+def test_a_search_is_ended_early_enough_for_the_promise(seconds: float) -> None:
+    asked, ended = (seconds * factor + more for factor, more in (ASKED, ENDED))
+    promised = seconds + max(SLACK_PART * seconds, SLACK_SECONDS)
+    assert seconds < asked < ended < promised - 0.19
 
 
 @pytest.mark.long

@@ -1,0 +1,128 @@
+"""Where a run violates a formula whatever follows: the end of a witness that need not go on for ever.
+
+A formula is rewritten step by step into what the rest of the run has to satisfy. Where nothing does, the
+beginning alone is a counterexample, and every fair run that goes on from it is one.
+
+References
+----------
+F. Bacchus, F. Kabanza, *Using temporal logics to express search control knowledge for planning*, Artificial
+Intelligence 116, 2000 (progression). O. Kupferman, M. Y. Vardi, *Model checking of safety properties*, Formal
+Methods in System Design 19, 2001 (bad prefixes).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.rewriting import simplified
+from dineros.analysis.logic.language.syntax import (
+    FALSE,
+    TRUE,
+    And,
+    Atom,
+    Constant,
+    Finally,
+    Fired,
+    Formula,
+    Globally,
+    Next,
+    Not,
+    Or,
+    Release,
+    Until,
+)
+from dineros.analysis.logic.verdicts.verdict import ReplayError, fired
+from dineros.analysis.nets.compiled import CompiledNet
+
+MOST_PARTS = 200
+"""Parts of the rewritten formula from which on the end is not looked for."""
+
+_Truth = Callable[[Atom], bool | None]
+"""The value of an atom; None: either may be."""
+
+
+def faulty_beginning(net: CompiledNet, formula: Formula, names: Names, firings: Sequence[int]) -> int | None:
+    """Return after how many firings a run violates an LTL formula whatever follows; None where it need not.
+
+    Raises
+    ------
+    ReplayError
+        A transition is not enabled.
+    """
+    steps, last = fired(net, tuple(net.initial.tolist()), firings)
+    left = simplified(formula)
+    atoms = BoundAtoms(net, left, names)
+
+    def truth(step: Step, has_fired: bool) -> _Truth:
+        return lambda atom: atoms.is_true(atom, step) if has_fired or not isinstance(atom, Fired) else None
+
+    for number, step in enumerate([*steps, Step(last, None)]):
+        if _rest(left, truth(step, False)) == FALSE:
+            return number
+        if number == len(steps):
+            return None
+        left = _rest(left, truth(step, True))
+        if left == FALSE:
+            return number + 1
+        if sum(1 for _ in left.subformulas()) > MOST_PARTS:
+            return None
+    return None
+
+
+def check_fault(net: CompiledNet, formula: Formula, names: Names, firings: Sequence[int]) -> None:
+    """Check that a run violates an LTL formula whatever follows its firings.
+
+    Raises
+    ------
+    ReplayError
+        It cannot be fired, or does not.
+    """
+    if faulty_beginning(net, formula, names, firings) is None:
+        raise ReplayError(f"what the witness begins with does not violate {formula}")
+
+
+def _rest(formula: Formula, truth: _Truth) -> Formula:
+    """Return what the run after a step has to satisfy, of a formula in negation normal form.
+
+    Where an atom may be either, it is what is best for the formula.
+    """
+
+    def value(part: Formula) -> Formula:
+        return _rest(part, truth)
+
+    match formula:
+        case Constant():
+            return formula
+        case Atom():
+            return FALSE if truth(formula) is False else TRUE
+        case Not(operand):
+            assert isinstance(operand, Atom)
+            return FALSE if truth(operand) else TRUE
+        case And(operands):
+            return _joined(And, FALSE, TRUE, [value(each) for each in operands])
+        case Or(operands):
+            return _joined(Or, TRUE, FALSE, [value(each) for each in operands])
+        case Next(operand):
+            return operand
+        case Globally(operand):
+            return _joined(And, FALSE, TRUE, [value(operand), formula])
+        case Finally(operand):
+            return _joined(Or, TRUE, FALSE, [value(operand), formula])
+        case Until(left, right):
+            stays = _joined(And, FALSE, TRUE, [value(left), formula])
+            return _joined(Or, TRUE, FALSE, [value(right), stays])
+        case Release(left, right):
+            ends = _joined(Or, TRUE, FALSE, [value(left), formula])
+            return _joined(And, FALSE, TRUE, [value(right), ends])
+    raise TypeError(f"no LTL formula in normal form: {formula}")
+
+
+def _joined(kind: type[And | Or], decides: Formula, counts_nothing: Formula, parts: list[Formula]) -> Formula:
+    """Return a conjunction or disjunction, flat, each part once."""
+    flat = [each for part in parts for each in (part.operands if isinstance(part, kind) else [part])]
+    if decides in flat:
+        return decides
+    kept = tuple(dict.fromkeys(part for part in flat if part != counts_nothing))
+    return kept[0] if len(kept) == 1 else kind(kept) if kept else counts_nothing

@@ -1,0 +1,181 @@
+"""The first round of every question about a net: what costs little, before any engine stores markings.
+
+Random walks meet what is not rare, however far away it is. What they miss is aimed at: a smallest solution of
+the state equation says how often each transition fires on the way, and a walk fires that first, and others
+only where it cannot. A place that may grow is aimed at in the same way, by firings that take nothing and add
+a token there, from wherever the walk is.
+
+References
+----------
+M. Blondin, C. Haase, P. Offtermatt, *Directed reachability for infinite-state systems*, TACAS 2021, LNCS
+12652. Y. Thierry-Mieg, *Symbolic and structural model-checking*, Fundamenta Informaticae 183(3-4), 2021.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass, field
+from functools import partial
+from time import thread_time
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.coverability import Pumping
+from dineros.analysis.walks.arrays import Int64Array
+from dineros.analysis.walks.firing_counts import firings
+from dineros.analysis.walks.scouting import Scout, short_pumping
+
+SECONDS, SHARE = 2.0, 0.1
+"""Of random walks, and of walks aimed at something: seconds of the processor, part of the time left."""
+
+PATIENCE, LEAST_SECONDS = 2.0, 0.2
+"""Random walks end after so many times as long as they took for their last find, and not before so long."""
+
+TRIES, PUMPS = 16, 400
+"""Walks aimed at one transition, and at a place that may grow: a loop has to close."""
+
+LEAST_TRIES = 4
+"""Part of them that there is however long they take: one of so many."""
+
+DETOUR, ROOM, DEEPER = 6, 2_000, 5
+"""Firings of such a walk: so many for each that it is to fire, and some more; doubled so often, in turn."""
+
+
+@dataclass
+class FirstRound:
+    """What is found.
+
+    Attributes
+    ----------
+    ways : dict of int to tuple of int
+        By transition that was met: a firing sequence that ends with it, often a long way round; `short_way`
+        leaves out what it does not need.
+    deadlock : tuple of int or None
+        A firing sequence to a marking that enables nothing.
+    pumpings : list of Pumping
+        Loops that leave more tokens than they found, replayed; each adds some at a place that those before
+        it leave alone.
+    """
+
+    ways: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    deadlock: tuple[int, ...] | None = None
+    pumpings: list[Pumping] = field(default_factory=list)
+
+
+def first_round(
+    net: CompiledNet,
+    budget: Budget,
+    transitions: Iterable[int] = (),
+    asks_deadlock: bool = False,
+    growing: Collection[int] = (),
+) -> FirstRound:
+    """Look for transitions that can fire, for a deadlock, and for places that grow.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    budget : Budget
+        Of its time.
+    transitions : iterable of int
+        Which transitions are looked for.
+    asks_deadlock : bool
+        Whether a deadlock is looked for.
+    growing : collection of int
+        Places of which it is asked whether they grow without bound.
+    """
+    work = _Round(net, budget.begun(), list(transitions), asks_deadlock)
+    budget.stage("random walks")
+    work.walk()
+    budget.stage("walks along solutions of the state equation")
+    work.aim()
+    work.pump(growing)
+    found = work.found
+    found.ways = {t: work.scout.ways[t] for t in work.wanted if t in work.scout.ways}
+    found.deadlock = work.scout.deadlock if asks_deadlock else None
+    return found
+
+
+class _Round:
+    def __init__(self, net: CompiledNet, budget: Budget, wanted: list[int], asks_deadlock: bool) -> None:
+        self.net, self.budget, self.wanted = net, budget, wanted
+        self.asks_deadlock = asks_deadlock
+        self.scout = Scout(net)
+        self.found = FirstRound()
+
+    @property
+    def _left(self) -> list[int]:
+        return [t for t in self.wanted if t not in self.scout.ways]
+
+    def _clock(self) -> _Clock:
+        left = self.budget.left
+        return _Clock(SECONDS if left is None else min(SECONDS, SHARE * left), self.budget)
+
+    def walk(self) -> None:
+        """Walk at random, as long as that finds something."""
+        clock, last = self._clock(), 0.0
+        while self._left or (self.asks_deadlock and self.scout.deadlock is None):
+            if clock.is_over or clock.spent > max(LEAST_SECONDS, PATIENCE * last):
+                return
+            if self.scout.walk():
+                last = clock.spent
+
+    def aim(self) -> None:
+        """Walk to each transition that is left, as the state equation says."""
+        clock, left = self._clock(), self._left
+        for number, t in enumerate(left):
+            if clock.is_over:
+                return
+            if t in self.scout.ways:
+                continue
+            counts = firings(self.net, [({p: 1}, weight) for p, weight in self.net.pre.row(t)])
+            if counts is not None:
+                self._try(counts, clock.part(len(left) - number), partial(self.scout.ways.__contains__, t))
+
+    def pump(self, growing: Collection[int]) -> None:
+        """Walk so that places grow."""
+        clock = self._clock()
+        nothing = self.net.with_initial(dict.fromkeys(self.net.places, 0))
+        for number, place in enumerate(growing):
+            if clock.is_over:
+                return
+            if any(place in known.places for known in self.found.pumpings):
+                continue
+            counts = firings(nothing, [({place: 1}, 1)])
+            if counts is None:
+                continue
+            self.scout.taken()
+            own = clock.part(len(growing) - number)
+            self._try(counts, own, lambda: self.scout.pumping is not None, [place])
+            self.found.pumpings += [short_pumping(self.net, each, [place]) for each in self.scout.taken()]
+
+    def _try(
+        self, counts: Int64Array, clock: _Clock, is_met: Callable[[], bool], growing: Collection[int] = ()
+    ) -> None:
+        """Walk so a few times, each further, until something is met."""
+        room, tries = ROOM + DETOUR * int(counts.sum()), PUMPS if growing else TRIES
+        for number in range(tries):
+            if (clock.is_over and number >= tries // LEAST_TRIES) or self.budget.is_over or is_met():
+                return
+            self.scout.walk(counts, growing, room << (number % DEEPER))
+
+
+class _Clock:
+    """Seconds of the processor for a part of the work, within a budget: how busy others are matters less."""
+
+    def __init__(self, seconds: float, budget: Budget) -> None:
+        self._began, self._seconds, self._budget = thread_time(), seconds, budget
+
+    @property
+    def spent(self) -> float:
+        """Seconds taken."""
+        return thread_time() - self._began
+
+    @property
+    def is_over(self) -> bool:
+        """Whether they are used up."""
+        return self.spent >= self._seconds or self._budget.is_over
+
+    def part(self, count: int) -> _Clock:
+        """Return an equal part of what is left, for one of some that are left."""
+        return _Clock((self._seconds - self.spent) / count, self._budget)

@@ -1,0 +1,134 @@
+"""Long witnesses made short to read: what repeats is named once; firings are put in an order of rounds."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+from dineros.analysis.nets.compiled import CompiledNet
+
+LONGEST_BLOCK = 60
+"""Items of a block that repeats, at most."""
+
+LEAST_SAVED = 4
+"""Items that have to be saved by naming a block once."""
+
+LEAST_STEPS, MOST_STEPS = 30, 5_000
+"""Firings of a sequence that is ordered anew."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Items that repeat, or one item.
+
+    Attributes
+    ----------
+    start, length : int
+        Where its first round begins, and how many items that has.
+    times : int
+        How often it comes in a row.
+    """
+
+    start: int
+    length: int
+    times: int
+
+
+def folded(items: Sequence[Hashable]) -> list[Block]:
+    """Divide a sequence into blocks that repeat some items; a greedy choice makes them few.
+
+    Examples
+    --------
+    >>> [(block.length, block.times) for block in folded("xababababababy")]
+    [(1, 1), (2, 6), (1, 1)]
+    """
+    size = len(items)
+    equal = [_runs(items, length) for length in range(1, min(LONGEST_BLOCK, size // 2) + 1)]
+    blocks: list[Block] = []
+    at = 0
+    while at < size:
+        saved, length = max(
+            (
+                ((runs[at] // length) * length, -length)
+                for length, runs in enumerate(equal, 1)
+                if at < len(runs)
+            ),
+            default=(0, -1),
+        )
+        block = Block(at, -length, 1 + saved // -length) if saved >= LEAST_SAVED else Block(at, 1, 1)
+        blocks.append(block)
+        at += block.length * block.times
+    return blocks
+
+
+def _runs(items: Sequence[Hashable], length: int) -> list[int]:
+    """By position: how many items from there on are equal to those so much later."""
+    runs = [0] * (len(items) - length + 1)
+    for at in range(len(items) - length - 1, -1, -1):
+        runs[at] = runs[at + 1] + 1 if items[at] == items[at + length] else 0
+    return runs
+
+
+def in_rounds(net: CompiledNet, trace: Sequence[int]) -> tuple[int, ...]:
+    """Return the same firings in an order in which rounds repeat, where that is shorter to read.
+
+    The last firing stays the last one. After some firings comes what came after them before, as long as that
+    is enabled and left to do.
+    """
+    trace = tuple(trace)
+    if not LEAST_STEPS <= len(trace) <= MOST_STEPS:
+        return trace
+    *firings, last = trace
+    tried = [trace]
+    for context, is_rare_first in product((1, 2, 3), (False, True)):
+        ordered = _ordered(net, firings, context, is_rare_first)
+        if ordered is not None:
+            tried.append((*ordered, last))
+    return min(tried, key=_lines)
+
+
+def _lines(trace: Sequence[int]) -> int:
+    """How many lines a sequence takes when it is printed."""
+    return sum(block.length + (block.times > 1) for block in folded(trace))
+
+
+def _ordered(net: CompiledNet, firings: Sequence[int], context: int, is_rare_first: bool) -> list[int] | None:
+    """Fire them in an order of rounds; None where that ends before all are fired.
+
+    Parameters
+    ----------
+    context : int
+        How many firings have to be the same, so that the one that followed them follows again.
+    is_rare_first : bool
+        Whether, where none follows, what is to be fired least often comes first; else what was fired first.
+    """
+    left = Counter(firings)
+    needs = {t: (net.pre.row(t), net.inhibitor.row(t), list(net.delta[t].items())) for t in left}
+    marking = net.initial.tolist()
+    followed: dict[tuple[int, ...], int] = {}
+    ordered: list[int] = []
+
+    def can_follow(t: int) -> bool:
+        inputs, inhibitors, _ = needs[t]
+        return (
+            left[t] > 0
+            and all(marking[p] >= w for p, w in inputs)
+            and all(marking[p] < w for p, w in inhibitors)
+        )
+
+    while len(ordered) < len(firings):
+        before = tuple(ordered[-context:])
+        wanted = followed.get(before)
+        if wanted is None or not can_follow(wanted):
+            able = [t for t in left if can_follow(t)]
+            if not able:
+                return None
+            wanted = min(able, key=left.__getitem__) if is_rare_first else able[0]
+        followed[before] = wanted
+        left[wanted] -= 1
+        ordered.append(wanted)
+        for p, tokens in needs[wanted][2]:
+            marking[p] += tokens
+    return ordered

@@ -1,0 +1,105 @@
+"""The first round: what walks meet, with the ways to it, against plain searches."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.covering.firings import firings
+from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.coverability import can_repeat, coverability
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.walks.first_round import first_round
+from dineros.analysis.walks.scouting import Scout, short_pumping, short_way
+from tests.analysis.strategies import nets
+
+LIMITS = Budget(1 << 26, seconds=60)
+
+
+def move(name: str, here: str, there: str) -> Transition:
+    return Transition(name, {here: 1}, {there: 1})
+
+
+def far(rounds: int, others: int) -> CompiledNet:
+    """A shift that ends after some rounds, beside others that go on without end: far away, and not rare."""
+    tokens = {"rest": 1, "work": 0, "done": 0} | {f"a{k}": 1 for k in range(others)}
+    rows = [
+        move("begin", "rest", "work"),
+        Transition("end", {"work": 1}, {"rest": 1, "done": 1}, {"done": rounds}),
+        Transition("home", {"done": rounds}, {}),
+    ]
+    for k in range(others):
+        rows += [
+            Transition(f"go{k}", {f"a{k}": 1}, {f"b{k}": 1}),
+            Transition(f"back{k}", {f"b{k}": 1}, {f"a{k}": 1}),
+        ]
+        tokens[f"b{k}"] = 0
+    return CompiledNet.build(tokens, rows)
+
+
+def test_what_is_far_away_among_many_markings_is_met() -> None:
+    net = far(rounds=40, others=24)
+    home = net.transitions.index("home")
+    found = first_round(net, LIMITS, [home])
+    way = short_way(net, found.ways[home])
+    assert [net.transitions[t] for t in way] == [*["begin", "end"] * 40, "home"]
+
+
+def test_a_place_that_grows_only_by_a_long_loop_is_met() -> None:
+    # The loop takes from ten places in turn; random walks go astray among the others.
+    tokens = {"p0": 1, "log": 0} | {f"p{k}": 0 for k in range(1, 10)} | {f"a{k}": 1 for k in range(12)}
+    rows = [move(f"t{k}", f"p{k}", f"p{k + 1}") for k in range(9)]
+    rows.append(Transition("t9", {"p9": 1}, {"p0": 1, "log": 1}))
+    rows += [Transition("take", {"log": 2}, {"log": 1})]
+    for k in range(12):
+        tokens[f"b{k}"] = 0
+        rows += [
+            Transition(f"go{k}", {f"a{k}": 1}, {f"b{k}": 1}),
+            Transition(f"back{k}", {f"b{k}": 1}, {f"a{k}": 1}),
+        ]
+    net = CompiledNet.build(tokens, rows)
+    log = net.places.index("log")
+    assert place_bounds(net)[log] is None
+    (pumping,) = first_round(net, LIMITS, growing=[log]).pumpings
+    assert pumping.places == (log,)
+    assert [net.transitions[t] for t in pumping.suffix] == [f"t{k}" for k in range(10)]
+    assert not pumping.prefix
+
+
+@pytest.mark.long
+@settings(max_examples=150, deadline=None)
+@given(nets())
+def test_what_is_met_can_be_fired(net: CompiledNet) -> None:
+    growing = [p for p, bound in enumerate(place_bounds(net)) if bound is None]
+    found = first_round(net, LIMITS, range(len(net.transitions)), True, growing)
+    for t, way in found.ways.items():
+        for each in (way, short_way(net, way)):
+            assert each[-1] == t
+            replay(net, each)
+    if found.deadlock is not None:
+        last = replay(net, found.deadlock)[-1]
+        assert not any(net.is_enabled(t, last) for t in range(len(net.transitions)))
+    known = coverability(net, 500)
+    for pumping in found.pumpings:
+        assert can_repeat(net, pumping)
+        assert known.is_bounded is not True
+    wanted = range(len(net.transitions))
+    proved = firings(net, LIMITS, wanted)
+    assert proved.dead.isdisjoint(found.ways)
+    assert not (proved.has_no_deadlock and found.deadlock is not None)
+
+
+@pytest.mark.long
+@settings(max_examples=60, deadline=None)
+@given(nets())
+def test_a_loop_is_made_shorter_and_still_repeats(net: CompiledNet) -> None:
+    scout, growing = Scout(net), range(len(net.places))
+    for _ in range(20):
+        scout.walk(growing=growing)
+        for pumping in scout.taken():
+            short = short_pumping(net, pumping, pumping.places)
+            assert can_repeat(net, short)
+            assert set(short.places) & set(pumping.places)
+            assert len(short.suffix) <= len(pumping.suffix)

@@ -1,0 +1,58 @@
+"""Witnesses that repeat are printed once, and firings are put in an order in which they repeat."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.witnesses.folding import folded, in_rounds
+
+TEXT = st.text(alphabet="abc", max_size=60)
+
+
+def unfolded(items: str) -> str:
+    return "".join(items[block.start : block.start + block.length] * block.times for block in folded(items))
+
+
+@given(TEXT, TEXT, st.integers(1, 9))
+def test_blocks_say_the_same(one: str, other: str, times: int) -> None:
+    text = one + other * times + one
+    assert unfolded(text) == text
+
+
+def test_the_longest_repetition_is_named_once() -> None:
+    text = "xy" + "abcdefgh" * 12 + "z"
+    assert [(block.length, block.times) for block in folded(text)] == [(1, 1), (1, 1), (8, 12), (1, 1)]
+    assert [(block.length, block.times) for block in folded("aaab")] == [(1, 1)] * 4
+
+
+MAKE = CompiledNet.build(
+    {"on": 1, "due": 0, "busy": 0, "queue": 0},
+    [
+        Transition("tick", {"on": 1}, {"on": 1, "due": 1}),
+        Transition("begin", {"due": 1}, {"busy": 1}),
+        Transition("end", {"busy": 1}, {"queue": 1}),
+        Transition("lose", {"queue": 10}, {"queue": 10}),
+    ],
+)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_ten_rounds_in_any_order_become_one(seed: int) -> None:
+    rng, marking, trace = random.Random(seed), [1, 0, 0, 0], []
+    left = {0: 10, 1: 10, 2: 10}
+    while any(left.values()):
+        t = rng.choice([t for t, count in left.items() if count and MAKE.is_enabled(t, marking)])
+        left[t] -= 1
+        trace.append(t)
+        marking = MAKE.fire(t, marking)
+    ordered = in_rounds(MAKE, [*trace, 3])
+    assert sorted(ordered) == sorted([*trace, 3])
+    assert ordered[-1] == 3
+    assert replay(MAKE, ordered)[-1] == replay(MAKE, [*trace, 3])[-1]
+    assert sum(block.length for block in folded(ordered)) <= 4
