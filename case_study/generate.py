@@ -14,10 +14,14 @@ from dineros.generators import Comparison, Options, check, generate, read_manife
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files import load
+from dineros.metamodel.settings import apply
 
 HOME = Path(__file__).resolve().parent
 MODEL = HOME / "sorting.sym.xmi"
 WORKSPACE = HOME / "workspace"
+RULES = "middleware=ros2"
+"""Its nodes run on ROS 2, whose queues are not those of the paper."""
+OPTIONS = Options(MODEL.name, settings=(RULES,))
 
 
 def compare() -> Comparison:
@@ -28,7 +32,7 @@ def compare() -> Comparison:
     DinerosError
         What is generated now is not what the manifest says.
     """
-    comparison = check(model(), WORKSPACE, Options(MODEL.name))
+    comparison = check(model(), WORKSPACE, OPTIONS)
     if comparison.manifest != read_manifest(WORKSPACE):
         raise DinerosError(
             "is not what the model and the generators make now",
@@ -41,6 +45,7 @@ def compare() -> Comparison:
 def model() -> sym.SystemModel:
     found = load(MODEL)
     assert isinstance(found, sym.SystemModel)
+    apply(found, RULES)
     return found
 
 
@@ -48,7 +53,7 @@ def main(anew: bool = False) -> int:
     """Make what is missing."""
     try:
         if anew or compare().changes:
-            generate(model(), WORKSPACE, Options(MODEL.name))
+            generate(model(), WORKSPACE, OPTIONS)
     except DinerosError as error:
         print(error, file=sys.stderr)
         return 1

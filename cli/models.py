@@ -14,6 +14,10 @@ from dineros.cli.options import invocation
 OTHER_QUEUES = (
     "by the rules of ros1, but what runs on ROS 2 has other queues (check and run it with --middleware ros2)"
 )
+RUNS_AS_ROS2 = (
+    "runs by the rules of ros2, whose queues ROS 2 has; the model says ros1 (check it with --middleware ros2)"
+)
+_MIDDLEWARE = "middleware"
 BY_HAND = "written by hand, says the model: "
 
 if TYPE_CHECKING:
@@ -158,6 +162,36 @@ def say_rules(model: pn.Net, path: Path) -> None:
 def rules_of(model: pn.Net) -> dict[str, str]:
     """Return what a report as JSON says of the rules; nothing where they are the paper's."""
     return {"middleware": "ros2"} if _is_of_ros2(model) else {}
+
+
+def settings_on_ros2(path: Path, settings: Sequence[str]) -> tuple[str, ...]:
+    """Return the settings for a run on ROS 2, where the rules of a system model are those of ros2.
+
+    A setting of `middleware` holds instead, and a workspace is what it was generated as.
+
+    Parameters
+    ----------
+    path : Path
+        The file of a system model, or the folder of a workspace.
+    settings : sequence of str
+        Values of `--set` and `--middleware`.
+
+    Raises
+    ------
+    DinerosError
+        As `load_system`.
+    """
+    from dineros.metamodel import sym
+
+    given = tuple(settings)
+    if path.is_dir() or any(setting.partition("=")[0].strip() == _MIDDLEWARE for setting in given):
+        return given
+    model = load_system(path, given)
+    if model.middleware == sym.Middleware.ros2 or not model.channels:
+        return given
+    if invocation().verbosity >= 0:
+        warn(f"{path}: {RUNS_AS_ROS2}")
+    return (*given, f"{_MIDDLEWARE}=ros2")
 
 
 def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,7 +35,7 @@ def replay(
     from dineros.metamodel.records import read_trace, traces_of_runs
 
     parts = traces_of_runs(traces)
-    settings = tuple(settings) or _settings_of(parts.values())
+    settings = _with_rules_of_run(tuple(settings), parts.values())
     system = load_valid_system(model, settings)
     say_rules(system, model)
     say_what_is_by_hand([system], model)
@@ -88,6 +89,37 @@ def _broken(system: sym.SystemModel, invariants: Sequence[str], verdict: Verdict
     subject = subject_of(system, "fully-enabled")
     found = {text: Invariant(text, subject).first_violation(verdict.sequence) for text in invariants}
     return {text: number for text, number in found.items() if number is not None}
+
+
+def _with_rules_of_run(settings: tuple[str, ...], traces: Iterable[Sequence[Path]]) -> tuple[str, ...]:
+    """Return how the model was changed for the run: as is said, by the rules that the run had.
+
+    Raises
+    ------
+    DinerosError
+        Nothing is said, and not all nodes ran the same model.
+    """
+    if not settings:
+        return _settings_of(traces)
+    if any(map(_is_of_rules, settings)):
+        return settings
+    from dineros.metamodel.records import Header, read_records
+
+    headers = [header for files in traces for header in islice(read_records(files[0]), 1)]
+    rules = {
+        setting
+        for header in headers
+        if isinstance(header, Header)
+        for setting in header.settings
+        if _is_of_rules(setting)
+    }
+    if len(rules) == 1:
+        note(f"the traces say: --set {shlex.quote(min(rules))}")
+    return (*settings, *rules) if len(rules) == 1 else settings
+
+
+def _is_of_rules(setting: str) -> bool:
+    return setting.partition("=")[0].strip() == "middleware"
 
 
 def _settings_of(traces: Iterable[Sequence[Path]]) -> tuple[str, ...]:

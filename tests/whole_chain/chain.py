@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from dineros.cli.models import BY_HAND, OTHER_QUEUES
+from dineros.cli.models import BY_HAND, OTHER_QUEUES, RUNS_AS_ROS2
 from dineros.metamodel import sym
 from dineros.metamodel.files import save
 from tests.fuzz.judging import ACCEPTED, REFUSED, Outcome, judge, refused_or, run_command
@@ -22,7 +22,7 @@ from tests.fuzz.judging import ACCEPTED, REFUSED, Outcome, judge, refused_or, ru
 FOUND, UNKNOWN = 1, 3
 BUDGET = ("--timeout", "3", "--memory", "4G")  # more than a test process may hold already
 _PATHS = ("lifecycle",)
-_NOTES = (": warning: ", ": by the rules of ros2: ", OTHER_QUEUES, BY_HAND)
+_NOTES = (": warning: ", ": by the rules of ros2: ", OTHER_QUEUES, RUNS_AS_ROS2, BY_HAND)
 FURTHER: list[list[str]] = [
     ["check", "--suggest-callback-groups", "--no-cache", *BUDGET],
     ["check", "--suggest-capacities", "--no-cache", *BUDGET],

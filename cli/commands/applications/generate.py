@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from dineros.cli.console import say_json, warn, working
-from dineros.cli.models import load_valid_system, say_what_is_by_hand, say_what_runs
+from dineros.cli.models import load_valid_system, say_what_is_by_hand, say_what_runs, settings_on_ros2
 from dineros.cli.options import command, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.presentation.workspaces import say_comparison
 
@@ -75,12 +75,14 @@ def generate(
 
     Each node net becomes a package with a module `handlers.py` that is its developer's: it is written once,
     and stubs for new transitions are added at its end. Everything else is generated again when the model
-    changes; where such a file was edited, nothing is written and the differences are shown.
+    changes; where such a file was edited, nothing is written and the differences are shown. The nodes have
+    the rules of ros2, unless --middleware says otherwise.
     """
     from dineros import generators
 
     if templates is not None and default_templates:
         raise click.UsageError("--templates and --default-templates exclude each other.")
+    settings = settings_on_ros2(model, settings)
     system = load_valid_system(model, settings)
     options = generators.Options(
         source=model.name,

@@ -108,11 +108,12 @@ def run(
     """Run all nodes of a system model, or of a generated workspace, until --until, --timeout or Ctrl-C.
 
     Every node is a ROS 2 process of its own, unless --local or --simulate says otherwise; one that fails is
-    started again and goes on from its trace. MODEL is a system model or the folder of a workspace. Exit
+    started again and goes on from its trace. On ROS 2 a model has the rules of ros2, unless --middleware says
+    otherwise. MODEL is a system model or the folder of a workspace. Exit
     status: 1 where a step was not allowed or a failed handler halted a node, 2 where a node could not go on
     or never came up, 3 where time was over before --until held.
     """
-    from dineros.cli.models import say_what_is_by_hand, say_what_runs
+    from dineros.cli.models import say_what_is_by_hand, say_what_runs, settings_on_ros2
     from dineros.cli.presentation.runs import say_run
     from dineros.cli.running.applications import application_of, some_of
     from dineros.cli.running.running import domain_of, run_application
@@ -125,12 +126,14 @@ def run(
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
     if speed is not None and not simulate:
         raise DinerosError("--speed needs --simulate", hint="elsewhere, time is that of the machine")
+    is_on_ros = not (local or simulate)
+    if is_on_ros:
+        settings = settings_on_ros2(model, settings)
     application = application_of(model, settings, handler_file, stale_after)
     if only or without:
         if monitor:
             raise DinerosError("--monitor needs all nodes", hint="leave --only and --without out")
         application = some_of(application, only, without)
-    is_on_ros = not (local or simulate)
     say_what_is_by_hand(application.models, model)
     if is_on_ros:
         say_what_runs(application.models, model)

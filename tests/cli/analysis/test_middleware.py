@@ -15,6 +15,7 @@ from tests.cli.conftest import Run
 from tests.histories.test_figures import periodic
 
 SAYS = "by the rules of ros2: writer, reader and request histories, capacities\n"
+RUNS = "runs by the rules of ros2, whose queues ROS 2 has; the model says ros1"
 OTHER = "by the rules of ros1, but what runs on ROS 2 has other queues"
 
 
@@ -127,6 +128,32 @@ def test_generate_says_where_ros_2_differs_from_the_rules(run: Run, own: Path, t
     assert OTHER not in run("run", own, "--local", "--timeout", "0.1", "--middleware", "ros1").stderr
     result = run(*made, "--middleware", "ros2")
     assert (result.exit_code, OTHER in result.stderr) == (0, False)
+
+
+def test_what_is_generated_for_ros_2_has_its_rules(run: Run, own: Path, tmp_path: Path) -> None:
+    """Without --middleware, whatever the model says; the workspace names it, and so will its traces."""
+    says_ros1 = 'middleware="ros2"' not in own.read_text()
+    workspace = tmp_path / "workspace"
+    result = run("generate", own, "-o", workspace, "--set", "logger.package=periodic_logger")
+    assert (result.exit_code, f"{own}: {RUNS}" in result.stderr) == (0, says_ros1)
+    manifest = json.loads((workspace / ".dineros/manifest.json").read_text())
+    named = "middleware=ros2" in manifest["settings"]
+    assert named is says_ros1
+    assert 'middleware="ros2"' in next(workspace.rglob("*.rtm.xmi")).read_text()
+
+
+@pytest.mark.long
+def test_conform_takes_the_rules_that_the_run_recorded(run: Run, own: Path, tmp_path: Path) -> None:
+    """Also where other settings are given; --middleware holds instead."""
+    trace = tmp_path / "trace"
+    more = ("--set", "talk.publisher.Said.limit=3")
+    ran = ("--simulate", "--seed", "1", "--timeout", "3", "--trace", trace, "--middleware", "ros2")
+    assert run("run", own, *ran, *more).exit_code == 0
+    for given in ((), more):
+        result = run("conform", own, trace, *given)
+        assert result.exit_code == 0, result.stdout + result.stderr
+        assert SAYS in result.stderr
+    assert SAYS not in run("conform", own, trace, *more, "--middleware", "ros1").stderr
 
 
 @pytest.mark.long

@@ -75,7 +75,7 @@ def test_a_node_that_cannot_start_is_told_of_and_announced(tmp_path: Path) -> No
     assert done.returncode == 2, done.stderr
     error = f"{tmp_path}/handlers.py:3: ModuleNotFoundError: No module named 'nowhere'"
     other, *lines = done.stderr.splitlines()
-    assert other.startswith("greeting.sym.xmi: by the rules of ros1, but what runs on ROS 2 has other queues")
+    assert other.startswith("greeting.sym.xmi: runs by the rules of ros2, whose queues ROS 2 has")
     assert lines[:3] == [f"talker ended with exit status 2: {error}"] * 3
     log = tmp_path / "traces/talker.log"
     assert lines[3:] == [f"talker cannot start, tried 3 times: {error} (its output is in {log})"]
