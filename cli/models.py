@@ -189,9 +189,13 @@ def settings_on_ros2(path: Path, settings: Sequence[str]) -> tuple[str, ...]:
     model = load_system(path, given)
     if model.middleware == sym.Middleware.ros2 or not model.channels:
         return given
-    if invocation().verbosity >= 0:
-        warn(f"{path}: {RUNS_AS_ROS2}")
     return (*given, f"{_MIDDLEWARE}=ros2")
+
+
+def say_rules_on_ros2(path: Path, said: Sequence[str], taken: Sequence[str]) -> None:
+    """Say that what runs on ROS 2 has other rules than its model says; the settings as given and as taken."""
+    if tuple(said) != tuple(taken) and invocation().verbosity >= 0:
+        warn(f"{path}: {RUNS_AS_ROS2}")
 
 
 def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:

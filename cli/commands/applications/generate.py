@@ -7,7 +7,13 @@ from pathlib import Path
 import click
 
 from dineros.cli.console import say_json, warn, working
-from dineros.cli.models import load_valid_system, say_what_is_by_hand, say_what_runs, settings_on_ros2
+from dineros.cli.models import (
+    load_valid_system,
+    say_rules_on_ros2,
+    say_what_is_by_hand,
+    say_what_runs,
+    settings_on_ros2,
+)
 from dineros.cli.options import command, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.presentation.workspaces import say_comparison
 
@@ -82,7 +88,7 @@ def generate(
 
     if templates is not None and default_templates:
         raise click.UsageError("--templates and --default-templates exclude each other.")
-    settings = settings_on_ros2(model, settings)
+    said, settings = settings, settings_on_ros2(model, settings)
     system = load_valid_system(model, settings)
     options = generators.Options(
         source=model.name,
@@ -108,6 +114,7 @@ def generate(
         raise
     if not check:
         say_what_is_by_hand([system], model)
+        say_rules_on_ros2(model, said, settings)
         say_what_runs([system], model)
     if as_json:
         written = not check and bool(comparison.changes)

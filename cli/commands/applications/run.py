@@ -113,7 +113,7 @@ def run(
     status: 1 where a step was not allowed or a failed handler halted a node, 2 where a node could not go on
     or never came up, 3 where time was over before --until held.
     """
-    from dineros.cli.models import say_what_is_by_hand, say_what_runs, settings_on_ros2
+    from dineros.cli.models import say_rules_on_ros2, say_what_is_by_hand, say_what_runs, settings_on_ros2
     from dineros.cli.presentation.runs import say_run
     from dineros.cli.running.applications import application_of, some_of
     from dineros.cli.running.running import domain_of, run_application
@@ -128,7 +128,8 @@ def run(
         raise DinerosError("--speed needs --simulate", hint="elsewhere, time is that of the machine")
     is_on_ros = not (local or simulate)
     if is_on_ros:
-        settings = settings_on_ros2(model, settings)
+        said, settings = settings, settings_on_ros2(model, settings)
+        say_rules_on_ros2(model, said, settings)
     application = application_of(model, settings, handler_file, stale_after)
     if only or without:
         if monitor:
