@@ -7,7 +7,7 @@ from pathlib import Path
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import save
 from dineros.metamodel.pn import Transition
-from dineros.metamodel.sym import TopicChannel
+from dineros.metamodel.sym import Fairness, Property, TopicChannel
 from dineros.transformations.flattening.split import split
 from tests.fuzz.judging import run_command
 from tests.generators.models import kitchen
@@ -43,6 +43,16 @@ def models(folder: Path, suffix: str) -> list[bytes]:
 def model(folder: Path) -> Path:
     """Return the file of the model that formulas, settings and traces speak of."""
     return _saved(folder, "talker")
+
+
+def asked(folder: Path) -> Path:
+    """Return the file of a model with a property and an assumption, for settings."""
+    asked = talker()
+    asked.properties.append(Property(id="Polite", text="never Heard >= 3"))
+    asked.assumptions.append(Fairness(id="Saying", of="Say"))
+    path = folder / "asked.sym.xmi"
+    save(asked, path)
+    return path
 
 
 def _saved(folder: Path, name: str) -> Path:
@@ -103,6 +113,13 @@ SETTINGS = [
     b"talker.threads=2",
     b"Chatter.topic=/other",
     b"greeting.name=x",
+    b"greeting.middleware=ros2",
+    b"Chatter.subscriber.Heard.newestOnly=true",
+    b"Heard.capacity=3",
+    b"talker.execution=callbacks",
+    b"Polite.text=never Heard >= 4",
+    b"Polite.language=ltl",
+    b"Saying.strong=true",
 ]
 VARY = [b"Words.tokens=0..3", b"Words.tokens=0..10..2", b"Words.tokens,Chatter.subscriber.Heard.limit=1,2,5"]
 LIMITS = [b"tokens=5000", b"instances=1", b"points=10"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import zlib
 from collections.abc import Callable, Iterator, Sequence
@@ -12,13 +11,21 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
-from dineros.analysis.evidence.certificate import sealed
 from tests.fuzz import mutators, seeds
+from tests.fuzz.answering_targets import (
+    baseline,
+    certificate,
+    mutate_suppressions,
+    proofs,
+    properties,
+    suppressions,
+)
 from tests.fuzz.editing_targets import editor, editors_journal
+from tests.fuzz.foreign_targets import foreign_pnml, foreign_properties, mutate_foreign
 from tests.fuzz.judging import REFUSED, Outcome, refused_or, run_command
+from tests.fuzz.observing_targets import given, recording, seen_recording, tracing
 from tests.fuzz.running_targets import announcement, journal, live_page, message, mqtt, payload, rest_request
 from tests.fuzz.steering_targets import answered_by_a_process, asked_of_a_node, said_by_a_page
-from tests.fuzz.tracing_targets import tracing
 
 Attempt = Callable[[bytes], Outcome]
 MEMORY = ("--memory", "600M")
@@ -111,15 +118,18 @@ def _picture(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]
 def _argument(
     originals: Sequence[bytes], commands: Sequence[Sequence[object]], folder: Path, ending: ExitStack
 ) -> tuple[Sequence[bytes], Attempt]:
-    """Give a text to one of some commands, in place of TEXT; MODEL is a model, RUN a run of it."""
-    path, run = seeds.model(folder), folder / "run"
+    """Give a text to one of some commands, in place of TEXT.
+
+    MODEL is a model, RUN a run of it, ASKED a model with a property.
+    """
+    path, run, asked = seeds.model(folder), folder / "run", seeds.asked(folder)
     if any("RUN" in command for command in commands):
         seeds.made("run", path, "--simulate", "--seed", 1, "--timeout", 2, "--trace", run)
 
     def attempt(content: bytes) -> Outcome:
         text = _text(content)
         chosen = commands[_chosen(content, len(commands))]
-        named = {"MODEL": str(path), "OUT": str(folder / "out.net"), "RUN": str(run)}
+        named = {"MODEL": str(path), "OUT": str(folder / "out.net"), "RUN": str(run), "ASKED": str(asked)}
         return run_command(*(named.get(str(each), str(each).replace("TEXT", text)) for each in chosen))
 
     return originals, attempt
@@ -130,38 +140,6 @@ def _question(
 ) -> Callable[[Path, ExitStack], tuple[Sequence[bytes], Attempt]]:
     split = [[word for word in command.split() if word] for command in commands]
     return partial(_argument, originals, split)
-
-
-def _properties(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
-    path, model = folder / "case.xml", folder / "net.net"
-    model.write_text("net n\npl a (2)\ntr t a -> b\ntr u b -> a\n")
-    for logic, formula in (("--ltl", "G (a >= 1 -> F b == 1)"), ("--ctl", "A[enabled(t) U EX (a + b <= 2)]")):
-        seeds.made("verify", model, logic, formula, "--write-properties", folder / f"seed{logic}.xml")
-
-    def attempt(content: bytes) -> Outcome:
-        path.write_bytes(content)
-        return run_command("verify", model, "--properties", path, "--timeout", "0.5", *MEMORY)
-
-    return [seed.read_bytes() for seed in sorted(folder.glob("seed*.xml"))], attempt
-
-
-def _certificate(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
-    path, model = folder / "case.json", folder / "net.net"
-    model.write_text("net n\npl a (2)\ntr t a -> b\ntr u b -> a\ntr v c -> c a\ntr w a*3 -> c\n")
-    for number, goal in enumerate(("a + b >= 3 | c >= 1", "a + b == 0", "b >= 3 & deadlock")):
-        seeds.made("find", model, "--marking", goal, "--certificate", folder / f"seed{number}.json")
-
-    def attempt(content: bytes) -> Outcome:
-        path.write_bytes(content)
-        try:  # half of them get past the seal
-            found = json.loads(content)
-            if isinstance(found, dict) and _chosen(content, 2):
-                path.write_text(json.dumps(sealed(found)))
-        except (ValueError, RecursionError):
-            path.write_bytes(content)
-        return run_command("certify", model, path)
-
-    return [seed.read_bytes() for seed in sorted(folder.glob("seed*.json"))], attempt
 
 
 def _clause(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
@@ -269,27 +247,6 @@ def _trace(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     return [witness.read_bytes(), *(each.read_bytes() for each in sorted(run.glob("*.jsonl")))], attempt
 
 
-def _recording(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
-    """Explain a recording one file of which is damaged."""
-    model, bags = seeds.model(folder), seeds.recordings(folder)
-    work = {name: shutil.copytree(bag, folder / "work" / name) for name, bag in bags.items()}
-    originals = {
-        file: file.read_bytes() for bag in work.values() for file in sorted(bag.iterdir()) if file.is_file()
-    }
-
-    def attempt(content: bytes) -> Outcome:
-        kinds = {b"\x89MCAP": work["mcap"] / "mcap.mcap", b"SQLite": work["sqlite3"] / "sqlite3.db3"}
-        damaged = next((file for magic, file in kinds.items() if content.startswith(magic)), None)
-        damaged = damaged or work[("mcap", "sqlite3")[_chosen(content, 2)]] / "metadata.yaml"
-        damaged.write_bytes(content)
-        try:
-            return run_command("conform", model, "--bag", damaged.parent, *MEMORY, *TIMEOUT)
-        finally:
-            damaged.write_bytes(originals[damaged])
-
-    return list(originals.values()), attempt
-
-
 def _orders(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     model = seeds.model(folder)
     question = ("statespace", model, "--engine", "symbolic", *MEMORY)
@@ -350,6 +307,7 @@ KINDS = {
     "XMI": Kind(partial(_model, "xmi"), mutators.mutate_xml),
     "PNML": Kind(partial(_model, "pnml"), mutators.mutate_xml),
     "net": Kind(partial(_model, "net"), mutators.mutate_words),
+    "foreign PNML": Kind(foreign_pnml, mutate_foreign, share=200),
     "picture": Kind(_picture, mutators.mutate_xml, share=20),
     "LTL": Kind(
         _question(seeds.LTL, "verify MODEL --no-cache --memory 600M --timeout 5 --ltl TEXT"),
@@ -369,14 +327,19 @@ KINDS = {
         ),
         mutators.mutate_words,
     ),
-    "properties": Kind(_properties, mutators.mutate_xml, share=50),
-    "certificate": Kind(_certificate, mutators.mutate_json),
+    "properties": Kind(properties, mutators.mutate_xml, share=50),
+    "foreign properties": Kind(foreign_properties, mutators.mutate_xml),
+    "certificate": Kind(certificate, mutators.mutate_json),
+    "proofs": Kind(proofs, mutators.mutate_json),
+    "baseline": Kind(baseline, mutators.mutate_json),
+    "suppressions": Kind(suppressions, mutate_suppressions),
     "clause": Kind(_clause, mutators.mutate_words, share=200),
     "setting": Kind(
         _question(
             seeds.SETTINGS,
-            "validate MODEL --set TEXT",
-            "flatten MODEL -o OUT --set TEXT",
+            "validate ASKED --set TEXT",
+            "flatten ASKED -o OUT --set TEXT",
+            "verify ASKED --no-cache --memory 600M --timeout 5 --set TEXT",
             "find MODEL --marking Noted>=1 --memory 600M --timeout 5 --set TEXT",
         ),
         mutators.mutate_words,
@@ -392,7 +355,9 @@ KINDS = {
     ),
     "journal": Kind(journal, mutators.mutate_json_lines),
     "trace": Kind(_trace, mutators.mutate_json_lines),
-    "recording": Kind(_recording, mutators.mutate_bytes, share=50),
+    "recording": Kind(recording, mutators.mutate_bytes, share=50),
+    "seen recording": Kind(seen_recording, mutators.mutate_bytes, share=50),
+    "given": Kind(given, mutators.mutate_words, share=200),
     "tracing": Kind(tracing, mutators.mutate_bytes, share=50),
     "orders": Kind(_orders, mutators.mutate_json),
     "sweep journal": Kind(_sweep_journal, mutators.mutate_json_lines),
