@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable
 from typing import ParamSpec
 
-from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.symbolic import symbolic_state_space
+from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.symbolic.vector_sets import Scope, VectorSets
 from dineros.metamodel.errors import BudgetError
@@ -31,6 +32,23 @@ MOST_ANSWERS = 500_000
 
 class SetsFullError(Exception):
     """There is no room for another set, as long as those that are kept are kept."""
+
+
+def all_markings(part: Part, budget: Budget) -> SymbolicStateSpace:
+    """Return all markings of a part.
+
+    Raises
+    ------
+    BudgetError
+        The time or the memory is not enough.
+    """
+    try:
+        space = symbolic_state_space(part.net, budget)
+    except BudgetExceededError as limit:
+        raise BudgetError(f"{limit}: not all markings of a part of the model were found") from limit
+    if not space.complete:
+        raise BudgetError("memory ran out: a part of the model has too many markings to be followed")
+    return space
 
 
 class MarkingSets:
@@ -56,15 +74,12 @@ class MarkingSets:
     Raises
     ------
     BudgetError
-        The memory is not enough for the markings of the part.
+        The time or the memory is not enough for the markings of the part.
     """
 
     def __init__(self, part: Part, budget: Budget) -> None:
         self.part = part
-        space = symbolic_state_space(part.net, budget)
-        if not space.complete:
-            raise BudgetError("memory ran out: a part of the model has too many markings to be followed")
-        self.space = space
+        self.space = space = all_markings(part, budget)
         self.sets: VectorSets = space.sets
         self._anything = bool(space.diagram.top)
         events = {event.transition for event in space.encoding.events}

@@ -13,9 +13,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.symbolic import symbolic_state_space
 from dineros.metamodel.errors import BudgetError
 from dineros.observation.explaining.following import Follower
+from dineros.observation.explaining.marking_sets import all_markings
 from dineros.observation.explaining.parts import parts_of
 from dineros.observation.explaining.shown import ShownNet
 
@@ -31,7 +31,7 @@ def follower_midway(net: ShownNet, budget: Budget) -> Follower:
     Raises
     ------
     BudgetError
-        The memory is not enough even where each part is followed by itself.
+        The time or the memory is not enough even where each part is followed by itself.
     """
     if _is_small(net, budget):
         return Follower(net, budget, "all")
@@ -64,7 +64,10 @@ def _is_small(net: ShownNet, budget: Budget) -> bool:
     tried = replace(budget, seconds=seconds, started=None, deadline=None).begun()
     seen = {transition for found in net.shown.values() for transition in found}
     for part in parts_of(net.subject.net, seen, "all"):
-        space = symbolic_state_space(part.net, tried)
-        if not space.complete or space.peak_nodes > WHOLE_NODES:
+        try:
+            space = all_markings(part, tried)
+        except BudgetError:
+            return False
+        if space.peak_nodes > WHOLE_NODES:
             return False
     return True

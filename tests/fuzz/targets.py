@@ -339,7 +339,7 @@ KINDS = {
             seeds.SETTINGS,
             "validate ASKED --set TEXT",
             "flatten ASKED -o OUT --set TEXT",
-            "verify ASKED --no-cache --memory 600M --timeout 5 --set TEXT",
+            "check ASKED --no-cache --memory 600M --timeout 5 --set TEXT",
             "find MODEL --marking Noted>=1 --memory 600M --timeout 5 --set TEXT",
         ),
         mutators.mutate_words,

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.metamodel import sym
 from dineros.observation.explaining import RecordingVerdict, explain, midway
 from dineros.observation.importing.building import to_model
@@ -97,8 +98,9 @@ def test_what_no_marking_leads_to_does_not_conform(reliable: bool) -> None:
         assert verdict.untold == ()
 
 
-def test_what_cannot_be_told_of_a_large_model_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(midway, "WHOLE_NODES", 0)
+@pytest.mark.parametrize("limit", ["WHOLE_NODES", "WHOLE_SECONDS"])
+def test_what_cannot_be_told_of_a_large_model_is_said(monkeypatch: pytest.MonkeyPatch, limit: str) -> None:
+    monkeypatch.setattr(midway, limit, 0)
     messages = [("/frames", 0), ("/frames", 100 * MILLISECOND)]
     verdict = explain(talking(True, answers=True), recorded("/frames", "/edges"), messages, midway=True)
     assert verdict.status == "conforms"  # though no marking leads to it
@@ -106,3 +108,13 @@ def test_what_cannot_be_told_of_a_large_model_is_said(monkeypatch: pytest.Monkey
     assert verdict.to_dict("")["untold"] == ["/edges", "/frames"]
     from_the_start = explain(talking(True, answers=True), recorded("/frames", "/edges"), messages)
     assert (from_the_start.status, from_the_start.untold) == ("violated", ())
+
+
+@pytest.mark.parametrize("is_midway", [False, True])
+def test_if_time_runs_out_over_the_markings_the_answer_is_unknown(is_midway: bool) -> None:
+    topics, messages = recorded("/frames", "/edges"), [("/frames", 0)]
+    verdict = explain(
+        talking(True, answers=True), topics, messages, midway=is_midway, budget=Budget(seconds=0)
+    )
+    assert (verdict.status, verdict.messages) == ("unknown", 0)
+    assert verdict.reason == "time ran out: not all markings of a part of the model were found"
