@@ -32,14 +32,17 @@ def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -
     files in it are left alone.
     """
     from dineros.metamodel import files
+    from dineros.metamodel.files.xmi import xmi_bytes
     from dineros.transformations.flattening.split import file_names
     from dineros.transformations.flattening.split import split as split_model
 
     system = load_valid_system(model, settings)
     with working(f"Splitting {model}"):
         parts = split_model(system)
-    make_folder(output)
     written = {output / name: part for name, part in zip(file_names(parts), parts, strict=True)}
+    for path, part in written.items():
+        xmi_bytes(part, path)  # before the first file is written, each must be one that can be
+    make_folder(output)
     for path, part in written.items():
         files.save(part, path)
         note(f"wrote {path}")

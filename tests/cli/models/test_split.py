@@ -67,3 +67,14 @@ def test_a_plain_net_is_refused(run: Run, tmp_path: Path) -> None:
 def test_a_file_in_the_folders_place_is_refused(run: Run, model: Path) -> None:
     result = run("split", model, "-o", model)
     assert (result.exit_code, result.stderr) == (2, f"{model}: is a file (name a folder)\n")
+
+
+def test_if_one_node_cannot_be_written_none_is(run: Run, model: Path, tmp_path: Path) -> None:
+    net = load(model)
+    elements.find(net, "Noted").id = "//@pages.0"  # an id in PNML, but not in XMI
+    path = tmp_path / "odd.pnml"
+    save(net, path)
+    result = run("split", path, "-o", tmp_path / "nodes")
+    assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1)
+    assert "looks like the path of an element" in result.stderr
+    assert not (tmp_path / "nodes").exists()
