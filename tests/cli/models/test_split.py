@@ -51,7 +51,7 @@ def test_an_invalid_model_is_refused(run: Run, broken: Path, tmp_path: Path) -> 
     result = run("split", broken, "-o", tmp_path / "nodes")
     assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1)
     assert "is not valid: " in result.stderr
-    assert f"'dineros validate {broken}'" in result.stderr
+    assert f"`dineros validate {broken}`" in result.stderr
     assert not (tmp_path / "nodes").exists()
 
 
