@@ -10,8 +10,7 @@ from collections.abc import Callable, Collection, Iterable
 from typing import ParamSpec
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
-from dineros.analysis.symbolic import symbolic_state_space
-from dineros.analysis.symbolic.engine import SymbolicStateSpace
+from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.symbolic.vector_sets import Scope, VectorSets
 from dineros.metamodel.errors import BudgetError
