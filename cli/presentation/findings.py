@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -74,7 +75,9 @@ class Coming:
         self._told: set[str] = set()
 
     def __call__(self) -> None:
-        """Tell of what is new."""
+        """Print what is new: on a terminal, or with `-v`; a file keeps the report only."""
+        if not (sys.stderr.isatty() or invocation().verbosity > 0):
+            return
         report = self._accepted(self._report)
         found = [
             f"{finding.severity}: {finding.message} [{finding.rule}]"

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from dineros.metamodel.base import EObject
+if TYPE_CHECKING:
+    from dineros.metamodel.base import EObject
 
 
 def remember_remarks(root: EObject, remarks: Iterable[str]) -> None:

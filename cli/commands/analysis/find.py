@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @search_command(
     "dineros find sorting.sym.xmi --enabled TShowResult",
     "dineros find sorting.sym.xmi --signals none --marking 'Shown >= 1 & StateGet >= 1'",
-    "dineros find race.net --time --marking 'b >= 1'",
+    "dineros find race.net --time --marking 'a >= 1'",
 )
 @model_argument()
 @click.option("--enabled", metavar="TRANSITION", help="Find a marking that enables a transition.")
