@@ -23,6 +23,7 @@ from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.errors import DinerosError
 
 _BY_CALLBACKS = "set the execution of its node net to callbacks and the middleware of the model to ros2"
+_OWN_EXECUTOR = "if it has an executor of its own, give the page a callback group of its own and the node net one more thread"
 
 
 def _has_executors(index: Index) -> bool:
@@ -89,7 +90,7 @@ def callback_ends(page: sym.CallbackPage, index: Index) -> Outcome:
 
 @constraint(
     "{it} takes messages on {found}, and the node runs callbacks",
-    fix="put its place on a callback page of the kind subscriber",
+    fix=f"put its place on a callback page of the kind subscriber; {_OWN_EXECUTOR}",
     guard=lambda port, index: _runs(port.place, index),
 )
 def subscriber_begins_callback(port: sym.SubscriberPort, index: Index) -> Outcome:
@@ -102,7 +103,7 @@ def subscriber_begins_callback(port: sym.SubscriberPort, index: Index) -> Outcom
 
 @constraint(
     "{it} serves on {found}, and the node runs callbacks",
-    fix="use a callback page of the kind server",
+    fix=f"use a callback page of the kind server; {_OWN_EXECUTOR}",
     guard=lambda port, index: _runs(port.page, index),
 )
 def server_begins_callback(port: sym.ServerPort, index: Index) -> Outcome:

@@ -110,3 +110,37 @@ def test_the_fast_sensor_loses_until_mended(logs: Logs) -> None:
     kept = logs.scans(KEEPS)
     assert kept == list(range(1, len(kept) + 1))
     assert any(after - before > 1 for before, after in pairwise(logs.scans(LOSES)))
+
+
+SPINNING = """
+import rclpy
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.task import Future
+
+rclpy.init()
+node, executor, done = Node("robot"), MultiThreadedExecutor(num_threads=2), Future()
+executor.add_node(node)
+done.set_result(None)
+rclpy.spin_until_future_complete(node, done, executor)
+print(node in executor.get_nodes())
+rclpy.spin_until_future_complete(node, done)
+print(node in executor.get_nodes(), node in rclpy.get_global_executor().get_nodes())
+"""
+
+
+@pytest.mark.long
+def test_a_node_that_another_executor_spins_is_in_none_afterwards(tmp_path: Path) -> None:
+    """The guide's page of patterns says so, and models it."""
+    pytest.importorskip("rclpy")
+    with claimed_domain() as domain:
+        environment = ros_environment(tmp_path, domain, "memory", os.environ)
+        run = subprocess.run(
+            [sys.executable, "-c", SPINNING],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
+        )
+    assert (run.returncode, run.stdout.split()) == (0, ["True", "False", "False"]), run.stderr

@@ -10,6 +10,7 @@ from tests.support.broken.small import Small, callbacks, system
 CASES = Cases()
 
 _BY_CALLBACKS = "set the execution of its node net to callbacks and the middleware of the model to ros2"
+OWN_EXECUTOR = "if it has an executor of its own, give the page a callback group of its own and the node net one more thread"
 
 
 @CASES.breaks(
@@ -48,7 +49,7 @@ def nothing_ends(small: Small) -> None:
     "subscriber-begins-callback",
     "subscriber port 'News' of topic channel 'Topic' takes messages on callback page 'Clock', and the node "
     "runs callbacks",
-    "put its place on a callback page of the kind subscriber",
+    f"put its place on a callback page of the kind subscriber; {OWN_EXECUTOR}",
     of=callbacks,
 )
 def messages_of_a_timer(small: Small) -> None:
@@ -61,7 +62,7 @@ def messages_of_a_timer(small: Small) -> None:
     "subscriber-begins-callback",
     "subscriber port 'News' of topic channel 'Topic' takes messages on no callback page, and the node runs "
     "callbacks",
-    "put its place on a callback page of the kind subscriber",
+    f"put its place on a callback page of the kind subscriber; {OWN_EXECUTOR}",
     of=callbacks,
 )
 def messages_of_no_callback(small: Small) -> None:
@@ -72,7 +73,7 @@ def messages_of_no_callback(small: Small) -> None:
 @CASES.breaks(
     "server-begins-callback",
     "server port of service channel 'Service' serves on callback page 'Serve', and the node runs callbacks",
-    "use a callback page of the kind server",
+    f"use a callback page of the kind server; {OWN_EXECUTOR}",
     of=callbacks,
 )
 def requests_of_a_timer(small: Small) -> None:
@@ -82,7 +83,7 @@ def requests_of_a_timer(small: Small) -> None:
 @CASES.breaks(
     "server-begins-callback",
     "server port of service channel 'Plain' serves on page 'Plainly', and the node runs callbacks",
-    "use a callback page of the kind server",
+    f"use a callback page of the kind server; {OWN_EXECUTOR}",
     of=callbacks,
 )
 def requests_of_a_plain_page(small: Small) -> None:
