@@ -23,7 +23,7 @@ from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.errors import DinerosError
 
 _BY_CALLBACKS = "set the execution of its node net to callbacks and the middleware of the model to ros2"
-_OWN_EXECUTOR = "if it has an executor of its own, give the page a callback group of its own and the node net one more thread"
+_OWN_EXECUTOR = "for an executor of its own: a callback group of its own and one more thread for the node net"
 
 
 def _has_executors(index: Index) -> bool:

@@ -10,7 +10,7 @@ from tests.support.broken.small import Small, callbacks, system
 CASES = Cases()
 
 _BY_CALLBACKS = "set the execution of its node net to callbacks and the middleware of the model to ros2"
-OWN_EXECUTOR = "if it has an executor of its own, give the page a callback group of its own and the node net one more thread"
+OWN_EXECUTOR = "for an executor of its own: a callback group of its own and one more thread for the node net"
 
 
 @CASES.breaks(
