@@ -29,7 +29,7 @@ PARTS_OF_GOALS = ("goal", "result", "feedback")
 """Parts of the interface of an action."""
 SERVER_PLACES = (*OUTCOMES, "cancel", "feedback")
 """Places that a server may have besides its entry."""
-CLIENT_PLACES = (*OUTCOMES, "rejected", "cancel", "feedback")
+CLIENT_PLACES = (*OUTCOMES, "rejected", "accepted", "cancel", "feedback")
 """Places that a client may have besides that of its goals."""
 
 UNLIMITED = -1

@@ -16,6 +16,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import (
     Accept,
+    Accepted,
     Cancel,
     Canceling,
     Drop,
@@ -105,6 +106,8 @@ class GoalFlow:
                 return self._accepted(record, goal)
             case Reject():
                 return self._rejected(record, goal)
+            case Accepted():
+                return self._learned(record, goal)
             case Cancel():
                 return self._canceled(record, goal)
             case Canceling():
@@ -147,6 +150,14 @@ class GoalFlow:
         if fault is None:
             goal.slot = record.instance
         return fault
+
+    def _learned(self, record: Accepted, goal: _Goal) -> Refusal | None:
+        key: _Key = (Accepted, goal.channel, goal.client, None, None)
+        if not self._steps.get(key):
+            return None  # the client names no place for it
+        if goal.slot is None:
+            return Waiting(f"goal {goal.id} was not accepted before", (self._server(goal.channel),))
+        return self._fire_one(record, key, goal)
 
     def _rejected(self, record: Reject, goal: _Goal) -> Refusal | None:
         if goal.slot is not None or goal.is_told:

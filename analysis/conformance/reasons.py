@@ -9,6 +9,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.errors import counted
 from dineros.metamodel.records import (
     Accept,
+    Accepted,
     Cancel,
     Canceling,
     Checkpoint,
@@ -96,6 +97,7 @@ _DOES: dict[type[Record], str] = {
     Goal: "the client sends",
     Accept: "the server accepts",
     Reject: "the client learns of the refusal of",
+    Accepted: "the client learns of the acceptance of",
     Cancel: "the client asks to cancel",
     Canceling: "the server hears of the request to cancel",
     Feedback: "the server gives feedback on",

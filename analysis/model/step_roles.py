@@ -18,6 +18,7 @@ from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 from dineros.metamodel.records import (
     Accept,
+    Accepted,
     Cancel,
     Canceling,
     Drop,
@@ -191,6 +192,7 @@ def _goal_role(link: Link, kind: type[GoalStep], copies: dict[tuple[EObject, int
     of_client: dict[type[GoalStep], pn.Place | None] = {
         Goal: client.goal,
         Reject: client.rejected,
+        Accepted: client.accepted,
         Cancel: client.cancel,
         Hear: client.feedback,
     }

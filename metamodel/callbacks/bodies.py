@@ -52,7 +52,8 @@ def timers_of(net: pn.Net) -> list[sym.CallbackPage]:
 
 def _goals(net: sym.SystemModel) -> list[tuple[pn.Place, pn.Place]]:
     clients = [client for action in channels(net, sym.ActionChannel) for client in action.clients]
-    return [(client.goal, answer) for client in clients for answer in answers(client)]
+    learned = [(client.goal, client.accepted) for client in clients if client.accepted is not None]
+    return [*((client.goal, answer) for client in clients for answer in answers(client)), *learned]
 
 
 class Body:

@@ -56,7 +56,7 @@ def answered_on(page: sym.CallbackPage) -> list[sym.ClientPort | sym.ActionClien
     ]
     for action in _actions_beside(page):
         for sender in action.clients:
-            heard = [*answers(sender), sender.feedback]
+            heard = [*answers(sender), sender.accepted, sender.feedback]
             if any(begins_answer(sender, place) and callback_page_of(place) is page for place in heard):
                 called.append(sender)
     return called

@@ -193,10 +193,10 @@ class Waiting:
                 for place in answers(client):
                     begun = self._begun(place) if begins_answer(client, place) else []
                     self._move([under_way, *begun], [_at(place)])
-                if client.feedback is not None:
-                    heard = client.feedback
-                    begun = self._begun(heard) if begins_answer(client, heard) else []
-                    self._move(begun, [_at(heard)])
+                for heard in (client.accepted, client.feedback):
+                    if heard is not None:
+                        begun = self._begun(heard) if begins_answer(client, heard) else []
+                        self._move(begun, [_at(heard)])
 
     def _subscribers(self) -> None:
         for topic in channels(self._model, sym.TopicChannel):

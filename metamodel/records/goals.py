@@ -105,12 +105,10 @@ class Outcome(GoalStep, event="outcome"):
     data: Data = field(default_factory=dict)
 
 
-class Accepted(Record, event="accepted"):
-    """A client learns that its goal is accepted."""
+class Accepted(GoalStep, event="accepted"):
+    """A client learns that its goal is accepted; the token for that, if there is one, carries `data`."""
 
-    channel: str
-    client: str | None = None
-    message: str | None = None
+    data: Data = field(default_factory=dict)
 
 
 class TooLate(Record, event="tooLate"):

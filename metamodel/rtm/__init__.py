@@ -318,6 +318,8 @@ class ActionClientPort(PlacePort):
         Receives results of goals that were aborted; absent: nobody fetches them.
     canceled : sym.Place | None
         Receives results of goals that were canceled; absent: nobody fetches them.
+    accepted : sym.Place | None
+        Gets a token when the client learns that the server has accepted a goal; absent: it does not ask.
     rejected : sym.Place | None
         Gets a token when the server refuses a goal.
     cancel : sym.Place | None
@@ -335,6 +337,7 @@ class ActionClientPort(PlacePort):
     succeeded: sym.Place | None = Ecore.EReference()
     aborted: sym.Place | None = Ecore.EReference()
     canceled: sym.Place | None = Ecore.EReference()
+    accepted: sym.Place | None = Ecore.EReference()
     rejected: sym.Place | None = Ecore.EReference()
     cancel: sym.Place | None = Ecore.EReference()
     feedback: sym.Place | None = Ecore.EReference()
@@ -352,6 +355,7 @@ class ActionClientPort(PlacePort):
         succeeded: sym.Place | None = None,
         aborted: sym.Place | None = None,
         canceled: sym.Place | None = None,
+        accepted: sym.Place | None = None,
         rejected: sym.Place | None = None,
         cancel: sym.Place | None = None,
         feedback: sym.Place | None = None,
@@ -371,6 +375,7 @@ class ActionClientPort(PlacePort):
                 "succeeded": succeeded,
                 "aborted": aborted,
                 "canceled": canceled,
+                "accepted": accepted,
                 "rejected": rejected,
                 "cancel": cancel,
                 "feedback": feedback,
@@ -587,6 +592,7 @@ resolve_references(
         (ActionClientPort.succeeded, sym.Place),
         (ActionClientPort.aborted, sym.Place),
         (ActionClientPort.canceled, sym.Place),
+        (ActionClientPort.accepted, sym.Place),
         (ActionClientPort.rejected, sym.Place),
         (ActionClientPort.cancel, sym.Place),
         (ActionClientPort.feedback, sym.Place),

@@ -1026,6 +1026,8 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
         Receives results of goals that were aborted; absent: nobody fetches them.
     canceled : pn.Place | None
         Receives results of goals that were canceled; absent: nobody fetches them.
+    accepted : pn.Place | None
+        Gets a token when the client learns that the server has accepted a goal; absent: it does not ask.
     rejected : pn.Place | None
         Gets a token when the server refuses a goal; absent: the client is just ready for the next one.
     cancel : pn.Place | None
@@ -1045,6 +1047,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     succeeded: pn.Place | None = Ecore.EReference()
     aborted: pn.Place | None = Ecore.EReference()
     canceled: pn.Place | None = Ecore.EReference()
+    accepted: pn.Place | None = Ecore.EReference()
     rejected: pn.Place | None = Ecore.EReference()
     cancel: pn.Place | None = Ecore.EReference()
     feedback: pn.Place | None = Ecore.EReference()
@@ -1064,6 +1067,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
         succeeded: pn.Place | None = None,
         aborted: pn.Place | None = None,
         canceled: pn.Place | None = None,
+        accepted: pn.Place | None = None,
         rejected: pn.Place | None = None,
         cancel: pn.Place | None = None,
         feedback: pn.Place | None = None,
@@ -1081,6 +1085,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
                 "succeeded": succeeded,
                 "aborted": aborted,
                 "canceled": canceled,
+                "accepted": accepted,
                 "rejected": rejected,
                 "cancel": cancel,
                 "feedback": feedback,
@@ -2131,6 +2136,7 @@ resolve_references(
         (ActionClientPort.succeeded, pn.Place),
         (ActionClientPort.aborted, pn.Place),
         (ActionClientPort.canceled, pn.Place),
+        (ActionClientPort.accepted, pn.Place),
         (ActionClientPort.rejected, pn.Place),
         (ActionClientPort.cancel, pn.Place),
         (ActionClientPort.feedback, pn.Place),

@@ -57,6 +57,8 @@ class GoalUnderWay:
         Its outcome and result, which wait for room.
     is_refused : bool
         Whether it is refused, and the token for it waits for room.
+    is_answered : bool
+        Whether it is known to be accepted, and the token for that may wait for room.
     """
 
     message: Message
@@ -68,6 +70,7 @@ class GoalUnderWay:
     timer: Timer = IDLE
     ended: tuple[OutcomeKind, Data] | None = None
     is_refused: bool = False
+    is_answered: bool = False
 
 
 class ActionClient:
@@ -93,6 +96,7 @@ class ActionClient:
         self.goal = places[port.goal]
         self._outcomes = {outcome: places[place] for outcome, place in port.outcomes.items()}
         self._rejected = None if port.rejected is None else places[port.rejected]
+        self._accepted_at = None if port.accepted is None else places[port.accepted]
         self._cancel = None if port.cancel is None else places[port.cancel]
         self._feedback = None if port.feedback is None else places[port.feedback]
         self._departure = traffic.add_departure(self.goal, self.send, port)
@@ -222,10 +226,16 @@ class ActionClient:
 
     def _accepted(self, goal: GoalUnderWay) -> None:
         goal.timer.cancel()
-        if not goal.is_accepted:
-            goal.is_accepted = True
-            self._emit("accepted", goal.message.id)
-            self._look_at_cancels()
+        place = self._accepted_at
+        if goal.is_accepted:
+            return
+        goal.is_answered = True
+        if place is not None and not self._traffic.engine.has_room(place):
+            return
+        goal.is_accepted = True
+        token = None if place is None else self._token(place, goal.message.data, self.goal)
+        self._put("accepted", goal.message.id, place, token)
+        self._look_at_cancels()
 
     def _failed(self, goal: GoalUnderWay, reason: str) -> None:
         """Record that a goal is not answered, and send it again a little later."""
@@ -270,6 +280,8 @@ class ActionClient:
 
     def _ended(self, goal: GoalUnderWay) -> None:
         assert goal.ended is not None
+        if not goal.is_accepted:
+            return  # the token for that waits for room
         self._cancel_first()
         outcome, data = goal.ended
         place = self._outcomes.get(outcome)
@@ -334,6 +346,8 @@ class ActionClient:
     def let_in(self) -> None:
         """Take what waits for room, now that there may be some."""
         for goal in list(self.goals.values()):
+            if goal.is_answered and not goal.is_accepted:
+                self._accepted(goal)
             if goal.is_refused:
                 self._refused(goal)
             elif goal.ended is not None:
@@ -349,5 +363,10 @@ class ActionClient:
     @property
     def places(self) -> frozenset[int]:
         """The places that what arrives comes to."""
-        found = [self._rejected, self._feedback, *(self._outcomes.get(outcome) for outcome in OUTCOMES)]
+        found = [
+            self._rejected,
+            self._accepted_at,
+            self._feedback,
+            *(self._outcomes.get(outcome) for outcome in OUTCOMES),
+        ]
         return frozenset(place for place in found if place is not None)

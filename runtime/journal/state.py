@@ -245,6 +245,8 @@ class JournalState:
     def _told(self, record: Accepted | Cancel | TooLate) -> None:
         if isinstance(record, Cancel):
             self._remove(record, record.place or "", _token(record, record.token))
+        elif isinstance(record, Accepted) and record.place is not None:
+            self._add(record.place, StoredToken(_token(record, record.token), record.data))
         self._goals.told(record)
 
     def _arrived(self, record: Accept | Canceling | Hear | Reject | Outcome) -> None:

@@ -151,6 +151,7 @@ class PortReading:
                     cancel=self._at(port.cancel, number),
                     feedback=self._at(port.feedback, number),
                     outstanding=port.outstanding,
+                    accepted=self._at(port.accepted, number),
                 )
             case rtm.ActionServerPort():
                 return plain_ports.ActionServerPort(

@@ -225,8 +225,9 @@ class ActionClientPort(ActionPort):
         The place of the goals.
     outcomes : mapping of str to str
         Outcome -> the place of the results of goals that ended so; not there: nobody wants them.
-    rejected, cancel, feedback : str or None
-        Places: of tokens for goals that were refused, of requests to cancel, of feedback.
+    rejected, cancel, feedback, accepted : str or None
+        Places: of tokens for goals that were refused, of requests to cancel, of feedback, of tokens for goals
+        that were accepted.
     outstanding : int
         Goals under way at most.
     """
@@ -238,6 +239,7 @@ class ActionClientPort(ActionPort):
     cancel: str | None
     feedback: str | None
     outstanding: int
+    accepted: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -34,7 +34,7 @@ _DIRECTIONS: dict[type[EObject], dict[str, Literal["in", "out"]]] = {
     sym.ServerPort: {"entry": "out", "exit": "in", "channel": "out"},
     sym.ActionClientPort: {
         **dict.fromkeys(("goal", "cancel", "channel"), "in"),
-        **dict.fromkeys(("succeeded", "aborted", "canceled", "rejected", "feedback"), "out"),
+        **dict.fromkeys(("succeeded", "aborted", "canceled", "rejected", "accepted", "feedback"), "out"),
     },
     sym.ActionServerPort: {
         **dict.fromkeys(("entry", "cancel", "channel"), "out"),

@@ -124,13 +124,13 @@ class GoalAwaited(Query):
 
 
 def _told(client: sym.ActionClientPort, move: pn.Transition) -> pn.Place | None:
-    places = {*answers(client), client.feedback}
+    places = {*answers(client), client.accepted, client.feedback}
     told = (arc.target for arc in move.outgoing)
     return next((place for place in told if isinstance(place, pn.Place) and place in places), None)
 
 
 class Told(Query):
-    """The place of an action's client that a transition tells of an answer or of feedback, if any."""
+    """The place where a transition tells an action's client of an answer, acceptance or feedback, if any."""
 
     eclass = pn.Place
     _words = "where {1} tells {0}"
@@ -157,6 +157,6 @@ class GoesOn(Query):
     @staticmethod
     def _answer(client: sym.ActionClientPort, move: pn.Transition) -> bool:
         place = _told(client, move)
-        if place is None or place is client.feedback or not is_goal_awaited(client):
+        if place not in answers(client) or not is_goal_awaited(client):
             return False
         return callback_page_of(place) is callback_page_of(client.goal)

@@ -26,7 +26,7 @@ from dineros.transformations.rules import (
 )
 from dineros.transformations.rules.actions import callbacks as served
 from dineros.transformations.rules.actions import ends, feedback, goals, managed, publishing, slots
-from dineros.transformations.rules.clients import cancels
+from dineros.transformations.rules.clients import acceptances, cancels
 from dineros.transformations.rules.clients import requests as unbounded
 
 
@@ -131,7 +131,7 @@ FAMILIES = (
         "actions",
         "Actions: goals, slots, requests to cancel, outcomes, feedback",
         "",
-        _defined_in(goals, ends, feedback, slots, publishing, cancels),
+        _defined_in(goals, ends, feedback, slots, publishing, cancels, acceptances),
         "They run under every middleware, after those of services; A6 runs before all others, A5-room, "
         "A5-first, A5-hand, A8-room and A8-answer with those about capacities.",
     ),
@@ -185,6 +185,7 @@ ACTION_RULES: list[type[Rule]] = [
         ends.A4Unheeded,
     ),
     *(feedback.A5, feedback.A5Tell),
+    *(acceptances.A9, acceptances.A9Accept, acceptances.A9Once, acceptances.A9First),
 ]
 TOPIC_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [

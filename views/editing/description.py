@@ -11,6 +11,7 @@ from pyecore.ecore import EAttribute, EEnum
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject, features_of
+from dineros.metamodel.calls import OUTCOMES
 from dineros.metamodel.constraints import all_constraints
 from dineros.metamodel.constraints.wording import words_for
 from dineros.metamodel.editing.composed.templates import TEMPLATES
@@ -53,7 +54,7 @@ _LINES: dict[type[EObject], list[tuple[str, str, str]]] = {
     sym.ActionClientPort: [
         ("goal", "in", "request"),
         ("cancel", "in", "request"),
-        *(("in", each, "response") for each in ("succeeded", "aborted", "canceled", "rejected", "feedback")),
+        *(("in", each, "response") for each in (*OUTCOMES, "rejected", "accepted", "feedback")),
     ],
     sym.ActionServerPort: [
         ("in", "entry", "call"),

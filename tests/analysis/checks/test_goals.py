@@ -12,6 +12,7 @@ from dineros.analysis.model.subject import base_subject
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, flow, node_net, place, step
+from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import find
 from tests.support.ros2_systems.deliveries import deliveries
 
@@ -307,3 +308,50 @@ def test_a_request_to_cancel_is_gone_with_its_goal(waits: bool) -> None:
     assert "Recall" not in unbounded
     assert bool(of_rule(report, "property-violated")) is not waits
     assert bool(unbounded) is not waits
+
+
+def acknowledged(*, waits: bool) -> sym.SystemModel:
+    """Return a client that cancels by the handle of its goal, which it has once that is accepted.
+
+    One that does not wait for the handle when it is halted goes on without having asked anything.
+    """
+    model = halting(waits=True)
+    client = find(model, "client", sym.NodeNet)
+    (channel,) = model.channels
+    assert isinstance(channel, sym.ActionChannel)
+    active, idle, recall, halted, over = (
+        find(model, id, sym.Place) for id in ("Active", "Idle", "Recall", "Halted", "Over")
+    )
+    channel.clients[0].accepted = accepted = place(client, "Accepted")
+    channel.clients[0].rejected = refused = place(client, "Refused")
+    handle = place(client, "Handle")
+    for id in ("Halt", "Get"):
+        old = find(model, id, sym.Transition)
+        for arc in (*old.incoming, *old.outgoing):
+            client.arcs.remove(arc)
+            arc.source = arc.target = None
+        client.objects.remove(old)
+    step(client, "Know", [accepted, active], [handle])
+    step(client, "HaltKnown", [handle], [recall, halted])
+    step(client, "GetKnown", [over, handle], [idle])
+    step(client, "GetRefused", [refused, active], [idle])
+    if waits:
+        early = place(client, "HaltedEarly")
+        step(client, "HaltEarly", [active], [early])
+        step(client, "CancelLater", [accepted, early], [recall, halted])
+        step(client, "RefusedLater", [refused, early], [idle])
+    else:
+        step(client, "HaltEarly", [active], [idle])
+        step(client, "Forget", [over])
+        step(client, "ForgetHandle", [accepted])
+        step(client, "ForgetRefusal", [refused])
+    return model
+
+
+@pytest.mark.parametrize("waits", [True, False])
+def test_that_a_goal_is_accepted_is_a_place_of_the_client(waits: bool) -> None:
+    """So a client that is halted before its goal is acknowledged, and its remedy, can be told apart."""
+    report = check(acknowledged(waits=waits))
+    assert [str(each) for each in validate(acknowledged(waits=waits))] == []
+    assert bool(of_rule(report, "property-violated")) is not waits
+    assert of_rule(report, "unbounded") == [] or not waits

@@ -11,6 +11,7 @@ import pytest
 from dineros.analysis.conformance import Verdict, conform
 from dineros.analysis.conformance.monitor import Monitor
 from dineros.metamodel import sym
+from dineros.metamodel.build import callback, node_net, place, step
 from dineros.metamodel.records import Header, Record, decode_record, encode_fields
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal.recording import ListRecorder
@@ -154,3 +155,48 @@ def test_a_run_that_was_tampered_with_does_not_conform(tamper: Callable[[Records
     assert judged(model, run).status == "conforms"
     tamper(run)
     assert judged(model, run).status == "violated"
+
+
+def test_a_run_that_tells_of_accepted_goals_conforms() -> None:
+    """The token for it comes before that of the result, and a run without the former does not conform."""
+    for seed in range(3):
+        model = deliveries(clients=1, goals=4, cancels=2)
+        client = channel(model).clients[0]
+        client.accepted = sym.Place(id="Told", page=client.goal.page)
+        run = recorded(model, seed)
+        told = [record for record in run["office0"] if record["event"] == "accepted"]
+        assert told and all(record["change"] == {"Told": 1} for record in told)
+        assert judged(model, run).status == "conforms"
+        run["office0"] = [record for record in run["office0"] if record is not told[0]]
+        assert judged(model, run).status == "violated"
+
+
+def test_a_run_of_a_client_that_does_not_wait_conforms() -> None:
+    """It has several requests under way, which its node's net does not hold up."""
+    model = sym.SystemModel(id="pile", middleware="ros2")
+    mover, user = (node_net(model, id) for id in ("mover", "user"))
+    mover.execution = user.execution = "callbacks"  # type: ignore[assignment]
+    serve, answer = callback(mover, "OnMove", "server"), callback(user, "OnAnswer", "client")
+    ends = [place(serve, "In"), place(serve, "Out"), place(user, "Request"), place(answer, "Response")]
+    step(serve, "Move", [ends[0]], [ends[1]])
+    step(user, "Send", [place(user, "Wanted", tokens=8)], [ends[2]])
+    step(answer, "Note", [ends[3]])
+    sym.ServiceChannel(
+        id="Move_",
+        service="/move",
+        depth=2,
+        server=sym.ServerPort(page=serve, entry=ends[0], exit=ends[1]),
+        clients=[sym.ClientPort(client="user", request=ends[2], response=ends[3])],
+        model=model,
+    )
+    several = False
+    for seed in range(5):
+        run = recorded(model, seed, 200)
+        steps = [record["event"] for record in run["user"]]
+        under_way = [
+            steps[: number + 1].count("request") - steps[: number + 1].count("response")
+            for number in range(len(steps))
+        ]
+        several |= max(under_way) > 1
+        assert judged(model, run).status == "conforms"
+    assert several

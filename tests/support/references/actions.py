@@ -103,12 +103,23 @@ class ActionPlayer:
             lambda s: s[goal] > 0 and s[ready] > 0,
             {goal: -1, ready: -1, sent: 1},
         )
+        news: dict[int, int] = {}
+        if client.accepted is not None:
+            learned, at = play._slot((action, count, "accepted")), play._place(client.accepted, 0)
+            news = {learned: 1}
+            play._happens(f"{prefix}.learn", lambda s: s[learned] > 0, {learned: -1, at: 1})
+            if client.outstanding == 1:
+                play.bounds[learned] = 1
+
+        def knows(state: State) -> bool:
+            return client.outstanding > 1 or all(state[slot] == 0 for slot in news)
+
         for number, phase in self.phase.items():
             entry = play._place(action.server.entry, number)
             play._happens(
                 f"{prefix}.accept[{number}]",
                 lambda s, phase=phase: s[sent] > 0 and s[phase] == IDLE,  # type: ignore[misc]
-                {sent: -1, phase: WORKING, self.owner[number]: count, entry: 1},
+                {sent: -1, phase: WORKING, self.owner[number]: count, entry: 1, **news},
             )
         if action.server.mayReject:
             play._happens(f"{prefix}.reject", lambda s: s[sent] > 0, {sent: -1, refused: 1})
@@ -129,7 +140,7 @@ class ActionPlayer:
             got = {} if fetched is None else {play._place(fetched, 0): 1}
             play._happens(
                 f"{prefix}.result.{place.id}",
-                lambda s, over=over: s[over] > 0 and at_rest(s),  # type: ignore[misc]
+                lambda s, over=over: s[over] > 0 and at_rest(s) and knows(s),  # type: ignore[misc]
                 {over: -1, ready: 1, **got},
             )
             for number in self.phase:

@@ -139,7 +139,8 @@ class ExecutorInterpreter(Interpreter):
         for action in self._actions:
             for sender in action.clients:
                 goal = self._place(sender.goal, 0)
-                found.extend((goal, self._place(place, 0)) for place in _told(sender))
+                learned = [] if sender.accepted is None else [sender.accepted]
+                found.extend((goal, self._place(place, 0)) for place in (*_told(sender), *learned))
         return found
 
     def _begins(self, page: sym.CallbackPage, copy: int) -> list[str]:
@@ -319,6 +320,8 @@ class ExecutorInterpreter(Interpreter):
                 taken.append((f"{prefix}.result.{end.id}", getattr(client, outcome)))
         if action.server.mayReject:
             taken.append((f"{prefix}.refused", client.rejected))
+        if client.accepted is not None:
+            taken.append((f"{prefix}.learn", client.accepted))
         if action.server.feedback is not None and client.feedback is not None:
             taken.append((f"{prefix}.feedback.out", client.feedback))
         awaits = (
@@ -338,7 +341,7 @@ class ExecutorInterpreter(Interpreter):
                 self._begin(name, self._callbacks[page, 0])
                 continue
             self._if(name, self._has_thread(node))
-            if awaits and page is not None and page is asked and place is not client.feedback:
+            if awaits and page is not None and page is asked and place in _told(client):
                 self._goes_on(name, self._callbacks[page, 0])
 
     def _goes_on(self, name: str, callback: _Callback) -> None:

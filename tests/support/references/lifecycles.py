@@ -185,7 +185,7 @@ class LifecycleInterpreter(ExecutorInterpreter):
         """Let nothing happen to goals at an end whose node is not there; feedback it had is lost."""
         server = self._is_there(_node_of(action.server.page))
         told = ("accept[", "reject", "finish.", "late.", "heeded.", "unheeded.", "feedback[")
-        heard = ("result.", "refused", "feedback.out")
+        heard = ("result.", "refused", "feedback.out", "learn")
         asked = ("send", "cancel[", "again[", "nothing", "tooLate.")
         for event in self.events:
             if event.name.startswith(f"{action.id}[") and event.name.endswith(("].cancel", "].refuse")):

@@ -150,6 +150,10 @@ class _Builder:
             where = draw(st.sampled_from(["here", "here", "callback", "net", "nowhere"]))
             if where != "nowhere":
                 setattr(client, role, self._answer(action, client, role, where, net, page if waits else net))
+        if self._maybe():
+            client.accepted = self._answer(
+                action, client, "accepted", draw(st.sampled_from(["net", "callback"])), net, net
+            )
         if draw(st.integers(0, 3)):
             client.cancel = self._place("wish", net, tokens=draw(st.integers(0, 2)))
             if self._maybe():

@@ -118,7 +118,7 @@ def _goals(
         if place is not None:
             _line(view, "request", place.id, channel, f"{port.client}{word}")
     words: dict[pn.Place, list[str]] = {}
-    for role in (*OUTCOMES, "rejected", "feedback"):
+    for role in (*OUTCOMES, "rejected", "accepted", "feedback"):
         place = getattr(port, role)
         if place is not None:
             words.setdefault(place, []).append(role)

@@ -48,7 +48,7 @@ def runtime_goal_client_places_differ(port: rtm.ActionClientPort, index: Index) 
 def _used_twice(port: sym.ActionClientPort | rtm.ActionClientPort, goal: pn.Place | None) -> Outcome:
     """Answers may share a place: what counts is that the goal is over."""
     own: list[pn.Place] = []
-    for place in (goal, port.cancel, port.feedback):
+    for place in (goal, port.accepted, port.cancel, port.feedback):
         if place is None:
             continue
         if place in own or place in answers(port):

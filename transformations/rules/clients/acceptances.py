@@ -1,0 +1,66 @@
+"""What a client of an action learns of the acceptance of its goal (rule A9).
+
+Only a goal that is known to be accepted has a handle by which `rclpy` and `rclcpp` cancel it.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.records import Accepted
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.actions.goals import A2, A1Result, Heard
+from dineros.transformations.rules.actions.slots import slots
+from dineros.transformations.rules.notation import Bound, arc, place, read, transition
+
+
+class A9(Rule):
+    """A client that names a place for it learns that its goal is accepted."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    accepted = Node(pn.Place, of=client.accepted)
+
+    told = place(
+        "{action.id}.client.{client.client}.accepted",
+        means=Meaning("acceptance for {client} of action {action} under way"),
+    )
+    learn = transition(
+        "{action.id}.client.{client.client}.learn",
+        means=Meaning("{client} learns that its goal of action {action} is accepted", step=Accepted),
+    )
+    arcs = [arc(told, learn), arc(learn, accepted)]
+
+    heard = Heard(learn)
+
+
+class A9Accept(Rule):
+    """The server answers when it accepts the goal."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    slot = Index(upto=slots(action))
+    accept = Made(A2.accept, of=[client, slot])
+    told = Made(A9.told, of=client)
+
+    answers = arc(accept, told)
+
+
+class A9Once(Rule):
+    """With one goal under way, there is one such answer at most."""
+
+    client = Node(sym.ActionClientPort, outstanding=1)
+    told = Made(A9.told, of=client)
+
+    bound = Bound(told, 1, means=Meaning("no acceptance for {client} under way", rests=True))
+
+
+class A9First(Rule):
+    """And the client learns of it before it takes the result, which it asks for only then."""
+
+    client = Node(sym.ActionClientPort)
+    bound = Made(A9Once.bound, of=client)
+    answer = Made(A1Result.answer, of=client)
+
+    waits = read(bound.free, answer.move)
