@@ -23,7 +23,14 @@ from tests.fuzz.answering_targets import (
 from tests.fuzz.editing_targets import editor, editors_journal
 from tests.fuzz.foreign_targets import foreign_pnml, foreign_properties, mutate_foreign
 from tests.fuzz.judging import REFUSED, Outcome, refused_or, run_command
-from tests.fuzz.observing_targets import given, recording, seen_recording, tracing
+from tests.fuzz.observing_targets import (
+    given,
+    mutate_messages,
+    recorded_messages,
+    recording,
+    seen_recording,
+    tracing,
+)
 from tests.fuzz.running_targets import announcement, journal, live_page, message, mqtt, payload, rest_request
 from tests.fuzz.steering_targets import answered_by_a_process, asked_of_a_node, said_by_a_page
 
@@ -357,6 +364,7 @@ KINDS = {
     "trace": Kind(_trace, mutators.mutate_json_lines),
     "recording": Kind(recording, mutators.mutate_bytes, share=50),
     "seen recording": Kind(seen_recording, mutators.mutate_bytes, share=50),
+    "recorded messages": Kind(recorded_messages, mutate_messages, share=20),
     "given": Kind(given, mutators.mutate_words, share=200),
     "tracing": Kind(tracing, mutators.mutate_bytes, share=50),
     "orders": Kind(_orders, mutators.mutate_json),
