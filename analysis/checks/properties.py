@@ -10,6 +10,8 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.questions.engines import Linear
+from dineros.analysis.questions.needed_fairness import needed_fairness
 from dineros.analysis.requirements.stored import Asked, asked, properties_of
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import sym
@@ -26,7 +28,7 @@ class Properties(Question):
         "property-violated",
         "error",
         "A property that the model stores does not hold.",
-        "{property} does not hold: {text}",
+        "{property} does not hold: {text}{unless}",
     )
     HOLDS = Fault(
         "property-holds",
@@ -99,8 +101,18 @@ class Properties(Question):
                 witness=_witness(question, outcome),
                 property=shown,
                 text=property.text,
+                unless=_unless(checked, question, outcome),
             )
         )
+
+
+def _unless(checked: Checked, question: Asked, outcome: Outcome) -> str:
+    """Return which fairness would prove a property that only unfair runs violate; empty where none would."""
+    linear = question.question()
+    if not isinstance(linear, Linear) or question.reading.is_negated:
+        return ""
+    needed = needed_fairness(question.subject, linear, outcome, checked.budget)
+    return "" if needed is None else f"; only unfair runs violate it: it holds with {needed}"
 
 
 def _mark(property: sym.Property) -> str:

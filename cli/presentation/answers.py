@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import say_witness
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.model.fairness import Unfairness
     from dineros.analysis.model.times import LeftOutTimes
+    from dineros.analysis.questions.needed_fairness import NeededFairness
     from dineros.analysis.witnesses.findings import Witness
 
 
@@ -66,6 +68,13 @@ def say_unfairness(unfair: Unfairness, names: Sequence[str]) -> None:
             shown = ", ".join(names[transition] for transition in transitions[:MOST_NAMES])
             more = f" and {len(transitions) - MOST_NAMES} more" if len(transitions) > MOST_NAMES else ""
             say(f"  {meaning}, never fired ({option} leaves such runs out): {shown}{more}")
+
+
+def say_needed_fairness(needed: NeededFairness) -> None:
+    """Print with which options a formula holds that only unfair runs violate."""
+    options = [f"--fair {quote(name)}" for name in needed.weak]
+    options += [f"--strongly-fair {quote(name)}" for name in needed.strong]
+    say(f"  only unfair runs violate it: it holds with {' '.join(options)}")
 
 
 def _note_who(answer: Outcome) -> None:

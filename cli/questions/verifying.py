@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, load_valid, reading_formula
 from dineros.cli.models import rules_of
-from dineros.cli.presentation.answers import say_unfairness, say_verdict
+from dineros.cli.presentation.answers import say_needed_fairness, say_unfairness, say_verdict
 from dineros.cli.questions.asking import Asking, run_shown
 from dineros.cli.questions.property_files import write_formula
 from dineros.cli.searching import search
@@ -16,6 +16,7 @@ from dineros.cli.searching import search
 if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.questions.engines import Question
+    from dineros.analysis.questions.needed_fairness import NeededFairness
     from dineros.analysis.symbolic.order_cache import OrderCache
 
 
@@ -46,11 +47,12 @@ def verify_formula(
     """
     from dineros.analysis.model.fairness import fair_transitions, unfairness
     from dineros.analysis.questions.engines import Branching, Linear
+    from dineros.analysis.questions.needed_fairness import needed_fairness
 
     run = search()
     first: dict[str, object] = {}
 
-    def say(verdict: Outcome) -> int:
+    def say(verdict: Outcome, needed: NeededFairness | None = None) -> int:
         witness = unfair = None
         if verdict.stem or verdict.loop:  # only then is the net known for sure
             witness = run_shown(subject, verdict)
@@ -61,11 +63,14 @@ def verify_formula(
             say_verdict(verdict, formula, witness, asking.model, asking.output, is_linear=logic == "ltl")
             if unfair is not None and asking.output is None:
                 say_unfairness(unfair, subject.net.transitions)
+            if needed is not None and asking.output is None:
+                say_needed_fairness(needed)
 
         named = unfair.to_dict(subject.net.transitions) if unfair else None
+        more: dict[str, Any] = {} if needed is None else {"holds_if_fair": needed.to_dict()}
         told = {**first, "formula": formula}
         of_all = _is_of_all_runs(logic, formula, verdict.status)
-        asking.tell(verdict, witness, formula, say_text, told, is_universal=of_all, unfair=named)
+        asking.tell(verdict, witness, formula, say_text, told, is_universal=of_all, unfair=named, **more)
         return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
 
     run.draft(lambda ending: say(run.unknown(ending)))
@@ -85,8 +90,13 @@ def verify_formula(
         question = Branching(subject.net, subject.names, formula, orders)
     with reading_formula(f"--{logic}"):
         verdict = asking.answer(subject, logic, formula, question, weak=weak, strong=strong)
+    needed = None
+    if isinstance(question, Linear):
+        run.draft(lambda _: say(verdict))
+        run.stage("which fairness would prove it")
+        needed = needed_fairness(subject, question, verdict, run.budget())
     with run.answer():
-        return say(verdict)
+        return say(verdict, needed)
 
 
 def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -22,12 +23,15 @@ from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import And, Exists, Finally, ForAll, Formula, Globally, Not, Or
 from dineros.analysis.logic.verdicts.faults import check_fault, faulty_beginning
 from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
+from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.questions import formulas, goals
 from dineros.analysis.questions.engines import ENGINES, Linear
 from dineros.analysis.questions.formulas import verify_branching, verify_linear
 from dineros.analysis.questions.goals import find_marking
+from dineros.analysis.questions.needed_fairness import NeededFairness, needed_fairness
+from dineros.metamodel import pn
 from tests.analysis import classic_nets as classic
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_ltl, random_net
 from tests.analysis.logic.reference_ltl import has_counterexample, reachability_graph
@@ -267,3 +271,51 @@ def test_a_run_that_repeats_is_not_there_where_tokens_grow() -> None:
     answer = verify_linear(net, "G (a <= 3)", NetNames(net), budget=Budget(1 << 24, states=5_000, seconds=20))
     assert (answer.status, answer.stem, answer.loop) == ("violated", (0, 0, 0, 0), ())
     assert answer.ends_at_fault
+
+
+SHIFTS = CompiledNet.build(
+    {"idle": 1, "busy": 0, "door": 1, "open": 0, "inside": 1, "outside": 0},
+    [
+        Transition("start", {"idle": 1}, {"busy": 1}),
+        Transition("stop", {"busy": 1}, {"idle": 1}),
+        Transition("leave", {"inside": 1, "open": 1}, {"outside": 1, "open": 1}),
+        Transition("unlock", {"door": 1}, {"open": 1}),
+        Transition("lock", {"open": 1}, {"door": 1}),
+        Transition("wait"),
+    ],
+)
+"""A worker, and a visitor who can leave while the door is open."""
+
+
+@pytest.mark.parametrize(
+    ("formula", "fair", "expected"),
+    [
+        ("F (busy = 1)", (), NeededFairness(("start",), ())),
+        ("G (busy = 1 -> F (idle = 1))", (), NeededFairness(("stop",), ())),
+        ("G F (open = 1)", (), NeededFairness(("unlock",), ())),
+        ("F (busy = 1)", ("unlock",), NeededFairness(("start",), ())),
+        ("G (busy = 0)", (), None),  # every run that goes on from the fault violates it
+        ("F G (open = 1)", (), None),  # fair runs violate it
+    ],
+)
+def test_the_fairness_that_would_prove_a_formula(
+    formula: str, fair: tuple[str, ...], expected: NeededFairness | None
+) -> None:
+    subject = Subject(pn.Net(id="shifts"), SHIFTS)
+    question = Linear(SHIFTS, NetNames(SHIFTS), formula, fair)
+    answer = question.decided(LIMITS)
+    assert answer.status == "violated"
+    assert needed_fairness(subject, question, answer, LIMITS) == expected
+
+
+def test_fairness_to_what_is_enabled_again_and_again() -> None:
+    subject = Subject(pn.Net(id="shifts"), SHIFTS)
+    question = Linear(SHIFTS, NetNames(SHIFTS), "F (outside = 1)")
+    needed = needed_fairness(subject, question, question.decided(LIMITS), LIMITS)
+    assert needed is not None
+    assert needed == NeededFairness(("unlock",), ("leave",))
+    assert replace(question, weak=needed.weak, strong=needed.strong).decided(LIMITS).status == "holds"
+    for name in (*needed.weak, *needed.strong):
+        fewer = [[each for each in names if each != name] for names in (needed.weak, needed.strong)]
+        weaker = replace(question, weak=tuple(fewer[0]), strong=tuple(fewer[1]))
+        assert weaker.decided(LIMITS).status == "violated"

@@ -147,9 +147,12 @@ class TestVerify:
     def test_a_violation_is_a_run_for_ever(self, run: Run, net: Path) -> None:
         result = run("verify", net, "--ltl", "G F fired(stop)")
         assert result.exit_code == 1
-        assert lines(result)[-3] == "  for ever:"
-        assert lines(result)[-2].endswith("  wait")
-        assert lines(result)[-1] == "  enabled for ever, never fired (--fair leaves such runs out): start"
+        assert lines(result)[-4] == "  for ever:"
+        assert lines(result)[-3].endswith("  wait")
+        assert lines(result)[-2] == "  enabled for ever, never fired (--fair leaves such runs out): start"
+        assert lines(result)[-1] == "  only unfair runs violate it: it holds with --fair start"
+        result = run("verify", net, "--ltl", "G F fired(stop)", "--json")
+        assert json.loads(result.stdout)["holds_if_fair"] == {"weak": ["start"], "strong": []}
 
     @uses("cycle")
     def test_groups_of_fair_transitions(self, run: Run, net: Path) -> None:

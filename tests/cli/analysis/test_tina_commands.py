@@ -138,9 +138,9 @@ class TestVerify:
         output = tmp_path / "trace.jsonl"
         result = run("verify", net, "--ltl", "G F fired(stop)", *TINA)
         assert result.exit_code == 1
-        assert lines(result)[-3] == "  for ever:"
-        assert lines(result)[-2].endswith("  wait")
-        assert lines(result)[-1].startswith("  enabled for ever, never fired")
+        assert lines(result)[-4] == "  for ever:"
+        assert lines(result)[-3].endswith("  wait")
+        assert lines(result)[-2].startswith("  enabled for ever, never fired")
         assert run("verify", net, "--ltl", "G F fired(stop)", *TINA, "-o", output).exit_code == 1
         header, *steps = read_records(output)
         assert isinstance(header, Header)

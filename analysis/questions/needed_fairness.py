@@ -1,0 +1,113 @@
+"""Which fairness would prove a formula that only unfair runs violate.
+
+A run that violates the formula neglects some transitions for ever. They are assumed to be fair, and the
+formula is asked again, until a fair run violates it, or none does any more; what the proof does not need is
+left out.
+
+References
+----------
+E. Clarke, O. Grumberg, S. Jha, Y. Lu, H. Veith, *Counterexample-guided abstraction refinement for symbolic
+model checking*, JACM 50(5), 2003 (from each counterexample to what excludes it).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.model.fairness import unfairness
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.questions.engines import Linear
+
+MOST_ROUNDS = 12
+"""Runs from which assumptions are taken."""
+
+SECONDS, SHARE = 10.0, 0.2
+"""Seconds at most, and part of the time that is left, which this may take."""
+
+
+@dataclass(frozen=True)
+class NeededFairness:
+    """Assumptions with which a formula holds; each is needed beside the others, as far as time allowed.
+
+    Attributes
+    ----------
+    weak, strong : tuple of str
+        Names of transitions of the net that are not neglected where they are enabled for ever, and where they
+        are enabled again and again.
+    """
+
+    weak: tuple[str, ...]
+    strong: tuple[str, ...]
+
+    def __str__(self) -> str:
+        kinds = (("weak", self.weak), ("strong", self.strong))
+        return " and ".join(f"{kind} fairness of {', '.join(names)}" for kind, names in kinds if names)
+
+    def to_dict(self) -> dict[str, list[str]]:
+        """Return it for JSON."""
+        return {"weak": list(self.weak), "strong": list(self.strong)}
+
+
+def needed_fairness(
+    subject: Subject, question: Linear, answer: Outcome, budget: Budget
+) -> NeededFairness | None:
+    """Return the fairness with which a violated formula holds; None if a fair run violates it, or unknown.
+
+    Parameters
+    ----------
+    subject : Subject
+        The net of the question.
+    question : Linear
+        A formula, with the fairness that is assumed already.
+    answer : Outcome
+        That it is violated, with a run that goes on for ever.
+    budget : Budget
+        Of its time, a part.
+    """
+    if answer.status != "violated" or not answer.loop:
+        return None
+    share = budget.share(SHARE)
+    left = SECONDS if share.left is None else min(SECONDS, share.left)
+    share = replace(share, started=None, seconds=left).begun()
+    names = subject.net.transitions
+    weak: list[str] = []
+    strong: list[str] = []
+    for _ in range(MOST_ROUNDS):
+        unfair = unfairness(subject, answer.stem, answer.loop)
+        # What is enabled for ever is enough, where there is any: it assumes less.
+        more = [names[t] for t in unfair.weakly if names[t] not in weak]
+        again = [names[t] for t in unfair.strongly if names[t] not in strong]
+        if more:
+            weak += more
+        elif again:
+            strong += again
+        else:
+            return None
+        answer = _asked(question, weak, strong, share)
+        if answer.status == "holds":
+            return _least(question, weak, strong, share)
+        if answer.status != "violated" or not answer.loop:
+            return None
+    return None
+
+
+def _asked(question: Linear, weak: list[str], strong: list[str], budget: Budget) -> Outcome:
+    """Ask with more assumptions; of these, one about a strongly fair transition is enough."""
+    weakly = tuple(name for name in weak if name not in strong)
+    return replace(question, weak=(*question.weak, *weakly), strong=(*question.strong, *strong)).decided(
+        budget
+    )
+
+
+def _least(question: Linear, weak: list[str], strong: list[str], budget: Budget) -> NeededFairness:
+    """Leave out assumptions without which the formula still holds, strong ones first."""
+    for kept in (strong, weak):
+        for name in list(kept):
+            if budget.is_over:
+                break
+            kept.remove(name)
+            if _asked(question, weak, strong, budget).status != "holds":
+                kept.append(name)
+    return NeededFairness(tuple(name for name in weak if name not in strong), tuple(strong))
