@@ -34,6 +34,8 @@ RENDERING = 0.02
 
 FOLLOW_SECONDS = 5.0
 """Seconds after which answers are told as they come."""
+FOLLOW_AFTER = "DINEROS_FOLLOW_SECONDS"
+"""Environment variable that says after how many seconds else, for programs that compare what is printed."""
 
 _META = "dineros.search"
 _NO_STAGE = "the beginning"
@@ -103,6 +105,7 @@ class Search:
         self._draft: tuple[Pieces, int] | None = None
         self._told = self._rendering = 0.0
         self._follow: Callable[[], None] | None = None
+        self._follow_after = _seconds(os.environ.get(FOLLOW_AFTER, ""), FOLLOW_SECONDS)
         self._open = ExitStack()
         self.relay = Relay(lambda pieces: self._say("printed", pieces))
 
@@ -182,7 +185,7 @@ class Search:
         self.refresh()
 
     def follow(self, tell: Callable[[], None]) -> None:
-        """Say what tells of answers as they come, where the search takes longer than `FOLLOW_SECONDS`.
+        """Say what tells of answers as they come, where the search takes longer than a few seconds.
 
         Parameters
         ----------
@@ -207,7 +210,7 @@ class Search:
         is_last : bool
             Whether it does; else the telling is left where it would take too much of the time.
         """
-        if self._follow is not None and not is_last and self.limits.spent >= FOLLOW_SECONDS:
+        if self._follow is not None and not is_last and self.limits.spent >= self._follow_after:
             self._follow()
         if self._tell is None or self._render is None:
             return
@@ -232,6 +235,11 @@ class Search:
     def _say(self, kind: str, value: Any) -> None:
         if self._tell is not None:
             self._tell((kind, value))
+
+
+def _seconds(text: str, default: float) -> float:
+    """Return a number of seconds, whole and of up to four digits."""
+    return float(text) if text.isdecimal() and len(text) <= 4 else default
 
 
 WHY = "\N{OBJECT REPLACEMENT CHARACTER}"
