@@ -54,7 +54,7 @@ def say_verdict(
         summarise(f"{model} -> {output}: {counted(len(witness.steps), 'step')}")
     elif witness:
         say_witness(witness)
-        if is_linear and witness.loop is None and not verdict.reason:
+        if is_linear and witness.loop is None and not verdict.reason and not verdict.ends_at_fault:
             say("  then nothing is enabled any more")
 
 

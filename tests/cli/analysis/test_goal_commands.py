@@ -155,6 +155,11 @@ class TestVerify:
         assert json.loads(result.stdout)["holds_if_fair"] == {"weak": ["start"], "strong": []}
 
     @uses("cycle")
+    def test_a_run_up_to_the_fault(self, run: Run, net: Path) -> None:
+        result = run("verify", net, "--ltl", "G (busy = 0)")
+        assert (result.exit_code, lines(result)[1:]) == (1, ["    1  start"])
+
+    @uses("cycle")
     def test_groups_of_fair_transitions(self, run: Run, net: Path) -> None:
         assert run("verify", net, "--ltl", "G F fired(stop)", "--fair", "all").exit_code == 0
         result = run("verify", net, "--ltl", "G F fired(stop)", "--fair", "all-but:start", "--json")

@@ -18,7 +18,7 @@ def test_answers_are_told_once_before_the_report(
     run: Run, net: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(FOLLOW_AFTER, "0")
-    result = run("check", net)
+    result = run("-v", "check", net)
     grows = [line for line in result.stderr.splitlines() if "[unbounded]" in line]
     assert grows == ["so far: error: tokens grow without bound: b [unbounded]"]
     assert "so far" not in result.stdout
@@ -38,7 +38,7 @@ def test_they_are_told_before_the_last_question(run: Run, net: Path, monkeypatch
     monkeypatch.setattr(Use, "ask", asked)
     monkeypatch.setattr("dineros.cli.presentation.findings.warn", told.append)
     monkeypatch.setenv(FOLLOW_AFTER, "0")
-    run("check", net)
+    run("-v", "check", net)
     assert at_the_question == [["so far: error: tokens grow without bound: b [unbounded]"]]
 
 
