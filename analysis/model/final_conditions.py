@@ -27,7 +27,7 @@ class FinalCondition:
     Raises
     ------
     FormulaError
-        The text is no condition on one marking, or names something that does not exist.
+        The text is not a condition on one marking, or names something that does not exist.
     """
 
     def __init__(self, subject: Subject, text: str) -> None:

@@ -179,7 +179,7 @@ class _Reader:
             return Not(Equivalent(self.formula(left, is_linear), self.formula(right, is_linear)))
         known = [*_CONSTANTS, *QUANTIFIERS, *UNARY, *MANY, *BINARY, *COMPARISONS]
         known += ["exclusive-disjunction", "is-fireable", "until"]
-        raise self.error(f"<{kind}> is no part of a formula", node, near_matches(kind, known))
+        raise self.error(f"<{kind}> is not part of a formula", node, near_matches(kind, known))
 
     def quantified(self, node: etree._Element, path: etree._Element) -> Formula:
         quantifier, kind = QUANTIFIERS[_local(node)], _local(path)
@@ -232,7 +232,7 @@ class _Reader:
                     raise self.error("a product of places is not linear", node)
                 total = {place: factor * other.get("", 0) for place, factor in total.items()}
         else:
-            raise self.error(f"<{kind}> is no number", node)
+            raise self.error(f"<{kind}> is not a number", node)
         if any(abs(factor) >= 10**_LARGEST_DIGITS for factor in total.values()):
             raise self.error("is no whole number of at most 18 digits", node)
         return total

@@ -153,7 +153,7 @@ class StepWriter:
         waiting = self._waiting.setdefault(record.channel, [])
         lost = next((each for each in waiting if record.message in (each[1], None)), None)
         if lost is None:
-            raise ScriptError(f"nobody asked {record.channel} for this", location=record.location)
+            raise ScriptError(f"no client asked {record.channel} for this", location=record.location)
         waiting.remove(lost)
         return lost[0]
 
@@ -171,7 +171,7 @@ class StepWriter:
                 if record.message in (each[1], None, "") and client in (each[0], None)
             ]
             if not same and client is None:
-                raise ScriptError(f"nobody asked {record.channel} for this", location=record.location)
+                raise ScriptError(f"no client asked {record.channel} for this", location=record.location)
             if same:
                 waiting.remove(same[0])
             client = same[0][0] if client is None else client

@@ -60,7 +60,7 @@ class ExtensionReader:
             if kind not in PLACE_TYPES:
                 hint = f"types are {', '.join(PLACE_TYPES)}"
                 where = extension.fields["type"]
-                raise self._source.error(f"{kind!r} is no type of a place", where, id=place.id, hint=hint)
+                raise self._source.error(f"{kind!r} is not a type of a place", where, id=place.id, hint=hint)
             place.kind = PLACE_TYPES[kind]  # type: ignore[assignment]
         marking = extension.fields.get("balloonMarking")
         if marking is None:

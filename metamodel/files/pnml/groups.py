@@ -105,7 +105,7 @@ class _Groups:
             plain = kind.lower().removeprefix("mutually")
             if not plain.startswith(("exclusive", "reentrant")):
                 hint = "groups are exclusive or reentrant"
-                raise self._source.error(f"{kind!r} is no type of a callback group", xml, id=name, hint=hint)
+                raise self._source.error(f"{kind!r} is not a kind of callback group", xml, id=name, hint=hint)
             group.kind = "exclusive" if plain.startswith("exclusive") else "reentrant"  # type: ignore[assignment]
         if (priority := item_text(xml, "priority")) is not None:
             group.priority = self._source.integer(priority, xml, "the priority")

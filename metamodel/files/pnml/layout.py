@@ -58,7 +58,7 @@ def _read_label(xml: etree._Element, kind: str, model: pn.Element, source: Sourc
         elif local(inner) == "toolspecific":
             label.toolInfos.append(tool_info(inner))
         elif local(inner) != "text":
-            raise source.error(f"<{local(inner)}> is no part of a label", inner)
+            raise source.error(f"<{local(inner)}> is not part of a label", inner)
     model.labels.append(label)
 
 

@@ -254,7 +254,7 @@ def _page_kind(page: PageRecord, tag_name: str, source: Source) -> str:
         known = [NODE_PAGE, *CALLBACK_TYPES]
         hint = near_matches(kind, known) or f"types are {', '.join(known)}"
         raise source.error(
-            f"{kind!r} is no type of a page", page.extension.fields["type"], id=page.id, hint=hint
+            f"{kind!r} is not a type of a page", page.extension.fields["type"], id=page.id, hint=hint
         )
     return {"sym.NodeNet": "node", "sym.CallbackPage": "callback"}.get(
         page.extension.mark("class") or "", "page"
@@ -267,5 +267,5 @@ def _transition_kind(node: NodeRecord, source: Source) -> str:
         known = [*TRANSITION_TYPES, *_CHANNELS]
         hint = near_matches(kind, known) or f"types are {', '.join(known)}"
         where = node.extension.fields["type"]
-        raise source.error(f"{kind!r} is no type of a transition", where, id=node.id, hint=hint)
+        raise source.error(f"{kind!r} is not a type of a transition", where, id=node.id, hint=hint)
     return _CHANNELS.get(kind or "", "transition")

@@ -50,7 +50,7 @@ def check_element(
         hint: str | None = f"its namespace is {etree.QName(xml).namespace!r}, not that of PNML"
     else:
         hint = MEANINGS.get(kind) or near_matches(kind, allowed) or _HINT
-    source.complain(f"<{kind}> is no part of the <{local(outer)}> of a P/T net", xml, hint=hint)
+    source.complain(f"<{kind}> is not part of the <{local(outer)}> of a P/T net", xml, hint=hint)
     return False
 
 

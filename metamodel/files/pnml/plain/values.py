@@ -72,7 +72,7 @@ def label_text(label: etree._Element, source: Source) -> str:
         if kind in ("graphics", "toolspecific"):
             continue
         if kind not in ("text", "value"):
-            raise source.error(f"<{kind}> is no part of a label", part)
+            raise source.error(f"<{kind}> is not part of a label", part)
         if found is not None:
             first = line_of(found)
             raise source.error(f"<{local(label)}> has two texts, on lines {first} and {line_of(part)}", part)
@@ -202,7 +202,7 @@ def _type(said: str, where: etree._Element, arc: etree._Element, source: Source)
     if not said:
         return "normal"
     hint = _REFUSED_TYPES.get(said, "types are normal, inhibitor, read, test")
-    raise source.error(f"{shortened(said)} is no type of an arc", where, id=arc.get("id"), hint=hint)
+    raise source.error(f"{shortened(said)} is not a type of an arc", where, id=arc.get("id"), hint=hint)
 
 
 def interval_of(transition: etree._Element, source: Source) -> Interval | None:

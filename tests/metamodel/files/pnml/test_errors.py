@@ -119,8 +119,8 @@ BAD = {
     ),
     # what a P/T net does not have
     "capacity": (inside('<place id="q"><capacity/></place>'), "the capacity is empty", 6),
-    "other namespace": (inside('<place id="q" xmlns="urn:x"/>'), "<place> is no part of the <page>", 6),
-    "number in a label": (inside('<place id="q"><name><number/></name></place>'), "no part of a label", 6),
+    "other namespace": (inside('<place id="q" xmlns="urn:x"/>'), "<place> is not part of the <page>", 6),
+    "number in a label": (inside('<place id="q"><name><number/></name></place>'), "not part of a label", 6),
     "two texts in a label": (
         inside('<place id="q"><name><text>a</text>\n<value>b</value></name></place>'),
         "<name> has two texts, on lines 6 and 7",
@@ -128,7 +128,7 @@ BAD = {
     ),
     "arc type": (
         inside('<arc id="a" source="p" target="t"><type value="reset"/></arc>'),
-        "'reset' is no type",
+        "'reset' is not a type",
         6,
     ),
     # the extension
@@ -148,7 +148,7 @@ BAD = {
         "<subnet> stands here twice",
         6,
     ),
-    "place type": (inside(f'<place id="q">{dineros("<type>start</type>")}</place>'), "no type of a place", 6),
+    "place type": (inside(f'<place id="q">{dineros("<type>start</type>")}</place>'), "not a type of a place", 6),
     "time": (
         inside(f'<transition id="u">{dineros(TIMED + "<time start=" + repr("x") + "/>")}</transition>'),
         "the start time 'x' is not a number",
@@ -215,7 +215,7 @@ BAD = {
             dineros("<callbackgroups><group><id>x</id><type>odd</type></group></callbackgroups>")
             + f'<page id="g">{NODE}</page>'
         ),
-        "'odd' is no type of a callback group",
+        "'odd' is not a kind of callback group",
         4,
     ),
     # our own blocks

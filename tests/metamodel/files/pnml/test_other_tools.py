@@ -182,9 +182,9 @@ def test_what_is_meant_is_read(name: str, tmp_path: Path) -> None:
 
 EMPTY = f'<pnml xmlns="{PNML}">' + '<net id="n"{}><page id="g"/></net>{}</pnml>'
 REFUSED = {
-    "reset": (page(arc='type="reset"'), "'reset' is no type of an arc", 7),
-    "stopwatch": (page(inarc='<type value="stopwatch"/>'), "'stopwatch' is no type", 7),
-    "unknown type": (page(arc='type="flush"'), "'flush' is no type", 7),
+    "reset": (page(arc='type="reset"'), "'reset' is not a type of an arc", 7),
+    "stopwatch": (page(inarc='<type value="stopwatch"/>'), "'stopwatch' is not a type", 7),
+    "unknown type": (page(arc='type="flush"'), "'flush' is not a type", 7),
     "unknown attribute of a place": (page(place='tokens="3"'), "'p' has an unknown attribute 'tokens'", 5),
     "unknown attribute of a transition": (
         page(transition='guard="x &gt; 1"'),
@@ -204,8 +204,8 @@ REFUSED = {
         5,
     ),
     "attribute of an inscription": (page(inarc='<inscription kind="x"/>'), "<inscription> has an unknown", 7),
-    "unknown element": (page(inplace="<tokens>3</tokens>"), "<tokens> is no part of the <place>", 5),
-    "guard": (page(intransition="<guard/>"), "<guard> is no part of the <transition>", 6),
+    "unknown element": (page(inplace="<tokens>3</tokens>"), "<tokens> is not part of the <place>", 5),
+    "guard": (page(intransition="<guard/>"), "<guard> is not part of the <transition>", 6),
     "urgent": (page(transition='urgent="true"'), "transition 't' is urgent", 6),
     "two priorities": (
         page('<transition id="u" priority="2"/>', transition='priority="1"'),
@@ -276,7 +276,7 @@ REFUSED = {
         "'d' is not a number",
         6,
     ),
-    "net inside of a page": ('<page id="g"><net id="h"/></page>', "<net> is no part of the <page>", 4),
+    "net inside of a page": ('<page id="g"><net id="h"/></page>', "<net> is not part of the <page>", 4),
     "attribute of the net": (EMPTY.format(' semantics="x"', ""), "'semantics'", 1),
     "beside the net": (EMPTY.format("", "<shared-place/>"), "<shared-place>", 1),
     "coloured feature": (EMPTY.format("", '<feature isColored="true"/>'), "coloured", 1),
