@@ -148,7 +148,7 @@ BAD = {
         "<subnet> stands here twice",
         6,
     ),
-    "place type": (inside(f'<place id="q">{dineros("<type>start</type>")}</place>'), "not a type of a place", 6),
+    "place type": (inside(f'<place id="q">{dineros("<type>start</type>")}</place>'), "not a type of", 6),
     "time": (
         inside(f'<transition id="u">{dineros(TIMED + "<time start=" + repr("x") + "/>")}</transition>'),
         "the start time 'x' is not a number",
