@@ -21,13 +21,24 @@ from dineros.analysis.covering.growth import remedy_of
 from dineros.analysis.covering.largest import largest_beside, loop_raising
 from dineros.analysis.model.queues import Queue, queues
 from dineros.analysis.model.subject import Subject, base_subject
+from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.coverability import Pumping, coverability
 from dineros.analysis.questions.reachability import find_firing
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
+from dineros.analysis.walks.first_round import first_round
 from dineros.analysis.witnesses.findings import Witness, pumping_witness, witness_of
 from dineros.metamodel import sym
+
+FIRST_WORK = 4_000_000
+"""Cache misses of saturation, a few seconds, that the state space may cost before it is left for last."""
+
+SPACE_SHARE, FIRST_PART = 0.3, 0.8
+"""Part of the time for the state space, and for all queues when they are first looked at."""
+
+FIRST_SECONDS = 20.0
+"""Seconds at most for a queue then, where there is no state space."""
 
 LARGEST = 1 << 12
 """Capacity at which the search gives up."""
@@ -86,32 +97,69 @@ def suggest_capacities(
         Where to put the answers as they come, for those who want them after an interruption.
     """
     found = [] if found is None else found
+    budget = budget.begun()
     # With inhibitor arcs (T5a) the capacity is an initial marking and nothing else.
     subject = base_subject(model, overflow="inhibitor")
-    search = _Search(subject, budget.begun())
-    for queue in queues(subject):
+    search = _Search(subject)
+    # A state space that takes long comes last: most queues need none.
+    search.make_space(budget.share(SPACE_SHARE), FIRST_WORK)
+    asked = list(queues(subject))
+    for number, queue in enumerate(asked):
         budget.stage(f"the capacity of {queue}")
-        found.append(search.answer(queue))
+        share = budget.share(FIRST_PART / (len(asked) - number))
+        found.append(search.answer(queue, share if search.has_space else _at_most(share, FIRST_SECONDS)))
+    left = [number for number, each in enumerate(found) if each.needed is None and not each.grows]
+    if left and not search.has_space:
+        search.make_space(budget.share(SPACE_SHARE), None)
+        for position, number in enumerate(left):
+            budget.stage(f"the capacity of {asked[number]}")
+            again = search.answer(asked[number], budget.share(1 / (len(left) - position)))
+            if again.needed is not None or again.grows or not budget.is_over:
+                found[number] = again
     return found
+
+
+def _at_most(budget: Budget, seconds: float) -> Budget:
+    """Return a budget of so many seconds at most."""
+    left = budget.left
+    return replace(budget, started=None, seconds=seconds if left is None else min(seconds, left)).begun()
 
 
 class _Search:
     """Searches capacities on one net, whose state space with the model's own capacities is made once."""
 
-    def __init__(self, subject: Subject, budget: Budget) -> None:
+    def __init__(self, subject: Subject) -> None:
         self._subject = subject
-        self._budget = budget
-        self._own = self._space(subject.net)
+        self._budget = UNLIMITED
+        self._own: SymbolicStateSpace | None = None
 
-    def _space(self, net: CompiledNet) -> SymbolicStateSpace | None:
+    @property
+    def has_space(self) -> bool:
+        """Whether there is the state space with the model's own capacities."""
+        return self._own is not None
+
+    def make_space(self, budget: Budget, most_work: int | None) -> None:
+        """Make that, within a budget, and within so many cache misses of saturation."""
+        net = self._subject.net
+        if most_work is not None and any(bound is None for bound in place_bounds(net)):
+            return  # a tree that is large would be made first
+        self._budget = budget
+        self._own = self._space(net, most_work)
+
+    def _space(self, net: CompiledNet, most_work: int | None = None) -> SymbolicStateSpace | None:
+        def between(work: int) -> None:
+            if most_work is not None and work > most_work:
+                raise BudgetExceededError("it takes long")
+
         try:
-            space = symbolic_state_space(net, self._budget)
+            space = symbolic_state_space(net, self._budget, between=between)
         except (UnknownBoundError, LevelSizeError, BudgetExceededError):
             return None
         return space if space.complete else None
 
-    def answer(self, queue: Queue) -> Capacity:
+    def answer(self, queue: Queue, budget: Budget) -> Capacity:
         """Find the smallest sufficient capacity of one queue, or say why it is not known."""
+        self._budget = budget
         try:
             return self.needed(queue)
         except BudgetExceededError as limit:
@@ -144,7 +192,9 @@ class _Search:
         return Capacity(queue, limit, None, f"a capacity of {large} is not enough")
 
     def _grows(self, queue: Queue, endless: CompiledNet, pumping: Pumping | None) -> Capacity:
-        witness = None if pumping is None else pumping_witness(self._subject, pumping)
+        # In the net without the limit: a long way may have filled the queue before its loop begins.
+        subject = replace(self._subject, net=endless)
+        witness = None if pumping is None else pumping_witness(subject, pumping)
         remedy = remedy_of(endless)
         fix = "" if remedy is None else remedy_text(self._subject, remedy)
         return Capacity(queue, self._limit(queue), None, GROWS, witness, True, fix)
@@ -154,6 +204,9 @@ class _Search:
         net = self._subject.net
         load = net.places.index(queue.load)
         loop = loop_raising(endless, load, self._budget.share(0.1))
+        if loop is None:
+            far = first_round(endless, self._budget.share(0.3), growing=[load]).pumpings
+            loop = next((each for each in far if load in each.places), None)
         if loop is not None:
             return self._grows(queue, endless, loop)
         tried = self._tried(queue)

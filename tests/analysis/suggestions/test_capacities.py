@@ -17,10 +17,11 @@ from dineros.analysis.suggestions.capacities import Capacity, suggest_capacities
 from dineros.metamodel import sym
 from tests.analysis.covering.plain import plain_search
 from tests.analysis.strategies import nets
+from tests.support.systems.talker import talker
 from tests.support.systems.unbounded_systems import timer_and_logger, unbounded_systems
 
 MOST = 3_000
-ENOUGH = Budget(seconds=4)
+ENOUGH = Budget(seconds=12)
 """Each stage may take a share of it, also where the next one answers at once."""
 
 LOST = re.compile(r" loses a message(?: of instance [0-9]+ of service \S+)?$")
@@ -86,6 +87,23 @@ def test_trying_the_tree_and_loops_say_the_same(model: sym.SystemModel) -> None:
             assert (one.needed, one.grows) == (other.needed, other.grows)
         else:
             assert one.grows or (one.needed or 0) > 4 or not one.needed or "time" in other.reason
+
+
+@pytest.mark.long
+def test_without_the_state_space_the_answers_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = talker()
+    expected = [(each.needed, each.grows) for each in suggest_capacities(model, ENOUGH)]
+    monkeypatch.setattr(capacities, "FIRST_WORK", -1)
+    assert [(each.needed, each.grows) for each in suggest_capacities(model, ENOUGH)] == expected
+    assert any(needed for needed, _ in expected)
+
+
+def test_what_grows_far_away_is_found_by_walks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(capacities, "loop_raising", lambda *_: None)
+    found = suggest_capacities(timer_and_logger(), ENOUGH)
+    assert [(each.grows, each.reason) for each in found] == [(True, capacities.GROWS)] * 3
+    for each in found:
+        assert each.witness is not None and each.witness.loop is not None
 
 
 @pytest.mark.parametrize("counter", [False, True])
