@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import networkx as nx
-
 from dineros.metamodel import sym
 from tests.support.references.executors import ExecutorInterpreter
 from tests.support.references.histories import TooManyStatesError
@@ -15,19 +13,25 @@ def some_waits_for_ever(model: sym.SystemModel, most: int = 100_000) -> bool:
     Raises `TooManyStatesError` where there are more states than `most`.
     """
     interpreter = ExecutorInterpreter(model)
-    graph: nx.DiGraph[tuple[int, ...]] = nx.DiGraph()
+    before: dict[tuple[int, ...], list[tuple[int, ...]]] = {interpreter.start: []}
     states = [interpreter.start]
     for state in states:
         if len(states) > most:
             raise TooManyStatesError
-        graph.add_node(state)
         for _, after in interpreter.successors(state):
-            if after not in graph:
+            if after not in before:
+                before[after] = []
                 states.append(after)
-            graph.add_edge(state, after)
+            before[after].append(state)
     for callback in interpreter._callbacks.values():
         slots = [slot for slot in (callback.running, callback.awaiting) if slot is not None]
-        ended = {state for state in graph if not any(state[slot] for slot in slots)}
-        if len(ended.union(*(nx.ancestors(graph, state) for state in ended))) < len(graph):
+        todo = [state for state in states if not any(state[slot] for slot in slots)]
+        ending = set(todo)
+        for state in todo:  # backwards from where the callback has ended
+            for earlier in before[state]:
+                if earlier not in ending:
+                    ending.add(earlier)
+                    todo.append(earlier)
+        if len(ending) < len(states):
             return True
     return False
