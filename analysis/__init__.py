@@ -11,6 +11,7 @@ find_moved(
         "goals": "questions.goals",
         "model_names": "model.names",
         "statespace": "questions.state_space",
+        "subject": "model.subject",
         "witness_records": "witnesses.records",
     },
 )

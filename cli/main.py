@@ -6,6 +6,7 @@ Exit statuses: 0 fine, 1 a property is violated or a check found something, 2 wr
 
 from __future__ import annotations
 
+import gc
 import os
 import pkgutil
 import sys
@@ -65,7 +66,10 @@ class Subcommands(click.Group):
         if not standalone_mode or COMPLETION_VARIABLE in os.environ:
             return super().main(args, "dineros", complete_var, standalone_mode, **extra)
         is_alone = args is None  # else somebody calls, whose process this is
-        sys.exit(self._status(sys.argv[1:] if args is None else list(args), is_alone))
+        status = self._status(sys.argv[1:] if args is None else list(args), is_alone)
+        if is_alone:
+            gc.freeze()  # the process ends: a last look for garbage would go through the whole model
+        sys.exit(status)
 
     def _run(self, arguments: list[str], invocation: Invocation) -> int:
         try:

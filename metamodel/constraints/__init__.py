@@ -59,5 +59,9 @@ def _validate(index: Index) -> list[Violation]:
 
 
 def _violations(element: EObject, constraints: Iterable[Constraint], index: Index) -> list[Violation]:
-    found = [constraint.violation(element, index) for constraint in constraints]
-    return [violation for violation in found if violation is not None]
+    return [
+        constraint.violation(element, found)
+        for constraint in constraints
+        if (constraint.guard is None or constraint.guard(element, index))
+        and (found := constraint.check(element, index)) is not True
+    ]

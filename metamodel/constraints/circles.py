@@ -17,7 +17,11 @@ def circles(index: Index, kind: type[N], follow: Callable[[N], list[N]]) -> dict
 
     The key is the first element of the knot in model order.
     """
-    return index.once((circles, follow), lambda: circles_of({node: follow(node) for node in index.all(kind)}))
+    return index.once((circles, follow), lambda: circles_of(_edges(index.all(kind), follow)))
+
+
+def _edges(nodes: list[N], follow: Callable[[N], list[N]]) -> dict[N, list[N]]:
+    return {node: targets for node in nodes if (targets := follow(node))}
 
 
 def circles_of(edges: dict[N, list[N]]) -> dict[N, str]:

@@ -77,13 +77,8 @@ class Constraint:
     message: str
     fix: str
 
-    def violation(self, element: EObject, index: Index) -> Violation | None:
-        """Check one element."""
-        if self.guard is not None and not self.guard(element, index):
-            return None
-        found = self.check(element, index)
-        if found is True:
-            return None
+    def violation(self, element: EObject, found: Outcome) -> Violation:
+        """Return what is wrong with an element, given what `check` found instead of True."""
         fix = self.fix
         if isinstance(found, DinerosError):
             fix = found.hint.replace("{", "{{").replace("}", "}}") if found.hint else fix

@@ -115,14 +115,17 @@ class Index:
 
     def earliest(self, element: T, kind: type[T], key: Callable[[T], Hashable]) -> T:
         """Return the first element of a class with the key of this one; `key` is a named function."""
-        table = self.once((kind, key), lambda: self._firsts(kind, key))
-        return table.get(key(element), element)
+        return self.once((kind, key), lambda: self._repeated(kind, key)).get(element, element)
 
-    def _firsts(self, kind: type[T], key: Callable[[T], Hashable]) -> dict[Hashable, T]:
-        table: dict[Hashable, T] = {}
+    def _repeated(self, kind: type[T], key: Callable[[T], Hashable]) -> dict[T, T]:
+        """Return the first element with the same key, of each that is not the first."""
+        firsts: dict[Hashable, T] = {}
+        repeated = {}
         for element in self.all(kind):
-            table.setdefault(key(element), element)
-        return table
+            first = firsts.setdefault(key(element), element)
+            if first is not element:
+                repeated[element] = first
+        return repeated
 
     # Pages
 

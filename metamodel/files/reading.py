@@ -156,6 +156,10 @@ def collector_paused() -> Iterator[None]:
         yield
     finally:
         if running:
+            if not gc.get_freeze_count():
+                # Old from now on: the next look at young objects would go through all that was made.
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 

@@ -14,7 +14,7 @@ from dineros.metamodel.base import EObject, features_of, remembered
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
-from dineros.metamodel.files.schema import INTEGERS, NOT_XML, Feature, Kind, model_class, values_of
+from dineros.metamodel.files.schema import INTEGERS, NOT_XML, Feature, Kind, model_class
 
 _TEXTS = frozenset({"EString"})
 
@@ -43,9 +43,9 @@ def _attributes(cls: type[EObject], types: frozenset[str]) -> list[str]:
 
 def _given(element: EObject, types: frozenset[str]) -> Iterator[tuple[str, Any]]:
     """Yield name and value of the attributes of some types that an element has a value for."""
+    held = element.__dict__
     for name in _attributes(type(element), types):
-        # An unset feature would be filled just by looking at it.
-        if name in element.__dict__ and (value := getattr(element, name)) is not None:
+        if (value := held.get(name)) is not None:
             yield name, value
 
 
@@ -79,8 +79,11 @@ def text_is_writable(element: EObject, index: Index) -> Outcome:
 )
 def target_in_model(element: EObject, index: Index) -> Outcome:
     """What an element refers to is part of the same model."""
+    members = index.members
     for feature in _references(type(element)):
-        for target in values_of(element, feature) if feature.name in element.__dict__ else ():
-            if target not in index.members:
-                return f"{describe(target)} ({feature.name})"
+        if feature.name in element.__dict__:
+            held = getattr(element, feature.name)
+            for target in held if feature.many else (held,):
+                if target is not None and target not in members:
+                    return f"{describe(target)} ({feature.name})"
     return True

@@ -11,9 +11,11 @@ from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
 
+_FROM_PLACES = {pn.ArcKind.inhibitor: "an inhibitor", pn.ArcKind.read: "a read"}
 
-def _ends(arc: pn.Arc) -> tuple[pn.Node, pn.Node, str]:
-    return (arc.source, arc.target, str(arc.kind))
+
+def _ends(arc: pn.Arc) -> tuple[pn.Node, pn.Node, pn.ArcKind]:
+    return (arc.source, arc.target, arc.kind)
 
 
 @constraint(
@@ -39,12 +41,11 @@ def arc_within_page(arc: pn.Arc, index: Index) -> Outcome:
     "{it} stands on another page than its ends",
     fix="move it to {found}",
     severity="warning",
-    guard=lambda arc, index: arc.source.page is arc.target.page,
 )
 def arc_on_page_of_its_ends(arc: pn.Arc, index: Index) -> Outcome:
     """An arc stands on the page of the nodes it joins."""
     page = arc.source.page
-    return arc.page is page or page is None or describe(page)
+    return arc.page is page or page is None or page is not arc.target.page or describe(page)
 
 
 @constraint("{it} has the weight {element.weight}", fix="give it a weight of 1 or more")
@@ -60,7 +61,7 @@ def arc_weight(arc: pn.Arc, index: Index) -> Outcome:
 )
 def read_or_inhibitor_arc_from_place(arc: pn.Arc, index: Index) -> Outcome:
     """An inhibitor or read arc goes from a place to a transition."""
-    return {"inhibitor": "an inhibitor", "read": "a read"}.get(str(arc.kind), True)
+    return _FROM_PLACES.get(arc.kind, True)
 
 
 @constraint(

@@ -14,6 +14,9 @@ from dineros.metamodel.files.schema import read_integer
 from dineros.metamodel.files.tina.parsing import FACTORS, Arc, Declaration, Parser, Text, Token
 from dineros.metamodel.positions import remember
 
+_BLANK = re.compile(r"\s")
+_ROLES = {"?": pn.ArcKind.read, "?-": pn.ArcKind.inhibitor}
+
 
 @dataclass(slots=True)
 class _Node:
@@ -197,8 +200,8 @@ class _Reader:
                 if weight < 1:
                     continue  # what it takes already asks for as much as it reads
                 source, target = (transition, place) if kind == ">" else (place, transition)
-                role = {"?": "read", "?-": "inhibitor"}.get(kind, "normal")
-                suffix = "" if role == "normal" else f"-{role}"
+                role = _ROLES.get(kind, pn.ArcKind.normal)
+                suffix = "" if role is pn.ArcKind.normal else f"-{role}"
                 arc = pn.Arc(
                     id=identifiers(f"{source.id}-{target.id}{suffix}"),
                     source=source,
@@ -228,7 +231,7 @@ class _Identifiers:
         self._next: defaultdict[str, int] = defaultdict(lambda: 2)
 
     def __call__(self, name: str) -> str:
-        stem = re.sub(r"\s", "_", name) or "_"
+        stem = _BLANK.sub("_", name) or "_"
         identifier = stem
         while identifier in self._used:
             identifier = f"{stem}_{self._next[stem]}"
