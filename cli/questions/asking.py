@@ -120,7 +120,7 @@ class Asking:
         """
         from dineros.analysis.evidence.proving import Asked, proved
         from dineros.analysis.questions.engines import ENGINES, Timed
-        from dineros.analysis.timed.subject import TimedSubject
+        from dineros.analysis.timed.timed_subject import TimedSubject
 
         run, signals = search(), signals or self.signals
         asked = Asked(subject, kind, text, signals, self.overflow, self.settings)

@@ -18,7 +18,7 @@ from dineros.cli.searching import search
 if TYPE_CHECKING:
     from dineros.analysis.timed.classes import Kind
     from dineros.analysis.timed.state_space import TimedStateSpace
-    from dineros.analysis.timed.subject import TimedSubject
+    from dineros.analysis.timed.timed_subject import TimedSubject
 
 
 def time_option(help: str) -> Adds:
@@ -28,7 +28,7 @@ def time_option(help: str) -> Adds:
 
 def load_timed_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> TimedSubject:
     """Read a model, refuse an invalid one, flatten a system model, and compile it with its times."""
-    from dineros.analysis.timed.subject import timed_subject_of
+    from dineros.analysis.timed.timed_subject import timed_subject_of
     from dineros.metamodel.errors import DinerosError, Location
 
     model = load_valid(path, settings)

@@ -41,7 +41,7 @@ def rotate(path: Path, limit: int = LOG_BYTES) -> bool:
             size = os.fstat(file).st_size
             if size <= limit:
                 return False
-            _copy(file, size - limit, path.with_name(f"{path.name}.1"))
+            _copy(file, size - limit, size, path.with_name(f"{path.name}.1"))
             os.ftruncate(file, 0)
             return True
         finally:
@@ -49,13 +49,13 @@ def rotate(path: Path, limit: int = LOG_BYTES) -> bool:
     return False
 
 
-def _copy(file: int, start: int, older: Path) -> None:
-    """Copy a file from a position on, without the line that the position cuts."""
+def _copy(file: int, start: int, end: int, older: Path) -> None:
+    """Copy a part of a file, without the line that its start cuts."""
     with contextlib.suppress(OSError, ModelFileError):
         copy = open_plain(older, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, follow_links=False)
         with os.fdopen(copy, "wb") as made:
             is_cut = start > 0
-            while piece := os.pread(file, _PIECE, start):
+            while piece := os.pread(file, min(_PIECE, end - start), start):
                 start += len(piece)
                 if is_cut:
                     _, line_feed, piece = piece.partition(b"\n")

@@ -119,10 +119,11 @@ def test_settings_change_the_model_and_are_named(run: Run) -> None:
     run("--set", "Hungry.tokens=7")
     text = Path("ws/src/waiter/waiter/node.rtm.xmi").read_text()
     assert 'id="Hungry" tokens="7"' in text
-    assert 'SETTINGS: list[str] = ["Hungry.tokens=7"]' in Path("ws/src/waiter/waiter/base.py").read_text()
+    settings = 'SETTINGS: list[str] = ["Hungry.tokens=7", "middleware=ros2"]'
+    assert settings in Path("ws/src/waiter/waiter/base.py").read_text()
     manifest = read_manifest(Path("ws"))
     assert manifest is not None
-    assert manifest.settings == ("Hungry.tokens=7",)
+    assert manifest.settings == ("Hungry.tokens=7", "middleware=ros2")
     assert run("--check").exit_code == 1
 
 
