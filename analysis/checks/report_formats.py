@@ -89,8 +89,7 @@ def _times(model: pn.Net) -> list[dict[str, Any]]:
     times = left_out_times(model)
     if times is None:
         return []
-    text = f"{times}; findings need not occur with times" if times.changes_runs else str(times)
-    return [{"level": "note", "message": {"text": text}}]
+    return [{"level": "note", "message": {"text": f"{times}; {times.of_check}"}}]
 
 
 def _rule(rule: str, severity: str, faults: Mapping[str, Fault]) -> dict[str, Any]:
@@ -202,18 +201,21 @@ class _Places:
         return {"name": element.name or id, "fullyQualifiedName": id, "kind": type(element).__name__}
 
 
-def to_junit(report: Report, path: Path, name: str = "dineros check") -> bytes:
+def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros check") -> bytes:
     """Return a report as JUnit XML: what is found fails, what is proved passes, what is unknown is skipped.
 
     A note passes, with its message as output: as for the exit status of `dineros check`. What is suppressed
-    or stands in the baseline is skipped, too, with the reason.
+    or stands in the baseline is skipped, too, with the reason. The property ``times`` of the suite says that
+    firing intervals are left out, and which answers hold all the same, if the model has such.
 
     Parameters
     ----------
     report : Report
         The report.
+    model : pn.Net
+        The model.
     path : Path
-        The file of the model.
+        Its file.
     name : str
         What found it.
     """
@@ -229,6 +231,10 @@ def to_junit(report: Report, path: Path, name: str = "dineros check") -> bytes:
     }
     root = etree.Element("testsuites", {"name": name, **counts})
     suite = etree.SubElement(root, "testsuite", {"name": _clean(str(path)), **counts})
+
+    if (times := left_out_times(model)) is not None:
+        value = _clean(f"{times}; {times.of_check}")
+        etree.SubElement(etree.SubElement(suite, "properties"), "property", {"name": "times", "value": value})
 
     def case(name: str, kind: str) -> etree._Element:
         attributes = {"classname": f"dineros.{kind}", "name": _clean(name), "file": _clean(path.as_posix())}

@@ -27,6 +27,17 @@ from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import counted
 from dineros.metamodel.files.schema import number_text
 
+_OF_CHECK = (
+    "that something never happens, boundedness and the absence of deadlocks hold with times, too; deadlocks, "
+    "unbounded places, violated properties, and that a transition can fire, need not"
+)
+_ALL_ANSWERS = "no interval has a latest time, so all answers hold with times, too"
+_OF_COUNTS = (
+    "with times there may be fewer markings, arcs and deadlocks, and an unbounded net may be bounded; "
+    "bounds hold"
+)
+_ALL_MARKINGS = "no interval has a latest time, so the markings are those with times"
+
 
 @dataclass(frozen=True)
 class LeftOutTimes:
@@ -49,6 +60,16 @@ class LeftOutTimes:
     def survives(self, is_universal: bool) -> bool:
         """Return whether an answer holds with times; `is_universal` if it speaks of all runs without them."""
         return is_universal or not self.changes_runs
+
+    @property
+    def of_check(self) -> str:
+        """What that means for what a check finds and proves."""
+        return _OF_CHECK if self.changes_runs else _ALL_ANSWERS
+
+    @property
+    def of_counts(self) -> str:
+        """What that means for the figures of a state space."""
+        return _OF_COUNTS if self.changes_runs else _ALL_MARKINGS
 
     def __str__(self) -> str:
         return f"firing intervals are left out ({counted(self.count, 'transition')}, such as {self.example})"

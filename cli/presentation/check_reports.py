@@ -26,12 +26,14 @@ def write_check_report(
     report: Report, net: pn.Net, output: Path, model: Path, settings: Sequence[str]
 ) -> None:
     """Write what a check found as a page, as a whole or not at all; one line says why it lacks pictures."""
+    from dineros.analysis.model.times import left_out_times
     from dineros.metamodel.files.atomic import write_atomically
     from dineros.views.reports.check_report import CheckContent, check_page
 
     search().stage("counting the state spaces")
     spaces = _spaces(net, search().limits)
     search().stage("drawing")
+    times = left_out_times(net)
     content = CheckContent(
         title=net.name or net.id,
         source=str(model),
@@ -41,6 +43,7 @@ def write_check_report(
         spaces=spaces,
         settings=tuple(settings),
         accepted=_accepted(report),
+        notes=[] if times is None else [f"{times}; {times.of_check}; {times.of_counts}"],
     )
     page, failure = check_page(content, net)
     write_atomically(output, page.encode())

@@ -18,12 +18,6 @@ from dineros.metamodel.errors import counted
 _ALWAYS_SHOWN = ("suppression-expired", "suppression-unused")
 """Rules of notes that are printed without `-v`: what a team has to act on."""
 
-CHECKED = (
-    "that something never happens, boundedness and the absence of deadlocks hold with times, too; deadlocks, "
-    "unbounded places, violated properties, and that a transition can fire, need not"
-)
-SAME = "no interval has a latest time, so all answers hold with times, too"
-
 if TYPE_CHECKING:
     from dineros.analysis.model.times import LeftOutTimes
     from dineros.analysis.witnesses.findings import Fault, Report
@@ -54,7 +48,7 @@ def print_report(
         from dineros.analysis.checks.report_formats import to_junit
 
         command = "check" if faults is None else "diff"
-        say_lines(to_junit(report, model, f"dineros {command}").decode())
+        say_lines(to_junit(report, net, model, f"dineros {command}").decode())
     else:
         _print_text(report, model, witnesses, left_out_times(net))
 
@@ -137,7 +131,7 @@ def _print_text(report: Report, model: Path, witnesses: bool, times: LeftOutTime
     if report.by:
         note(f"answered by: {report.by}")
     if times is not None:
-        say_times(times, CHECKED if times.changes_runs else SAME)
+        say_times(times, times.of_check)
     faults = sum(finding.severity != "note" for finding in report.findings)
     following = f" ({counted(len(report.consequences), 'consequence')})" if report.consequences else ""
     counts = f"{faults} found{following}, {len(report.proved)} proved, {len(report.unknown)} unknown"

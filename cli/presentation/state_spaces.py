@@ -15,11 +15,6 @@ if TYPE_CHECKING:
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.questions.state_space import StateSpace
 
-FEWER_MARKINGS = (
-    "with times there may be fewer markings, arcs and deadlocks, and an unbounded net may be bounded; "
-    "bounds hold"
-)
-SAME_MARKINGS = "no interval has a latest time, so the markings are those with times"
 _OF_THE_REDUCED_NET = ("places", "transitions")
 _OF_THE_REST = (
     "states",
@@ -88,7 +83,7 @@ def say_state_space(
             if value not in (None, ""):
                 say(f"  {name.replace('_', ' '):21} {_shown(name, value)}")
         if times is not None:
-            say_times(times, FEWER_MARKINGS if times.changes_runs else SAME_MARKINGS)
+            say_times(times, times.of_counts)
     if confirmation is not None:
         say_confirmation(confirmation, as_json)
 

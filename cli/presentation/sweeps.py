@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.console import say, say_json, summarise
+from dineros.cli.presentation.answers import say_times, times_fields
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
@@ -45,8 +46,13 @@ def write_figures(figures: Path, outcome: Outcome, net: pn.Net) -> None:
     write_atomically(figures, sweep_figures(outcome.rows, figures.suffix.lower(), title=net.name or net.id))
 
 
-def say_sweep(outcome: Outcome, model: Path, output: Path, figures: Path | None, as_json: bool) -> None:
+def say_sweep(
+    outcome: Outcome, net: pn.Net, model: Path, output: Path, figures: Path | None, as_json: bool
+) -> None:
     """Print what was counted, and the files that were written."""
+    from dineros.analysis.model.times import left_out_times
+
+    times = left_out_times(net)
     if as_json:
         say_json(
             {
@@ -56,11 +62,14 @@ def say_sweep(outcome: Outcome, model: Path, output: Path, figures: Path | None,
                 "points": len(outcome.rows),
                 "resumed": outcome.resumed,
                 "unknown": outcome.unknown,
+                **times_fields(times, False),
             }
         )
         return
     resumed = f", {outcome.resumed} of them from the interrupted run" if outcome.resumed else ""
     unknown = f"; {outcome.unknown} unknown" if outcome.unknown else ""
+    if times is not None:
+        say_times(times, times.of_counts)
     written = f"{output}, {figures}" if figures is not None else f"{output}"
     summarise(f"{model} -> {written}: {counted(len(outcome.rows), 'point')}{resumed}{unknown}")
 

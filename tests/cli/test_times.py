@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from lxml import etree
 
 from tests.cli.conftest import Run
 
@@ -73,6 +74,34 @@ def test_sarif_has_a_notification(run: Run, timed: Path) -> None:
         each["message"]["text"] for each in log["runs"][0]["invocations"][0]["toolExecutionNotifications"]
     ]
     assert any(LEFT_OUT in text for text in texts)
+
+
+@pytest.mark.parametrize(("latest", "said"), [("2", "boundedness"), ("w", "so all answers hold")])
+def test_reports_for_people_and_for_ci_say_so(run: Run, timed: Path, latest: str, said: str) -> None:
+    text = TIMED if latest == "2" else TIMED.replace(",2]", ",w[").replace(",6]", ",w[")
+    timed.write_text(text, encoding="utf-8")
+    suite = etree.fromstring(run("check", timed, "--format", "junit").stdout.encode())[0]
+    (noted,) = suite.iterfind("properties/property[@name='times']")
+    page = timed.with_name("report.html")
+    run("check", timed, "-o", page)
+    for shown in (noted.get("value") or "", page.read_text(encoding="utf-8")):
+        assert "firing intervals are left out (2 transitions" in shown and said in shown
+
+
+def test_reports_of_other_nets_say_nothing_of_times(run: Run, timed: Path) -> None:
+    timed.write_text(TIMED.replace("[1,2] ", "").replace("[5,6] ", ""), encoding="utf-8")
+    page = timed.with_name("report.html")
+    assert "intervals" not in run("check", timed, "--format", "junit").stdout
+    run("check", timed, "-o", page)
+    assert "intervals" not in page.read_text(encoding="utf-8")
+
+
+def test_a_sweep_says_what_its_figures_mean_with_times(run: Run, timed: Path) -> None:
+    asked = ("sweep", timed, "--vary", "p.tokens=1..2", "-o", timed.with_name("points.csv"))
+    (note,) = (line for line in run(*asked).stdout.splitlines() if LEFT_OUT in line)
+    assert note.startswith("note: ") and "may be fewer markings" in note
+    answer = json.loads(run(*asked, "--json").stdout)
+    assert answer["times"] == {"left_out": LEFT_OUT, "transitions": 2, "holds_with_times": False}
 
 
 def test_without_a_latest_time_all_answers_hold(run: Run, timed: Path) -> None:

@@ -74,6 +74,8 @@ class CheckContent:
         How the model was changed.
     accepted : sequence of (str, str, str)
         Message, rule and reason of each finding that does not count.
+    notes : sequence of str
+        What limits the answers, and the figures of the state spaces.
     """
 
     title: str
@@ -84,6 +86,7 @@ class CheckContent:
     spaces: Sequence[dict[str, Any]] = ()
     settings: Sequence[str] = field(default_factory=tuple)
     accepted: Sequence[tuple[str, str, str]] = ()
+    notes: Sequence[str] = ()
 
 
 def check_page(content: CheckContent, model: pn.Net | None = None) -> tuple[str, DinerosError | None]:

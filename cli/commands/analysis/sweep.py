@@ -146,7 +146,7 @@ def sweep(
     if figures is not None:
         write_figures(figures, outcome, net)
     with search().answer():
-        say_sweep(outcome, model, table, figures, as_json)
+        say_sweep(outcome, net, model, table, figures, as_json)
     return UNKNOWN if outcome.unknown else HOLDS
 
 

@@ -188,7 +188,7 @@ def test_an_absolute_path_is_a_file_uri(model: tuple[pn.Net, Path]) -> None:
 
 
 def test_junit_has_a_case_for_each_question() -> None:
-    root = etree.fromstring(to_junit(report(), Path("greeting.sym.xmi")))
+    root = etree.fromstring(to_junit(report(), talker(), Path("greeting.sym.xmi")))
     assert root.tag == "testsuites"
     (suite,) = root
     cases = suite.findall("testcase")
@@ -222,7 +222,7 @@ def test_junit_has_a_case_for_each_question() -> None:
 
 
 def test_junit_failures_tell_the_steps() -> None:
-    root = etree.fromstring(to_junit(report(), Path("greeting.sym.xmi")))
+    root = etree.fromstring(to_junit(report(), talker(), Path("greeting.sym.xmi")))
     failures = root.findall(".//failure")
     assert failures[0].get("message") == "the queue can overflow"
     assert failures[0].text == (
@@ -237,5 +237,5 @@ def test_junit_failures_tell_the_steps() -> None:
 
 
 def test_an_empty_report_is_a_suite_without_cases() -> None:
-    root = etree.fromstring(to_junit(Report(), Path("greeting.sym.xmi")))
+    root = etree.fromstring(to_junit(Report(), talker(), Path("greeting.sym.xmi")))
     assert [suite.get("tests") for suite in root] == ["0"]
