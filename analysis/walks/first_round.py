@@ -35,7 +35,7 @@ TRIES, PUMPS = 16, 400
 """Walks aimed at one transition, and at a place that may grow: a loop has to close."""
 
 LEAST_TRIES = 4
-"""Part of them that there is however long they take: one of so many."""
+"""Walks to one transition that are compared. One in so many walks is made however long it takes."""
 
 DETOUR, ROOM, DEEPER = 6, 2_000, 5
 """Firings of such a walk: so many for each that it is to fire, and some more; doubled so often, in turn."""
@@ -155,7 +155,10 @@ class _Round:
         """Walk so a few times, each further, until something is met."""
         room, tries = ROOM + DETOUR * int(counts.sum()), PUMPS if growing else TRIES
         for number in range(tries):
-            if (clock.is_over and number >= tries // LEAST_TRIES) or self.budget.is_over or is_met():
+            if (clock.is_over and number >= tries // LEAST_TRIES) or self.budget.is_over:
+                return
+            # Another way to the same may be a shorter one.
+            if is_met() and (growing or number >= LEAST_TRIES):
                 return
             self.scout.walk(counts, growing, room << (number % DEEPER))
 
