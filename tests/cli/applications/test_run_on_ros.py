@@ -78,7 +78,10 @@ def test_a_node_that_cannot_start_is_told_of_and_announced(tmp_path: Path) -> No
     assert other.startswith("greeting.sym.xmi: runs by the rules of ros2, whose queues ROS 2 has")
     assert lines[:3] == [f"talker ended with exit status 2: {error}"] * 3
     log = tmp_path / "traces/talker.log"
-    assert lines[3:] == [f"talker cannot start, tried 3 times: {error} (its output is in {log})"]
+    assert lines[3:] == [
+        f"talker cannot start, tried 3 times: {error} (its output is in {log})",
+        "node talker never came up",
+    ]
     assert "a node could not go on; marked: " in done.stdout
     assert "0 firings, 0 drops, 0 errors, 2 restarts" in done.stdout
     state = json.loads((tmp_path / "heard.json").read_text())
