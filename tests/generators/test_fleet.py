@@ -161,7 +161,8 @@ def test_witnesses_become_tests(workspace: Path, tmp_path: Path, goal: str, vari
     shutil.copytree(workspace / ".dineros", copy / ".dineros")
     witness = tmp_path / "some-witness.jsonl"
     fleet = FLEET / "fleet.sym.xmi"
-    found = command("find", fleet, "--marking", goal, "--signals", variant, "-o", witness)
+    rules = "--middleware", "ros2"  # those of the nodes that are generated
+    found = command("find", fleet, *rules, "--marking", goal, "--signals", variant, "-o", witness)
     assert found.exit_code == 0, found.stderr
     made = command("generate", fleet, "-o", copy, "--tests", witness)
     assert made.exit_code == 0, made.stderr
