@@ -22,7 +22,6 @@ def compile_net(net: pn.Net) -> CompiledNet:
     """
     if isinstance(net, sym.SystemModel) and len(net.channels):
         raise DinerosError(f"{net.id} is a system model", element=net.id, hint="flatten it first")
-    rows: dict[pn.Node, tuple[dict[str, int], dict[str, int], dict[str, int], dict[str, int]]] = {}
     for transition in transitions(net):
         if len(transition.overrides):
             raise DinerosError(
@@ -30,7 +29,20 @@ def compile_net(net: pn.Net) -> CompiledNet:
                 element=transition.id,
                 hint="remove its overrides",
             )
-        rows[transition] = ({}, {}, {}, {})
+    initial, named = initial_and_arcs(net)
+    return CompiledNet.build(initial, named)
+
+
+def initial_and_arcs(net: pn.Net) -> tuple[dict[str, int], list[Transition]]:
+    """Return the initial marking of a plain net, and its transitions with their arcs.
+
+    Raises
+    ------
+    DinerosError
+        An arc joins two nodes of a kind, or a place has a capacity that no arc obeys.
+    """
+    rows: dict[pn.Node, tuple[dict[str, int], dict[str, int], dict[str, int], dict[str, int]]]
+    rows = {transition: ({}, {}, {}, {}) for transition in transitions(net)}
     for arc in arcs(net):
         source, target = resolve(arc.source), resolve(arc.target)
         if isinstance(source, pn.Place) and isinstance(target, pn.Transition):
@@ -45,10 +57,7 @@ def compile_net(net: pn.Net) -> CompiledNet:
         if place.capacity is not None:
             raise DinerosError(f"place {place.id} has a capacity that no arc obeys", element=place.id)
         initial[place.id] = place.tokens
-    return CompiledNet.build(
-        initial,
-        [Transition(str(transition.id), *row) for transition, row in rows.items()],
-    )
+    return initial, [Transition(str(transition.id), *row) for transition, row in rows.items()]
 
 
 def _add(row: dict[str, int], place: str, weight: int, least: bool = False) -> None:

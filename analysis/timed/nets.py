@@ -15,8 +15,9 @@ from math import gcd, lcm
 import numpy as np
 
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet, Int64Array, Transition
+from dineros.analysis.nets.models import initial_and_arcs
 from dineros.metamodel import pn
-from dineros.metamodel.elements import arcs, places, resolve, transitions
+from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import DinerosError
 
 LARGEST_BOUND = 1 << 40
@@ -214,42 +215,19 @@ def compile_timed_net(net: pn.Net) -> TimedNet:
     DinerosError
         An interval is empty, an arc joins two nodes of a kind, or a place has a capacity that no arc obeys.
     """
-    rows: dict[pn.Transition, tuple[dict[str, int], dict[str, int], dict[str, int], dict[str, int]]]
-    rows = {transition: ({}, {}, {}, {}) for transition in transitions(net)}
-    for arc in arcs(net):
-        source, target = resolve(arc.source), resolve(arc.target)
-        if isinstance(source, pn.Place) and isinstance(target, pn.Transition):
-            kind = {pn.ArcKind.normal: 0, pn.ArcKind.inhibitor: 2, pn.ArcKind.read: 3}[arc.kind]
-            _add(rows[target][kind], source.id, arc.weight, least=kind == 2)
-        elif isinstance(source, pn.Transition) and isinstance(target, pn.Place):
-            _add(rows[source][1], target.id, arc.weight)
-        else:
-            raise DinerosError(f"arc {arc.id} joins two {type(source).__name__.lower()}s", element=arc.id)
-    initial = {}
-    for place in places(net):
-        if place.capacity is not None:
-            raise DinerosError(f"place {place.id} has a capacity that no arc obeys", element=place.id)
-        initial[place.id] = place.tokens
+    initial, named = initial_and_arcs(net)
     intervals = {}
-    for transition in rows:
+    for transition in transitions(net):
         try:
             intervals[transition.id] = Interval.of(transition.interval)
         except DinerosError as error:
             raise DinerosError(f"transition {transition.id}: {error}", element=transition.id) from None
     return TimedNet.build(
         initial,
-        [Transition(transition.id, *row) for transition, row in rows.items()],
+        named,
         intervals,
-        [(high.id, low.id) for high in rows for low in high.overrides],
+        [(high.id, low.id) for high in transitions(net) for low in high.overrides],
     )
-
-
-def _add(row: dict[str, int], place: str, weight: int, least: bool = False) -> None:
-    """Add up parallel arcs; of parallel inhibitor arcs the smallest weight decides."""
-    if place not in row:
-        row[place] = weight
-    else:
-        row[place] = min(row[place], weight) if least else row[place] + weight
 
 
 def _closed(pairs: Sequence[tuple[int, int]], size: int) -> tuple[tuple[int, ...], ...]:
