@@ -18,7 +18,7 @@ Key = tuple[str, tuple[str, ...]]
 
 
 class BaselineError(DinerosError):
-    """A file is no baseline."""
+    """A file is not a baseline."""
 
 
 class Baseline:
@@ -48,7 +48,7 @@ class Baseline:
         Raises
         ------
         DinerosError
-            The file cannot be read, is no JSON, or is none of these.
+            The file cannot be read, is not JSON, or has none of these forms.
         """
         content = decode_json(read_bytes(path, SIZE_LIMIT), location=Location(path))
         try:

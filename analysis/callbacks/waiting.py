@@ -329,7 +329,7 @@ class Waiting:
 
     @cached_property
     def _inactive(self) -> set[int]:
-        """Places that are marked while nobody uses a server instance or a slot."""
+        """Places that are marked while a server instance or a slot is free."""
         parts = ("inactive", "idle slot")
         links = [link for link in self._subject.links() if link.meaning and link.meaning.part in parts]
         return {self._subject.place_index[link.target.id] for link in links}
