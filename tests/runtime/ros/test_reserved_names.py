@@ -8,6 +8,7 @@ import pytest
 
 from dineros.metamodel.ros_names import hidden_part, reserved_services, reserved_topics
 from tests.runtime.ros.conftest import Ros
+from tests.runtime.ros.test_steering import ACTIVATE, CHANGE, CONFIGURE
 
 LOOK = """
 import json, time
@@ -38,6 +39,8 @@ rclpy.shutdown()
 @pytest.mark.parametrize("is_managed", [False, True])
 def test_the_list_of_reserved_names_is_complete(ros: Ros, is_managed: bool) -> None:
     ros.node("office", options=["--lifecycle"] if is_managed else [])
+    for change in (CONFIGURE, ACTIVATE) if is_managed else ():
+        ros.script(CHANGE.format(id=change))
     services, published, heard = json.loads(ros.script(LOOK))
     signals = ["Open", "too-late"]
     known = reserved_services("/office", signals, is_managed)
