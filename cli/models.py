@@ -59,11 +59,22 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
 
 
 def _show_remarks(model: pn.Net, path: Path) -> None:
-    """Print in one line what the reader took in another way than the format says."""
+    """Print what the reader took in another way than the format says, and how a net was unfolded."""
+    from dineros.metamodel.colours.origins import origins_of
+    from dineros.metamodel.errors import counted
     from dineros.metamodel.files.remarks import remarks_of
 
+    if invocation().verbosity < 0:
+        return
+    origins = origins_of(model)
+    if origins.places or origins.transitions:
+        places, transitions = (
+            counted(sum(map(len, each.values())), name)
+            for each, name in ((origins.places, "place"), (origins.transitions, "transition"))
+        )
+        warn(f"{path}: note: the coloured net is unfolded to {places} and {transitions}")
     remarks = remarks_of(model)
-    if remarks and invocation().verbosity >= 0:
+    if remarks:
         warn(f"{path}: note: this is not standard PNML; read as a P/T net: {'; '.join(remarks)}")
 
 

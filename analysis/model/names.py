@@ -9,6 +9,7 @@ from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.names import TableNames
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel import pn, sym
+from dineros.metamodel.colours.origins import origins_of
 from dineros.metamodel.elements import nodes
 from dineros.transformations.flattening.traces import Link
 
@@ -28,7 +29,9 @@ def unique_names(net: pn.Net) -> dict[str, str]:
 class PlainNames(TableNames):
     """Names of a plain net: ids, and the names of its elements where they are unique.
 
-    Tools that draw nets make ids of their own (``cId-77384``), and people know the names.
+    Tools that draw nets make ids of their own (``cId-77384``), and people know the names. In a net that was
+    unfolded, the id of a coloured place means the sum over its colours, that of a coloured transition any of
+    its bindings.
 
     Parameters
     ----------
@@ -40,11 +43,18 @@ class PlainNames(TableNames):
 
     def __init__(self, net: CompiledNet, model: pn.Net) -> None:
         by_name = {name: id for id, name in unique_names(model).items()}
-        tables = [{id: (index,) for index, id in enumerate(ids)} for ids in (net.places, net.transitions)]
+        tables: list[dict[str, tuple[int, ...]]] = [
+            {id: (index,) for index, id in enumerate(ids)} for ids in (net.places, net.transitions)
+        ]
         for table in tables:
             table.update({name: table[id] for name, id in by_name.items() if id in table})
         places, transitions = tables
-        super().__init__(places, transitions, {name: index for name, (index,) in places.items()})
+        signals = {name: index for name, (index,) in places.items()}
+        origins = origins_of(model)
+        for table, coloured in ((places, origins.places), (transitions, origins.transitions)):
+            for id, unfolded in coloured.items():
+                table.setdefault(id, tuple(table[one][0] for one in unfolded))
+        super().__init__(places, transitions, signals)
         self._shared: dict[type[pn.Element], dict[str, list[str]]] = {pn.Place: {}, pn.Transition: {}}
         for node in nodes(model):
             for kind, shared in self._shared.items():

@@ -42,6 +42,7 @@ FOLDERS = {
         "matching",
         "token_data",
         "positions",
+        "colours",
         "clauses",
         "build",
         "files",

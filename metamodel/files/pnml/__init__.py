@@ -1,10 +1,11 @@
 """PNML, the XML format of Petri nets (ISO/IEC 15909-2), with the DiNeROS extension.
 
-A file of plain PNML becomes a `pn.Net` (package `plain` says which forms of other tools are read); one that
-uses the extension (``toolspecific`` blocks of the tool
-``de.tudresden.inf.st.pnml.distributedPN``, versions 0.1 and 0.2) a `sym.SystemModel`. The module `normalise`
-says what happens to files that keep a distributed model on one page. What PNML and the extension cannot say
-is written into blocks of our own (module `own`), so that a model loses nothing on its way through a file.
+A file of plain PNML becomes a `pn.Net` (package `plain` says which forms of other tools are read). A
+symmetric net is unfolded (package `symmetric`). A file that uses the extension (``toolspecific`` blocks of
+the tool ``de.tudresden.inf.st.pnml.distributedPN``, versions 0.1 and 0.2) becomes a `sym.SystemModel`.
+The module `normalise` says what happens to files that keep a distributed model on one page. What PNML and the
+extension cannot say is written into blocks of our own (module `own`), so that a model loses nothing on its
+way through a file.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ def read_pnml(path: Path | str, content: bytes | None = None) -> pn.Net:
     """
     from dineros.metamodel.files.pnml.build import Builder
     from dineros.metamodel.files.pnml.normalise import normalise
+    from dineros.metamodel.files.pnml.plain.dialect import is_symmetric, only_net
     from dineros.metamodel.files.pnml.read import read_records
     from dineros.metamodel.files.pnml.source import Source
     from dineros.metamodel.files.reading import collector_paused
@@ -51,9 +53,15 @@ def read_pnml(path: Path | str, content: bytes | None = None) -> pn.Net:
     source = Source(path)
     with collector_paused():
         tree = parse(path) if content is None else parse_bytes(content, path)
-        records = read_records(tree.getroot(), source)
-        normalise(records, source)
-        net = Builder(records, source).build()
+        xml = only_net(tree.getroot(), source)
+        if is_symmetric(xml):
+            from dineros.metamodel.files.pnml.symmetric.reader import read_symmetric
+
+            net = read_symmetric(xml, source)
+        else:
+            records = read_records(xml, source)
+            normalise(records, source)
+            net = Builder(records, source).build()
     remember_remarks(net, source.notes)
     remember_file(net, Path(path))
     return net

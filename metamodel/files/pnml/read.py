@@ -8,7 +8,6 @@ from lxml import etree
 
 from dineros.metamodel.errors import ModelFileError, counted, near_matches
 from dineros.metamodel.files.pnml.plain.checks import NetWide, check_attributes, check_element, check_parts
-from dineros.metamodel.files.pnml.plain.dialect import only_net
 from dineros.metamodel.files.pnml.plain.known import ELEMENTS
 from dineros.metamodel.files.pnml.plain.values import (
     capacity_of,
@@ -48,15 +47,14 @@ _CHANNELS = {TOPIC: "topic", SERVICE: "service", ACTION: "action"}
 _NODES = ("place", "transition", "referencePlace", "referenceTransition")
 
 
-def read_records(root: etree._Element, source: Source) -> NetRecord:
-    """Read the one net of a file; what is wrong inside is complained about, `source.refuse_errors` raises it.
+def read_records(net: etree._Element, source: Source) -> NetRecord:
+    """Read a P/T net; what is wrong inside is complained about, `source.refuse_errors` raises it.
 
     Raises
     ------
     ModelFileError
-        The file is no PNML file of one P/T net.
+        It has no page.
     """
-    net = only_net(root, source)
     if not (net.get("id") or "").strip():
         source.note("the net got an id")
         known = {xml.get("id") for xml in net.iter()}

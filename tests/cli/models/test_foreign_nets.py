@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Run
+from tests.metamodel.files.pnml.test_symmetric import NET as COLOURED
 
 INHIBITED = """<pnml><net id="n" type="P/T net">
 <place id="free"/><place id="busy" initialMarking="1"/><place id="done"/><transition id="go"/>
@@ -40,6 +41,26 @@ def test_one_note_lists_what_was_taken_as_what(run: Run, inhibited: Path) -> Non
 def test_an_inhibitor_arc_is_one_in_every_form(run: Run, inhibited: Path) -> None:
     result = run("find", inhibited, "--marking", "done >= 1")
     assert (result.exit_code, result.stdout.splitlines()[0]) == (0, "reachable: done >= 1")
+
+
+@pytest.mark.parametrize(
+    ("asked", "answer"),
+    [
+        (("--marking", "At <= 1"), "reachable: At <= 1"),
+        (("--marking", "At = 0"), "unreachable: At = 0; 4 states"),
+        (("--marking", "Never >= 1"), "unreachable: Never >= 1; 4 states"),
+        (("--marking", '"At(a)" = 0'), 'unreachable: "At(a)" = 0; 4 states'),
+        (("--enabled", "move"), "reachable: enabled(move)"),
+    ],
+)
+def test_a_coloured_net_is_unfolded_and_asked_by_its_own_names(
+    run: Run, tmp_path: Path, asked: tuple[str, str], answer: str
+) -> None:
+    path = tmp_path / "net.pnml"
+    path.write_text(COLOURED, encoding="utf-8")
+    result = run("find", path, *asked)
+    assert result.stdout.splitlines()[0] == answer
+    assert result.stderr == f"{path}: note: the coloured net is unfolded to 3 places and 2 transitions\n"
 
 
 NAMED = """<pnml xmlns="http://www.pnml.org/version-2009/grammar/pnml"><net id="n"

@@ -15,6 +15,8 @@ _PLAIN_TYPES = frozenset(
     }
 )
 """Last parts of types of nets without colours, in lower case; what they add is read or refused elsewhere."""
+_SYMMETRIC = ("symmetricnet", "pt-hlpng")
+"""Coloured nets that are unfolded; places of the second have one colour only."""
 _COLOURED = ("symmetricnet", "highlevelnet", "hlpng", "pt-hlpng", "hlnet", "coloured", "colored")
 
 
@@ -40,8 +42,14 @@ def only_net(root: etree._Element, source: Source) -> etree._Element:
             source.complain(f"<{local(inner)}> is not known beside the net", inner, hint=hint)
         elif local(inner) == "feature" and inner.get("isColored") == "true":
             source.complain("the net is coloured", inner, hint="only P/T nets are read; unfold it first")
-    _check_type(nets[0], source)
+    if not is_symmetric(nets[0]):
+        _check_type(nets[0], source)
     return nets[0]
+
+
+def is_symmetric(net: etree._Element) -> bool:
+    """Tell whether a net is a coloured net that is unfolded when it is read."""
+    return _last_part(net) in _SYMMETRIC
 
 
 def _adopt(root: etree._Element, source: Source) -> None:
@@ -73,8 +81,7 @@ def _check_type(net: etree._Element, source: Source) -> None:
     kind = (net.get("type") or "").strip()
     if kind == PTNET:
         return
-    lower = kind.lower().rstrip("/").removesuffix(".pntd")
-    last = lower if lower in _PLAIN_TYPES else lower.rpartition("/")[2]
+    last = _last_part(net)
     if not kind:
         source.note("no net type")
     elif last in _PLAIN_TYPES:
@@ -84,3 +91,9 @@ def _check_type(net: etree._Element, source: Source) -> None:
         if any(part in last for part in _COLOURED):
             hint = f"it has coloured tokens; unfold it first: P/T nets are {PTNET}"
         raise source.error(f"the net type {kind!r} is not supported", net, hint=hint)
+
+
+def _last_part(net: etree._Element) -> str:
+    """Return what says the type of a net, in lower case."""
+    lower = (net.get("type") or "").strip().lower().rstrip("/").removesuffix(".pntd")
+    return lower if lower in _PLAIN_TYPES else lower.rpartition("/")[2]

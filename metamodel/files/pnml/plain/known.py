@@ -35,6 +35,9 @@ ATTRIBUTES: dict[str, frozenset[str]] = {
 }
 """Attributes that are read, checked (see `plain.values` and `plain.net_wide`) or harmless."""
 
+COLOURED_ATTRIBUTES = _DRAWN | {"id", "type", "name", "ref", "source", "target"}
+"""Attributes of any element of a symmetric net, whose values stand in elements."""
+
 _ANY = frozenset({"name", "graphics", "toolspecific", "description"})
 _NODES = frozenset({"place", "transition", "referencePlace", "referenceTransition", "arc"})
 _PAGES = frozenset({"page", "nodePage"})

@@ -32,8 +32,8 @@ BAD = {
         2,
     ),
     "other net type": (
-        f'<pnml xmlns="{PNML}">\n<net id="a" type="http://www.pnml.org/version-2009/grammar/symmetricnet"/></pnml>',
-        "symmetricnet' is not supported",
+        f'<pnml xmlns="{PNML}">\n<net id="a" type="http://www.pnml.org/version-2009/grammar/highlevelnet"/></pnml>',
+        "highlevelnet' is not supported",
         2,
     ),
     "no page": (document("<name><text>n</text></name>"), "the net has no page", 3),

@@ -1,0 +1,165 @@
+"""Symmetric nets: unfolded when read, compared with an interpreter of coloured nets."""
+
+from __future__ import annotations
+
+from collections import deque
+from pathlib import Path
+
+import pytest
+
+from dineros.metamodel import pn
+from dineros.metamodel.colours.origins import origins_of
+from dineros.metamodel.errors import ModelFileError
+from dineros.metamodel.files.pnml import read_pnml
+from tests.support.references.coloured import Coloured, random_net
+
+MOST = 300
+
+
+def read(tmp_path: Path, text: str) -> pn.Net:
+    file = tmp_path / "net.pnml"
+    file.write_text(text, encoding="utf-8")
+    return read_pnml(file)
+
+
+def graph(net: pn.Net) -> tuple[int, list[tuple[str, ...]]]:
+    """Return the number of reachable markings of a plain net, and its steps by place counts, sorted."""
+    (page,) = net.pages
+    places = [node for node in page.objects if isinstance(node, pn.Place)]
+    index = {place: number for number, place in enumerate(places)}
+    moves = []
+    for node in page.objects:
+        if isinstance(node, pn.Transition):
+            takes = [(index[arc.source], arc.weight) for arc in node.incoming]  # type: ignore[index]
+            puts = [(index[arc.target], arc.weight) for arc in node.outgoing]  # type: ignore[index]
+            moves.append((str(node.id).partition("(")[0], takes, puts))
+    start = tuple(place.tokens for place in places)
+    seen, todo = {start}, deque([start])
+    steps = []
+    group = {
+        id: [n for n, place in enumerate(places) if place.id in each]
+        for id, each in origins_of(net).places.items()
+    }
+    while todo:
+        marking = todo.popleft()
+        for name, takes, puts in moves:
+            if any(marking[place] < weight for place, weight in takes):
+                continue
+            after = list(marking)
+            for place, weight in takes:
+                after[place] -= weight
+            for place, weight in puts:
+                after[place] += weight
+            key = tuple(after)
+            totals = [
+                str([sum(each[n] for n in members) for members in group.values()]) for each in (marking, key)
+            ]
+            steps.append((totals[0], name, totals[1]))
+            if key not in seen:
+                seen.add(key)
+                todo.append(key)
+    return len(seen), sorted(steps)
+
+
+def expected(net: Coloured) -> tuple[int, list[tuple[str, ...]]] | None:
+    found = net.graph(MOST)
+    if found is None:
+        return None
+
+    def totals(marking: frozenset[tuple[str, object, int]]) -> str:
+        return str([sum(n for place, _, n in marking if place == each) for each in net.places])
+
+    steps = [
+        (totals(marking), transition, totals(after))
+        for marking, each in found.items()
+        for transition, after in each
+    ]
+    return len(found), sorted(steps)
+
+
+@pytest.mark.parametrize("start", range(4))
+def test_random_nets_have_the_markings_and_steps_of_an_interpreter(tmp_path: Path, start: int) -> None:
+    compared = 0
+    for seed in range(start * 1000, start * 1000 + 60):
+        coloured = random_net(seed)
+        found = expected(coloured)
+        if found is not None:
+            compared += found[0] > 1
+            assert graph(read(tmp_path, coloured.pnml())) == found, seed
+    assert compared >= 10
+
+
+NET = """<pnml xmlns="http://www.pnml.org/version-2009/grammar/pnml">
+<net id="n" type="http://www.pnml.org/version-2009/grammar/symmetricnet">
+<declaration><structure><declarations>
+<namedsort id="Site" name="Site"><finiteenumeration>
+<feconstant id="a" name="a"/><feconstant id="b" name="b"/><feconstant id="c" name="c"/>
+</finiteenumeration></namedsort>
+<partition id="Zone" name="Zone"><usersort declaration="Site"/>
+<partitionelement id="north" name="north"><useroperator declaration="a"/></partitionelement>
+<partitionelement id="south" name="south">
+<useroperator declaration="b"/><useroperator declaration="c"/></partitionelement></partition>
+<variabledecl id="x" name="x"><usersort declaration="Site"/></variabledecl>
+</declarations></structure></declaration>
+<page id="one">
+<place id="At"><type><structure><usersort declaration="Site"/></structure></type>
+<hlinitialMarking><structure><all><usersort declaration="Site"/></all></structure></hlinitialMarking></place>
+<referenceTransition id="far" ref="move"/>
+<arc id="in" source="At" target="far">
+<hlinscription><structure><variable refvariable="x"/></structure></hlinscription></arc>
+</page>
+<page id="two">
+<transition id="move"><condition><structure><equality>
+<subterm><partitionelementof refpartition="Zone">
+<subterm><variable refvariable="x"/></subterm></partitionelementof></subterm>
+<subterm><useroperator declaration="south"/></subterm>
+</equality></structure></condition></transition>
+<place id="Never"><type><structure><usersort declaration="Site"/></structure></type></place>
+</page>
+</net></pnml>
+"""
+
+
+def test_partitions_references_and_colours_that_cannot_occur(tmp_path: Path) -> None:
+    net = read(tmp_path, NET)
+    origins = origins_of(net)
+    assert origins.places == {"At": ("At(a)", "At(b)", "At(c)"), "Never": ()}
+    assert origins.transitions == {"move": ("move(b)", "move(c)")}
+
+
+VARIABLE = '<variable refvariable="x"/>'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        (f"{VARIABLE}</structure></hl", '<variable refvariable="y"/></structure></hl', 18, "not declared"),
+        ('"Site"/></variabledecl>', '"Sight"/></variabledecl>', 11, "the sort 'Sight' is not declared"),
+        ('<useroperator declaration="south"/>', '<useroperator declaration="a"/>', 21, "Zone and Site"),
+        ('declaration="b"/>', 'declaration="a"/>', 7, "each value of Site exactly once"),
+        ("<equality>", "<equality><subterm/>", 21, "<subterm> holds 0 elements"),
+        ('ref="move"', 'ref="far"', 16, "refers to itself"),
+        ('ref="move"', 'ref="moves"', 17, "there is no node 'moves'"),
+        ('id="b" name="b"', 'id="a" name="b"', 5, "the constant 'a' is declared twice"),
+        ('<page id="two">', '<page id="two"><place id="P"/>', 20, "<place> 'P' has no <type>"),
+        ('id="move">', 'id="move"><priority/>', 21, "<priority> is not part of the <transition>"),
+        ('id="in"', 'id="in" type="inhibitor"', 17, "has an unknown attribute 'type'"),
+        ("<hlinscription>", "<hlinscription><structure/>", 18, "has two <structure>"),
+        ("<hlinscription>", "<hlinscription><guard/>", 18, "<guard> is not part of <hlinscription>"),
+        (f"<structure>{VARIABLE}", f"<structure><add>{VARIABLE}</add>", 18, "<subterm> is expected"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_line(
+    tmp_path: Path, old: str, new: str, line: int, message: str
+) -> None:
+    assert old in NET
+    with pytest.raises(ModelFileError) as caught:
+        read(tmp_path, NET.replace(old, new, 1))
+    assert message in str(caught.value)
+    assert f":{line}:" in str(caught.value)
+
+
+def test_a_net_that_would_be_too_large_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DINEROS_LIMITS", "elements=4")
+    with pytest.raises(ModelFileError, match=r"the unfolded net is too large .*--limit elements=NUMBER"):
+        read(tmp_path, NET)
