@@ -17,7 +17,7 @@ from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.atomic import write_atomically
 from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.json_text import decode_json
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 BASE = "base"
 """Instead of a variant of signals: the net without them that `dineros check` asks."""

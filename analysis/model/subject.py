@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import get_args
 
 from dineros.analysis.model.names import ModelNames, PlainNames, unique_names
 from dineros.analysis.model.satisfiability import unsatisfiable_clauses
@@ -17,12 +18,7 @@ from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.flattening.bounding import bounded
 from dineros.transformations.flattening.flatten import Flattened, flatten
 from dineros.transformations.flattening.traces import Link, Trace
-from dineros.transformations.rules.catalogue import (
-    OVERFLOW_RULES,
-    SIGNAL_RULES,
-    OverflowVariant,
-    SignalVariant,
-)
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 
 @dataclass(frozen=True)
@@ -145,7 +141,11 @@ def subject_for(model: pn.Net, signals: str, overflow: str = "weighted") -> Subj
     UnknownElementError
         There is no such variant.
     """
-    for what, found, known in (("signals", signals, SIGNAL_RULES), ("overflow", overflow, OVERFLOW_RULES)):
+    for what, found, variants in (
+        ("signals", signals, SignalVariant),
+        ("overflow", overflow, OverflowVariant),
+    ):
+        known = get_args(variants)
         if found not in known:
             hint = near_matches(found, known) or f"there are {', '.join(known)}"
             raise UnknownElementError(f"there is no variant {found!r} of {what}", hint=hint)

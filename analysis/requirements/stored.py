@@ -33,7 +33,7 @@ from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import near_matches
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 VARIANTS: dict[str, SignalVariant] = {
     "none": "none",

@@ -11,7 +11,7 @@ from dineros.analysis.timed.schedules import schedule
 from dineros.metamodel import pn, sym
 from dineros.transformations.flattening.bounding import bounded
 from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 
 @dataclass(frozen=True)

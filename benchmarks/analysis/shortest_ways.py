@@ -21,7 +21,7 @@ from dineros.analysis.explicit import Goal, find, find_all
 from dineros.analysis.explicit import search as engine
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.transformations.rules.catalogue import SignalVariant
+from dineros.transformations.rules.phases import SignalVariant
 from tests.analysis import classic_nets as classic
 
 LIMITS = Budget(memory_bytes=4 << 30, states=20_000_000, seconds=60)

@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 from dineros.metamodel import sym
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.histories.comparing import features_of_model, variants
 from tests.support.ros2_systems.action_models import action_models
 from tests.support.ros2_systems.executor_models import executor_models

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from dineros.metamodel import pn, sym
 from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.support.equal_behaviour import Comparison, compare
 from tests.support.references.flattening import plain_net_of
 from tests.support.references.histories import are_matched, quality_of

@@ -11,7 +11,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, read
 from dineros.metamodel.elements import find
 from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.catalogue import OverflowVariant
+from dineros.transformations.rules.phases import OverflowVariant
 from tests.support.equal_behaviour import compare
 from tests.support.reachability import ReachabilityGraph
 from tests.support.references.executors import ExecutorInterpreter

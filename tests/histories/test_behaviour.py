@@ -15,7 +15,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.constraints import validate
 from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.histories.comparing import variants
 from tests.histories.test_figures import periodic
 from tests.support.equal_behaviour import compare

@@ -15,7 +15,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.constraints import validate
 from dineros.transformations.flattening.flatten import Flattened, flatten
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.histories.comparing import variants
 from tests.support.equal_behaviour import compare
 from tests.support.references.executors import ExecutorInterpreter

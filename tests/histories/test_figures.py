@@ -11,7 +11,7 @@ from dineros.analysis.reductions import reduce
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.support.references.histories import Interpreter
 
 

@@ -20,7 +20,7 @@ from dineros.metamodel.files import load, save
 from dineros.metamodel.lifecycles.start_order import start_order
 from dineros.metamodel.settings import apply
 from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.histories.comparing import variants
 from tests.support.equal_behaviour import compare
 from tests.support.equality import differences

@@ -13,7 +13,7 @@ from dineros.cli.presentation.traces import witness_builder
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, flow, node_net, place, step
 from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.catalogue import OverflowVariant
+from dineros.transformations.rules.phases import OverflowVariant
 from tests.support.equal_behaviour import compare
 from tests.support.references.executors import ExecutorInterpreter
 from tests.support.references.flattening import PlainNet, plain_net_of

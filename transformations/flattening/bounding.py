@@ -6,7 +6,8 @@ from dineros.metamodel import pn, pnm
 from dineros.metamodel.elements import arcs, elements, places, resolve
 from dineros.transformations.language.copying import deep_copy
 from dineros.transformations.language.engine import Engine
-from dineros.transformations.rules.catalogue import CAPACITY_RULES
+from dineros.transformations.rules.catalogue import rules_of
+from dineros.transformations.rules.phases import Phase
 
 
 def bounded(net: pn.Net) -> pn.Net:
@@ -23,7 +24,7 @@ def bounded(net: pn.Net) -> pn.Net:
     working.pages.append(sheet)
     join(working, pn.ReferenceTransition)
     join(working, pn.ReferencePlace)
-    Engine(working).run(CAPACITY_RULES["ros1"])
+    Engine(working).run(rule for rule in rules_of("none", "weighted") if rule.phase >= Phase.bounds)
     for made in (*sheet.objects, *sheet.arcs):
         made.id = fresh(made.id, taken)
     for place in places(working):

@@ -16,15 +16,16 @@ from dineros.transformations.flattening.bounding import fresh, join
 from dineros.transformations.flattening.certificate import add_certificate, check_certificate
 from dineros.transformations.flattening.traces import Link, Trace
 from dineros.transformations.language.copying import deep_copy
+from dineros.transformations.language.creation import Copy
 from dineros.transformations.language.engine import Engine, require_makers
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules.catalogue import (
-    CAPACITY_RULES,
-    INSTANCE_RULES,
+from dineros.transformations.rules.catalogue import rules_of
+from dineros.transformations.rules.phases import (
     MiddlewareVariant,
     OverflowVariant,
+    Phase,
     SignalVariant,
-    rules_of,
+    StandardRule,
 )
 
 KEPT = "kept"
@@ -80,8 +81,10 @@ def flatten(
     """
     is_ros2 = model.middleware == sym.Middleware.ros2
     middleware: MiddlewareVariant = "ros2" if is_ros2 else "ros1"
-    standard, last = rules_of(signals, overflow, middleware), CAPACITY_RULES[middleware]
-    instances = [rule for rules in INSTANCE_RULES.values() for rule in rules]
+    rules = rules_of(signals, overflow, middleware)
+    instances = [rule for rule in rules if rule.phase is Phase.instances]
+    standard = [rule for rule in rules if Phase.instances < rule.phase < Phase.bounds]
+    last = [rule for rule in rules if rule.phase >= Phase.bounds]
     require_makers([*instances, *standard, *extra, *last])
     working, images = deep_copy(model)
     assert isinstance(working, sym.SystemModel)
@@ -91,7 +94,7 @@ def flatten(
         _block_clients(working)
     for client, number in outstanding_counts(working).items():
         client.outstanding = number
-    prototypes = _instantiate(working, engine)
+    prototypes = _instantiate(working, engine, instances)
     _override_instances(working, engine)
     join(working, pn.ReferenceTransition)
     engine.run([*standard, *extra])
@@ -119,7 +122,9 @@ def _literal(variant: str) -> str:
     return first + second.capitalize()
 
 
-def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
+def _instantiate(
+    working: sym.SystemModel, engine: Engine, rules: Sequence[type[StandardRule]]
+) -> list[pn.Page]:
     """Apply A6 to each action and S4 to one service after the other, callers first; take out what was copied.
 
     So a service has all the clients of its callers' instances before its own instances are counted.
@@ -135,9 +140,11 @@ def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
     channels: list[Served] = [*actions(working), *callers_first(working)]
     for channel in channels:
         page = channel.server.page
-        rule, of_clients = INSTANCE_RULES[type(channel)]
-        for each in (rule, of_clients) if on_page[page] else (rule,):
-            engine.apply(each, {each.lhs[0]: channel})
+        for rule in rules:
+            # Without clients on the page, only copies of the page are to be made.
+            needed = on_page[page] or any(isinstance(made, Copy) for made in rule.created.values())
+            if needed and rule.lhs[0].eclass is type(channel):
+                engine.apply(rule, {rule.lhs[0]: channel})
         for called, clients in on_page[page].items():
             for client in clients:
                 called.clients.remove(client)
@@ -156,11 +163,10 @@ def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
 def _override_instances(working: sym.SystemModel, engine: Engine) -> None:
     """Let the instances of a transition take its place in priorities."""
     instances: dict[EObject, list[pn.Transition]] = {}
-    for rule, _ in INSTANCE_RULES.values():
-        for application in engine.applications_of(rule):
-            for original, copied in engine.images[application.made["page"]].items():
-                if isinstance(copied, pn.Transition):
-                    instances.setdefault(original, []).append(copied)
+    for images in engine.images.values():
+        for original, copied in images.items():
+            if isinstance(copied, pn.Transition):
+                instances.setdefault(original, []).append(copied)
     for transition in transitions(working):
         for lower in list(transition.overrides):
             transition.overrides.extend(instances.get(lower, ()))

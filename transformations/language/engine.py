@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from dineros.metamodel.base import EObject
 from dineros.metamodel.limits import exceeds
@@ -18,6 +18,8 @@ from dineros.transformations.language.expressions import Match, Variable
 from dineros.transformations.language.matcher import Extents, Matcher
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.language.rule import Rule
+
+_AnyRule = TypeVar("_AnyRule", bound=type[Rule])
 
 
 @dataclass(eq=False)
@@ -241,6 +243,18 @@ def require_makers(rules: Sequence[type[Rule]]) -> None:
                     location=node.location,
                 )
         earlier.add(rule)
+
+
+def makers(rule: type[Rule], among: Iterable[_AnyRule]) -> set[_AnyRule]:
+    """Return those of some rules that make what a rule looks up, itself left out."""
+    roles = [node._role for node in _lookups(rule)]
+    kinds = tuple(role for role in roles if isinstance(role, type))
+    named = {role.rule for role in roles if not isinstance(role, type)}
+    return {
+        other
+        for other in among
+        if other is not rule and (other in named or any(isinstance(group, kinds) for group in _groups(other)))
+    }
 
 
 def _lookups(rule: type[Rule]) -> Iterator[Made]:

@@ -33,6 +33,8 @@ class RuleType(type):
 class Rule(Maker, metaclass=RuleType):
     """Base class of rules.
 
+    A subclass with the keyword `is_base` is a base class itself: it has neither side.
+
     Attributes
     ----------
     lhs : sequence of Node, Made or Index, optional
@@ -57,8 +59,10 @@ class Rule(Maker, metaclass=RuleType):
     context: ClassVar[list[Context]] = []
     """The context nodes it uses."""
 
-    def __init_subclass__(cls, **kwargs: object) -> None:
+    def __init_subclass__(cls, *, is_base: bool = False, **kwargs: object) -> None:
         super().__init_subclass__(**kwargs)
+        if is_base:
+            return
         names = {
             name: value
             for base in reversed(cls.__mro__)

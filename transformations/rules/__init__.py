@@ -1,1 +1,1 @@
-"""The rules of the paper, the shorthands they are written in, and in which order they run."""
+"""The rules of the paper, the shorthands they are written in, and when they run."""

@@ -13,10 +13,10 @@ from dineros.metamodel.records import Drop, Transfer
 from dineros.transformations.language.errors import LANGUAGE
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.clients.requests import R8
 from dineros.transformations.rules.lifecycle import L1, Configuring, Leaving
 from dineros.transformations.rules.notation import Bound, arc, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.requests import (
     HISTORY,
     R5,
@@ -45,7 +45,7 @@ def _lost(part: str, words: str) -> Meaning:
     )
 
 
-class L6(Rule):
+class L6(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A request comes to a server that is configured."""
 
     service = Node(sym.ServiceChannel)
@@ -59,7 +59,7 @@ class L6(Rule):
     where = [MayBeDeserted(service, server)]
 
 
-class L6Instead(Rule):
+class L6Instead(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """So does one in whose place a full history forgets another."""
 
     service = Node(sym.ServiceChannel)
@@ -73,7 +73,7 @@ class L6Instead(Rule):
     where = [MayBeDeserted(service, server)]
 
 
-class L6Miss(Rule):
+class L6Miss(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """What a client sends once while the server is not there is lost."""
 
     service = Node(sym.ServiceChannel)
@@ -91,7 +91,7 @@ class L6Miss(Rule):
     where = [MayBeDeserted(service, server), SendsOnce(client)]
 
 
-class L6Settled(Rule):
+class L6Settled(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A server leaves when what was sent to it while it was there has come to its history."""
 
     service = Node(sym.ServiceChannel)
@@ -108,7 +108,7 @@ class L6Settled(Rule):
     where = [MayLeave(service, server), SendsOnce(client), client.outstanding > 0]
 
 
-class L6Leave(Rule):
+class L6Leave(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """So each request that is missed was sent while the server was not there."""
 
     service = Node(sym.ServiceChannel)
@@ -120,7 +120,7 @@ class L6Leave(Rule):
     waits = read(bound.free, change.move, weight=client.outstanding)
 
 
-class L6LeaveFree(Rule):
+class L6LeaveFree(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """So it is with a client that does not wait."""
 
     service = Node(sym.ServiceChannel)
@@ -134,7 +134,7 @@ class L6LeaveFree(Rule):
     where = [MayLeave(service, server), SendsOnce(client)]
 
 
-class L6Wait(Rule):
+class L6Wait(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A client that waits for its service sends nothing meanwhile."""
 
     service = Node(sym.ServiceChannel)
@@ -148,7 +148,7 @@ class L6Wait(Rule):
     where = [SendsOnce(client)]
 
 
-class L7(Rule):
+class L7(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A request in the history of a server that leaves is lost, where its client sends it once."""
 
     service = Node(sym.ServiceChannel)
@@ -175,7 +175,7 @@ class L7(Rule):
     where = [MayLeave(service, server), SendsOnce(client)]
 
 
-class L7Again(Rule):
+class L7Again(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """Otherwise its client sends it again."""
 
     service = Node(sym.ServiceChannel)
@@ -208,7 +208,7 @@ class L7Again(Rule):
     where = [MayLeave(service, server), ~SendsOnce(client)]
 
 
-class L7Late(Rule):
+class L7Late(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A request whose client has given up is gone with the server."""
 
     service = Node(sym.ServiceChannel)
@@ -231,7 +231,7 @@ class L7Late(Rule):
     where = [MayLeave(service, server)]
 
 
-class L7Unanswered(Rule):
+class L7Unanswered(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """What an instance works on when its server leaves is not answered, where the client sends it once."""
 
     service = Node(sym.ServiceChannel)
@@ -257,7 +257,7 @@ class L7Unanswered(Rule):
     where = [MayLeave(service, server), SendsOnce(client)]
 
 
-class L7Answered(Rule):
+class L7Answered(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """None of that is left when the server is configured again."""
 
     service = Node(sym.ServiceChannel)
@@ -271,7 +271,7 @@ class L7Answered(Rule):
     waits = read(bound.free, change.move)
 
 
-class L7Emptied(Rule):
+class L7Emptied(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """Nor is anything in its history."""
 
     service = Node(sym.ServiceChannel)

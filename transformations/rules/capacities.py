@@ -11,26 +11,26 @@ from dineros.transformations.language.creation import ForAll
 from dineros.transformations.language.functions import count, either, greatest, less
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.histories import Publication
-from dineros.transformations.rules.notation import Bound, arc
-from dineros.transformations.rules.tokens import Change, Lowering, MostNeeded, MostPut, Raising
+from dineros.transformations.rules.notation import Bound, DeclaredBound, arc
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.tokens import Change, Lowering, MostNeeded, MostPut, Raising
 
 ANY_NUMBER = -1
 """Value of `inHand` by which a node takes any number of messages."""
 
 
-class B1(Rule):
+class B1(StandardRule, phase=Phase.bounds):
     """Capacity that the model gives to a place."""
 
     bounded = Node(pn.Place)
 
-    bound = Bound(bounded, bounded.capacity, means=Meaning("free room at {place}", rests=True))
+    bound = DeclaredBound(bounded, bounded.capacity, means=Meaning("free room at {place}", rests=True))
 
     where = [bounded.capacity > 0]
 
 
-class B2(Rule):
+class B2(StandardRule, phase=Phase.bounds, middleware="ros2"):
     """Messages that wait to be published: `publish` hands each over at once, so those of one firing."""
 
     port = Node(sym.PublisherPort)
@@ -45,7 +45,7 @@ class B2(Rule):
     where = [either(port.place.capacity, 0) == 0]
 
 
-class B2Ask(Rule):
+class B2Ask(StandardRule, phase=Phase.bounds, middleware="ros2"):
     """Requests that wait to be sent: a client that does not wait hands each over at once."""
 
     client = Node(sym.ClientPort, outstanding=calls.UNLIMITED)
@@ -60,7 +60,7 @@ class B2Ask(Rule):
     where = [either(request.capacity, 0) == 0]
 
 
-class B3(Rule):
+class B3(StandardRule, phase=Phase.bounds, middleware="ros2"):
     """Messages in hand: what a node has taken and not worked on, where something takes it."""
 
     port = Node(sym.SubscriberPort)
@@ -79,7 +79,7 @@ class B3(Rule):
     ]
 
 
-class B4(Rule):
+class B4(StandardRule, phase=Phase.wiring):
     """What raises a place takes free room, and what lowers it gives room back."""
 
     bound = Made(Bound)

@@ -18,10 +18,10 @@ from dineros.transformations.language.errors import LANGUAGE
 from dineros.transformations.language.functions import Query, ancestor
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.histories import PAIR, R2, R3, WRITER
 from dineros.transformations.rules.lifecycle import L1, Configuring, L1Shutdown, Leaves, Leaving
 from dineros.transformations.rules.notation import arc, place, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.services import Home
 
 LANGUAGE.add(__name__)
@@ -45,7 +45,7 @@ def _step(part: str, words: str, step: type[Step] = Drop) -> New:
 MISSED = "a message of {publisher} on topic {topic} is lost: {subscriber} of node net {reading} is not there"
 
 
-class L4(Rule):
+class L4(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """What is written for a reader that is not configured goes nowhere."""
 
     channel = Node(sym.TopicChannel)
@@ -64,7 +64,7 @@ class L4(Rule):
     where = [~Kept(writer, reader)]
 
 
-class L4Kept(Rule):
+class L4Kept(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """Where a late reader gets it, only what is written for one that is shut down does."""
 
     channel = Node(sym.TopicChannel)
@@ -83,7 +83,7 @@ class L4Kept(Rule):
     where = [Kept(writer, reader)]
 
 
-class L4Deliver(Rule):
+class L4Deliver(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """Messages are delivered to a reader that is configured."""
 
     writer = Node(sym.PublisherPort)
@@ -95,7 +95,7 @@ class L4Deliver(Rule):
     waits = read(configured, queue.leave)
 
 
-class L4Settled(Rule):
+class L4Settled(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """A node leaves when what was written for it while it was there has come to the writer's history.
 
     So each message that is missed was written while its reader was not there.
@@ -112,7 +112,7 @@ class L4Settled(Rule):
     where = [~Kept(writer, reader)]
 
 
-class L4SettledKept(Rule):
+class L4SettledKept(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """Where a late reader gets it, only a node that is shut down waits for that."""
 
     writer = Node(sym.PublisherPort)
@@ -135,7 +135,7 @@ class L4SettledKept(Rule):
 LEFT = "a message of the {queue} is lost: node net {reading} is not there any more"
 
 
-class L4Left(Rule):
+class L4Left(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """What is not delivered to a reader that is there no more is lost."""
 
     channel = Node(sym.TopicChannel)
@@ -152,7 +152,7 @@ class L4Left(Rule):
     where = [~Kept(writer, reader), Leaves(life)]
 
 
-class L4LeftKept(Rule):
+class L4LeftKept(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """What a late reader would get is lost when it is shut down."""
 
     channel = Node(sym.TopicChannel)
@@ -169,7 +169,7 @@ class L4LeftKept(Rule):
     where = [Kept(writer, reader)]
 
 
-class L4Gone(Rule):
+class L4Gone(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """What a writer has not delivered when it goes is lost."""
 
     channel = Node(sym.TopicChannel)
@@ -186,7 +186,7 @@ class L4Gone(Rule):
     where = [Leaves(life)]
 
 
-class L4Written(Rule):
+class L4Written(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """A writer's history is empty when its node is configured."""
 
     writer = Node(sym.PublisherPort)
@@ -198,7 +198,7 @@ class L4Written(Rule):
     waits = read(queue.capacity, change.move, weight=queue.capacity.tokens)
 
 
-class L4Read(Rule):
+class L4Read(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """So is a history for a reader of it, of another node, where a late one gets nothing of it."""
 
     writer = Node(sym.PublisherPort)
@@ -213,7 +213,7 @@ class L4Read(Rule):
     where = [~Kept(writer, reader), Home(writer.place) != node]
 
 
-class L4Clear(Rule):
+class L4Clear(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """What a reader has when its node is cleaned up or shut down is lost."""
 
     channel = Node(sym.TopicChannel)
@@ -239,7 +239,7 @@ class L4Clear(Rule):
     where = [Leaves(life)]
 
 
-class L4Cleared(Rule):
+class L4Cleared(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """A reader's history is empty when its node is configured."""
 
     reader = Node(sym.SubscriberPort)
@@ -255,7 +255,7 @@ class L4Cleared(Rule):
     ]
 
 
-class L5(Rule):
+class L5(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A writer keeps what it has delivered, for a late reader that comes again."""
 
     channel = Node(sym.TopicChannel)
@@ -293,7 +293,7 @@ class L5(Rule):
     where = [Kept(writer, reader)]
 
 
-class L5Replace(Rule):
+class L5Replace(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """Where there is no more room, a new message takes that of the oldest that is delivered."""
 
     channel = Node(sym.TopicChannel)
@@ -316,7 +316,7 @@ class L5Replace(Rule):
     ]
 
 
-class L5ReplaceFinalized(Rule):
+class L5ReplaceFinalized(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """Not for one that is shut down."""
 
     writer = Node(sym.PublisherPort)
@@ -328,7 +328,7 @@ class L5ReplaceFinalized(Rule):
     waits = read(existing, replace)
 
 
-class L5Again(Rule):
+class L5Again(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A reader that comes again gets again what its writer keeps."""
 
     channel = Node(sym.TopicChannel)
@@ -350,7 +350,7 @@ class L5Again(Rule):
     ]
 
 
-class L5Forget(Rule):
+class L5Forget(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A writer that goes keeps nothing."""
 
     channel = Node(sym.TopicChannel)
@@ -369,7 +369,7 @@ class L5Forget(Rule):
     frees = [arc(kept, forget), arc(forget, room), arc(kept, gone), arc(gone, room)]
 
 
-class L5Left(Rule):
+class L5Left(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """What is lost with a reader that is shut down makes room."""
 
     writer = Node(sym.PublisherPort)
@@ -381,7 +381,7 @@ class L5Left(Rule):
     frees = [arc(kept, left), arc(left, room)]
 
 
-class L5Drained(Rule):
+class L5Drained(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """Nothing counts as delivered when a late reader's node is configured again."""
 
     writer = Node(sym.PublisherPort)
@@ -393,7 +393,7 @@ class L5Drained(Rule):
     waits = read(undelivered, change.move, weight=writer.limit)
 
 
-class L5Forgotten(Rule):
+class L5Forgotten(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A writer keeps nothing when its node is configured again."""
 
     writer = Node(sym.PublisherPort)

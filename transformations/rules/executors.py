@@ -16,8 +16,10 @@ from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import ancestor, count
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
-from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules.callbacks import (
+from dineros.transformations.rules.histories import R3
+from dineros.transformations.rules.notation import arc, place, read
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.callbacks import (
     Awaited,
     Beginnings,
     BeginsCallback,
@@ -28,8 +30,6 @@ from dineros.transformations.rules.callbacks import (
     Members,
     Threads,
 )
-from dineros.transformations.rules.histories import R3
-from dineros.transformations.rules.notation import arc, place, read
 from dineros.transformations.rules.requests import GiveUp
 from dineros.transformations.rules.services import S1, S4, Answering, Serving, instances
 
@@ -81,7 +81,7 @@ class Ending(Fragment):
         self.arcs = [arc(running, move), arc(move, threads)]
 
 
-class E1(Rule):
+class E1(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """The threads of a node's executor."""
 
     node = Node(sym.NodeNet, execution="callbacks")
@@ -93,7 +93,7 @@ class E1(Rule):
     )
 
 
-class E2(Rule):
+class E2(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """An exclusive callback group runs one callback at a time."""
 
     group = Node(sym.CallbackGroup, kind="exclusive")
@@ -104,7 +104,7 @@ class E2(Rule):
     where = [node.execution == "callbacks", count(Members(group)) > 0]
 
 
-class E2Default(Rule):
+class E2Default(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """So does the group of the callbacks and clients that name none."""
 
     node = Node(sym.NodeNet, execution="callbacks")
@@ -114,7 +114,7 @@ class E2Default(Rule):
     where = [count(Members(node)) > 0]
 
 
-class E3(Rule):
+class E3(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """How often a callback runs."""
 
     page = Node(sym.CallbackPage)
@@ -125,7 +125,7 @@ class E3(Rule):
     where = [HoldsThread(page)]
 
 
-class E3Take(Rule):
+class E3Take(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A subscriber's callback begins when a message is taken from the reader history."""
 
     reader = Node(sym.SubscriberPort)
@@ -138,7 +138,7 @@ class E3Take(Rule):
     beginning = Beginning(queue.leave, threads, running)
 
 
-class E3Tick(Rule):
+class E3Tick(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A timer's callback begins with its first transition."""
 
     page = Node(sym.CallbackPage)
@@ -153,7 +153,7 @@ class E3Tick(Rule):
     absent = [Absent(end, where=[end == begin])]
 
 
-class E3Serve(Rule):
+class E3Serve(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A server's callback begins when its instance takes a request, a late one too."""
 
     service = Node(sym.ServiceChannel)
@@ -168,17 +168,7 @@ class E3Serve(Rule):
     beginning = Beginning(serving.t_call, threads, running)
 
 
-class E3Exclusive(Rule):
-    """A callback that begins takes the lock of its exclusive group."""
-
-    page = Node(sym.CallbackPage)
-    beginning = Made(Beginning, of=page)
-    lock = Made(Lock, of=Group(page))
-
-    takes = arc(lock.lock, beginning.move)
-
-
-class E3Once(Rule):
+class E3Once(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """A timer's callback of a single transition begins and ends at once."""
 
     page = Node(sym.CallbackPage)
@@ -192,20 +182,17 @@ class E3Once(Rule):
     where = [end == move]
 
 
-class E3OnceExclusive(Rule):
-    """Where it is in an exclusive group, none of that group may run."""
+class E3Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
+    """A callback that begins takes the lock of its exclusive group."""
 
     page = Node(sym.CallbackPage)
-    move = Node(pn.Transition, of=Beginnings(page))
-    end = Node(pn.Transition, of=Ends(page))
+    beginning = Made(Beginning, of=page)
     lock = Made(Lock, of=Group(page))
 
-    needs_lock = read(lock.lock, move)
-
-    where = [end == move]
+    takes = arc(lock.lock, beginning.move)
 
 
-class E4(Rule):
+class E4(StandardRule, phase=Phase.endings, middleware="ros2"):
     """A callback ends with the transitions that nothing of it comes after."""
 
     page = Node(sym.CallbackPage)
@@ -220,7 +207,7 @@ class E4(Rule):
     absent = [Absent(begin, where=[begin == end])]
 
 
-class E4Reply(Rule):
+class E4Reply(StandardRule, phase=Phase.endings, middleware="ros2"):
     """A server's callback ends with its response, be it to nobody."""
 
     service = Node(sym.ServiceChannel)
@@ -235,7 +222,7 @@ class E4Reply(Rule):
     ending = Ending(answering.t_return, threads, running)
 
 
-class E4Exclusive(Rule):
+class E4Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """A callback that ends gives it back."""
 
     page = Node(sym.CallbackPage)
@@ -245,7 +232,20 @@ class E4Exclusive(Rule):
     gives = arc(ending.move, lock.lock)
 
 
-class E5(Rule):
+class E3OnceExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
+    """Where it is in an exclusive group, none of that group may run."""
+
+    page = Node(sym.CallbackPage)
+    move = Node(pn.Transition, of=Beginnings(page))
+    end = Node(pn.Transition, of=Ends(page))
+    lock = Made(Lock, of=Group(page))
+
+    needs_lock = read(lock.lock, move)
+
+    where = [end == move]
+
+
+class E5(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """A response is taken between callbacks, by a thread that is free."""
 
     client = Node(sym.ClientPort)
@@ -258,7 +258,7 @@ class E5(Rule):
     where = [~BeginsCallback(client), ~Awaited(client)]
 
 
-class E5Exclusive(Rule):
+class E5Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """Where the client is in an exclusive group, while no callback of that group runs."""
 
     client = Node(sym.ClientPort)
@@ -270,7 +270,7 @@ class E5Exclusive(Rule):
     where = [~BeginsCallback(client)]
 
 
-class E6(Rule):
+class E6(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A response that has a callback of its own begins it, on a thread, and in a group if it names one."""
 
     client = Node(sym.ClientPort)
@@ -285,7 +285,7 @@ class E6(Rule):
     where = [BeginsCallback(client)]
 
 
-class E6Exclusive(Rule):
+class E6Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """The client's exclusive group must be free, too, where that callback is in none, or in another one."""
 
     client = Node(sym.ClientPort)
@@ -298,7 +298,7 @@ class E6Exclusive(Rule):
     where = [BeginsCallback(client), Group(page) != Group(client)]
 
 
-class E7(Rule):
+class E7(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """How often a callback awaits a response."""
 
     page = Node(sym.CallbackPage, awaits=True)
@@ -307,7 +307,7 @@ class E7(Rule):
     awaiting = place("{page.id}.awaiting", means=Meaning("{callback} awaits a response", part="awaiting"))
 
 
-class E7Call(Rule):
+class E7Call(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """A callback that awaits gives its thread back when it asks, and takes one when it goes on."""
 
     client = Node(sym.ClientPort)
@@ -325,7 +325,7 @@ class E7Call(Rule):
     where = [Awaited(client)]
 
 
-class E7GiveUp(Rule):
+class E7GiveUp(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """A callback that awaits takes a thread when it gives up, too, and goes on."""
 
     client = Node(sym.ClientPort)

@@ -20,8 +20,8 @@ from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import Query, enclosing
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import Bound, OverflowQueue, arc, place, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.services import S4
 
 LANGUAGE.add(__name__)
@@ -70,7 +70,7 @@ class Publication(Fragment):
         self.arcs = [arc(source, self.publish)]
 
 
-class R3(Rule):
+class R3(StandardRule, phase=Phase.publications, middleware="ros2"):
     """Reader history of each subscriber port."""
 
     channel = Node(sym.TopicChannel)
@@ -95,7 +95,7 @@ class R3(Rule):
     )
 
 
-class R2(Rule):
+class R2(StandardRule, phase=Phase.publications, middleware="ros2"):
     """Writer history of each publisher port for each subscriber port that matches it."""
 
     channel = Node(sym.TopicChannel)
@@ -122,7 +122,7 @@ class R2(Rule):
     where = [Matched(writer, reader)]
 
 
-class R1(Rule):
+class R1(StandardRule, phase=Phase.publications, middleware="ros2"):
     """Each publisher port writes to all its histories at once; where there is none, its message is gone."""
 
     channel = Node(sym.TopicChannel)
@@ -139,7 +139,7 @@ class R1(Rule):
     absent = [Absent(around, server), Absent(around, slots)]
 
 
-class R1Instance(Rule):
+class R1Instance(StandardRule, phase=Phase.publications, middleware="ros2"):
     """Each instance of a server page writes to the histories of the node's one writer."""
 
     channel = Node(sym.TopicChannel)
@@ -154,7 +154,7 @@ class R1Instance(Rule):
     writes = ForAll([written], make=[arc(publication.publish, written)])
 
 
-class R4(Rule):
+class R4(StandardRule, phase=Phase.deliveries, middleware="ros2"):
     """A message between two ports may be lost on the way where one of them is best-effort."""
 
     channel = Node(sym.TopicChannel)

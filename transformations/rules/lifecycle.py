@@ -19,11 +19,11 @@ from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import Query, ancestor
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
-from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules.callbacks import Beginnings, Callback
 from dineros.transformations.rules.executors import E1, Lock
 from dineros.transformations.rules.histories import R3, Publication
 from dineros.transformations.rules.notation import arc, place, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.callbacks import Beginnings, Callback
 from dineros.transformations.rules.requests import GiveUp
 from dineros.transformations.rules.services import S1, S4, Answering, Home, Serving, instances
 from dineros.transformations.rules.timers import C1
@@ -97,7 +97,7 @@ class Leaving(StateChange):
     """A managed node that is configured is cleaned up or shut down."""
 
 
-class L1(Rule):
+class L1(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A managed node is in one of four states."""
 
     node = Node(sym.NodeNet)
@@ -113,7 +113,7 @@ class L1(Rule):
     activate = Activating("activate", "is activated", [inactive], [active])
 
 
-class L1ConfigureFails(Rule):
+class L1ConfigureFails(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """Configuring may fail, where the model says so."""
 
     node = Node(sym.NodeNet)
@@ -123,7 +123,7 @@ class L1ConfigureFails(Rule):
     fails = Configuring("configure.fails", "fails to be configured", [unconfigured], [unconfigured])
 
 
-class L1ActivateFails(Rule):
+class L1ActivateFails(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """Activating may fail, where the model says so."""
 
     node = Node(sym.NodeNet)
@@ -133,7 +133,7 @@ class L1ActivateFails(Rule):
     fails = Activating("activate.fails", "fails to be activated", [inactive], [inactive])
 
 
-class L1Deactivate(Rule):
+class L1Deactivate(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A managed node may be deactivated, where the model says so."""
 
     node = Node(sym.NodeNet)
@@ -144,7 +144,7 @@ class L1Deactivate(Rule):
     deactivate = StateChange("deactivate", "is deactivated", [active], [inactive])
 
 
-class L1Cleanup(Rule):
+class L1Cleanup(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It may be cleaned up."""
 
     node = Node(sym.NodeNet)
@@ -157,7 +157,7 @@ class L1Cleanup(Rule):
     cleanup = Leaving("cleanup", "is cleaned up", [inactive, configured], [unconfigured, away])
 
 
-class L1Shutdown(Rule):
+class L1Shutdown(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It may be shut down, in any state, for ever."""
 
     node = Node(sym.NodeNet)
@@ -181,7 +181,7 @@ class L1Shutdown(Rule):
     )
 
 
-class L1Configured(Rule):
+class L1Configured(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A node is configured after those that an earlier step of the start order configures."""
 
     node = Node(sym.NodeNet)
@@ -196,7 +196,7 @@ class L1Configured(Rule):
     where = [earlier.configureStep > 0, earlier.configureStep < life.configureStep]
 
 
-class L1ConfiguredActive(Rule):
+class L1ConfiguredActive(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A node is configured after those that an earlier step activates."""
 
     node = Node(sym.NodeNet)
@@ -211,7 +211,7 @@ class L1ConfiguredActive(Rule):
     where = [other != node, earlier.activateStep > 0, earlier.activateStep < life.configureStep]
 
 
-class L1Activated(Rule):
+class L1Activated(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A node is activated after those that an earlier step configures."""
 
     node = Node(sym.NodeNet)
@@ -226,7 +226,7 @@ class L1Activated(Rule):
     where = [other != node, earlier.configureStep > 0, earlier.configureStep < life.activateStep]
 
 
-class L1ActivatedActive(Rule):
+class L1ActivatedActive(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A node is activated after those that an earlier step activates."""
 
     node = Node(sym.NodeNet)
@@ -241,7 +241,7 @@ class L1ActivatedActive(Rule):
     where = [earlier.activateStep > 0, earlier.activateStep < life.activateStep]
 
 
-class L1Thread(Rule):
+class L1Thread(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A change of state is a request that a thread of the executor serves."""
 
     node = Node(sym.NodeNet)
@@ -251,7 +251,7 @@ class L1Thread(Rule):
     needs_thread = read(threads, change.move)
 
 
-class L1Exclusive(Rule):
+class L1Exclusive(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It is served while no callback of the node's default group runs."""
 
     node = Node(sym.NodeNet)
@@ -261,7 +261,7 @@ class L1Exclusive(Rule):
     needs_lock = read(lock.lock, change.move)
 
 
-class L2(Rule):
+class L2(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A node publishes while it is active; what it publishes while it is inactive is lost."""
 
     channel = Node(sym.TopicChannel)
@@ -288,7 +288,7 @@ class L2(Rule):
     ]
 
 
-class L3(Rule):
+class L3(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """Nothing of a node's net happens before it is configured, or active where it pauses."""
 
     move = Node(pn.Transition)
@@ -301,7 +301,7 @@ class L3(Rule):
     waits = read(works, move)
 
 
-class L3Begin(Rule):
+class L3Begin(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """Of a node that runs callbacks, no timer's callback begins."""
 
     page = Node(sym.CallbackPage)
@@ -315,7 +315,7 @@ class L3Begin(Rule):
     waits = read(works, move)
 
 
-class L3Outside(Rule):
+class L3Outside(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """Nor does anything happen outside of its callbacks."""
 
     move = Node(pn.Transition)
@@ -331,7 +331,7 @@ class L3Outside(Rule):
     absent = [Absent(page)]
 
 
-class L3Tick(Rule):
+class L3Tick(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """No timer of it ticks."""
 
     page = Node(sym.CallbackPage, kind="timer")
@@ -342,7 +342,7 @@ class L3Tick(Rule):
     waits = read(configured, tick)
 
 
-class L3Take(Rule):
+class L3Take(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It takes no message."""
 
     reader = Node(sym.SubscriberPort)
@@ -353,7 +353,7 @@ class L3Take(Rule):
     waits = read(configured, queue.leave)
 
 
-class L3Serve(Rule):
+class L3Serve(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It takes no request."""
 
     service = Node(sym.ServiceChannel)
@@ -366,7 +366,7 @@ class L3Serve(Rule):
     waits = read(configured, serving.t_call)
 
 
-class L3Answer(Rule):
+class L3Answer(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It answers none."""
 
     service = Node(sym.ServiceChannel)
@@ -379,7 +379,7 @@ class L3Answer(Rule):
     waits = read(configured, answering.t_return)
 
 
-class L3Ask(Rule):
+class L3Ask(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It asks for nothing, and takes no response."""
 
     client = Node(sym.ClientPort)
@@ -391,7 +391,7 @@ class L3Ask(Rule):
     waits = [read(configured, t_req), read(configured, t_res)]
 
 
-class L3GiveUp(Rule):
+class L3GiveUp(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """Nor does it give anything up."""
 
     client = Node(sym.ClientPort)

@@ -214,6 +214,10 @@ class Bound(Fragment):
         self.free.meaning = means
 
 
+class DeclaredBound(Bound):
+    """The bound of a place of the model itself: what its `capacity` says, or what a rule says for it."""
+
+
 def _change(value: bool) -> Meaning:
     return Meaning(f"signal {{signal}} becomes {str(value).lower()}", step=Signal, value=value)
 

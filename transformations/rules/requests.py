@@ -31,8 +31,8 @@ from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import Query
 from dineros.transformations.language.meaning import Meaning, QueueKind
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import OverflowQueue, arc, place, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.services import S1, S2, S3, S4, Answering, Home, Serving, instances
 
 LANGUAGE.add(__name__)
@@ -146,7 +146,7 @@ def entering(kind: QueueKind, called: str, part: str, words: str, on_server_page
     return Meaning(words, on_server_page, step=step, queue=kind, called=called, part=part)
 
 
-class R5(Rule):
+class R5(StandardRule, phase=Phase.services, middleware="ros2"):
     """Request history of each service that can lose requests."""
 
     service = Node(sym.ServiceChannel)
@@ -164,7 +164,7 @@ class R5(Rule):
     where = [LosesRequests(service, Home(service.server.entry))]
 
 
-class R5Client(Rule):
+class R5Client(StandardRule, phase=Phase.services, middleware="ros2"):
     """A client's requests go through the history; each call that takes one makes room."""
 
     service = Node(sym.ServiceChannel)
@@ -213,7 +213,7 @@ class R5Client(Rule):
     rhs = [service, client, load, capacity, t_req, requests, sent, lost, through, *queue, room]
 
 
-class R6(Rule):
+class R6(StandardRule, phase=Phase.services, middleware="ros2"):
     """Late requests of a service: those in its history whose clients have given up."""
 
     service = Node(sym.ServiceChannel)
@@ -226,7 +226,7 @@ class R6(Rule):
     where = [GivesUp(service)]
 
 
-class R6Client(Rule):
+class R6Client(StandardRule, phase=Phase.services, middleware="ros2"):
     """A full history may forget a late request, instead of losing the one that comes."""
 
     service = Node(sym.ServiceChannel)
@@ -255,7 +255,7 @@ class R6Client(Rule):
     ]
 
 
-class R6Late(Rule):
+class R6Late(StandardRule, phase=Phase.services, middleware="ros2"):
     """An instance may work for a client that no longer waits; its answer goes nowhere."""
 
     service = Node(sym.ServiceChannel)
@@ -286,7 +286,7 @@ class R6Late(Rule):
     where = [AnswersNobody(service, Home(service.server.entry))]
 
 
-class R6Instance(Rule):
+class R6Instance(StandardRule, phase=Phase.services, middleware="ros2"):
     """Each instance may take a late request."""
 
     service = Node(sym.ServiceChannel)
@@ -342,7 +342,11 @@ class GiveUp(Fragment):
         self.arcs = [arc(call, self.give_up), arc(self.give_up, ready)]
 
 
-class R7(Rule):
+class StopsWaiting(GiveUp):
+    """A client that waits for each answer gives a call up."""
+
+
+class R7(StandardRule, phase=Phase.services, middleware="ros2"):
     """A client with a time-out gives up what waits for the server, is lost, or is answered and on its way."""
 
     service = Node(sym.ServiceChannel)
@@ -353,15 +357,15 @@ class R7(Rule):
     lost = Made(R5Client.lost, of=client)
     late = Made(R6.late, of=service)
 
-    waiting = GiveUp("{service.id}.client.{client.client}.giveUp.requests", requests, ready)
-    forgotten = GiveUp("{service.id}.client.{client.client}.giveUp.lost", lost, ready)
-    answered = GiveUp("{service.id}.client.{client.client}.giveUp.responses", responses, ready)
+    waiting = StopsWaiting("{service.id}.client.{client.client}.giveUp.requests", requests, ready)
+    forgotten = StopsWaiting("{service.id}.client.{client.client}.giveUp.lost", lost, ready)
+    answered = StopsWaiting("{service.id}.client.{client.client}.giveUp.responses", responses, ready)
     goes_on = arc(waiting.give_up, late)
 
     where = [client.timeout > 0]
 
 
-class R7Instance(Rule):
+class R7Instance(StandardRule, phase=Phase.services, middleware="ros2"):
     """A client with a time-out gives up while an instance works for it, which goes on for nobody."""
 
     service = Node(sym.ServiceChannel)
@@ -371,13 +375,13 @@ class R7Instance(Rule):
     in_use = Made(S2.in_use, of=[client, instance])
     late = Made(R6Late.in_use, of=[service, instance])
 
-    served = GiveUp("{service.id}.client.{client.client}.giveUp.inUse[{instance}]", in_use, ready)
+    served = StopsWaiting("{service.id}.client.{client.client}.giveUp.inUse[{instance}]", in_use, ready)
     goes_on = arc(served.give_up, late)
 
     where = [client.timeout > 0]
 
 
-class R7Sent(Rule):
+class R7Sent(StandardRule, phase=Phase.services, middleware="ros2"):
     """A client that sends again until it is answered gives up while the server is not there, too."""
 
     service = Node(sym.ServiceChannel)
@@ -385,16 +389,16 @@ class R7Sent(Rule):
     ready = Made(S1.ready, of=client)
     sent = Made(R5Client.sent, of=client)
 
-    away = GiveUp("{service.id}.client.{client.client}.giveUp.sent", sent, ready)
+    away = StopsWaiting("{service.id}.client.{client.client}.giveUp.sent", sent, ready)
 
     where = [client.timeout > 0, MayBeDeserted(service, Home(service.server.entry)), ~SendsOnce(client)]
 
 
-class R7Place(Rule):
+class R7Place(StandardRule, phase=Phase.services, middleware="ros2"):
     """A client that gives up tells the node, where it names a place for that."""
 
     client = Node(sym.ClientPort)
     told = Node(pn.Place, of=client.timedOut)
-    given = Made(GiveUp, of=client)
+    given = Made(StopsWaiting, of=client)
 
     tells = arc(given.give_up, told)

@@ -18,8 +18,8 @@ from dineros.transformations.language.expressions import Expression, Match
 from dineros.transformations.language.functions import count, either, enclosing, greatest
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import arc, place, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
 
 
 def instances(service: Node) -> Expression:
@@ -64,7 +64,7 @@ class Home(Expression):
         return f"node net of {self.place}"
 
 
-class S4(Rule):
+class S4(StandardRule, phase=Phase.instances):
     """A copy of the server page for each instance; what it reaches by references outside is shared."""
 
     service = Node(sym.ServiceChannel)
@@ -79,7 +79,7 @@ class S4(Rule):
     )
 
 
-class S4Client(Rule):
+class S4Client(StandardRule, phase=Phase.instances):
     """A client of its own for each instance of the server page that a client stands on."""
 
     service = Node(sym.ServiceChannel)
@@ -108,7 +108,7 @@ class S4Client(Rule):
     rhs = [*lhs, client]
 
 
-class S3(Rule):
+class S3(StandardRule, phase=Phase.services):
     """Whether an instance is working."""
 
     service = Node(sym.ServiceChannel)
@@ -124,7 +124,7 @@ class S3(Rule):
     )
 
 
-class S1(Rule):
+class S1(StandardRule, phase=Phase.services):
     """A client's calls: one request under way, or as many outstanding ones as it says (ROS 2)."""
 
     service = Node(sym.ServiceChannel)
@@ -173,7 +173,7 @@ class S1(Rule):
     ]
 
 
-class S2(Rule):
+class S2(StandardRule, phase=Phase.services):
     """Each client may be served by each instance."""
 
     service = Node(sym.ServiceChannel)

@@ -11,11 +11,14 @@ from dineros.transformations.language.creation import ForAll
 from dineros.transformations.language.functions import count, number, position
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import SignalChange, arc, place, read
+from dineros.transformations.rules.phases import Phase, SignalVariant, StandardRule
+
+ENABLED: tuple[SignalVariant, ...] = ("fully-enabled", "input-enabled", "io-enabled")
+"""All variants with signals."""
 
 
-class I4(Rule):
+class I4(StandardRule, phase=Phase.signals, signals=ENABLED):
     """The value of a signal that is used."""
 
     signal = Node(sym.InputSignal)
@@ -34,7 +37,7 @@ class I4(Rule):
     where = [count(signal.literals) > 0]
 
 
-class I5FullyEnabled(Rule):
+class I5FullyEnabled(StandardRule, phase=Phase.signals, signals=("fully-enabled",)):
     """A signal may change at any time."""
 
     signal = Node(sym.InputSignal)
@@ -44,7 +47,7 @@ class I5FullyEnabled(Rule):
     change = SignalChange("{signal.id}.toTrue", "{signal.id}.toFalse", true=true, false=false)
 
 
-class I5InputEnabled(Rule):
+class I5InputEnabled(StandardRule, phase=Phase.signals, signals=("input-enabled", "io-enabled")):
     """A signal changes by transitions of its own for each transition that uses it."""
 
     transition = Node(sym.Transition)
@@ -57,7 +60,7 @@ class I5InputEnabled(Rule):
     )
 
 
-class I6InputEnabled(Rule):
+class I6InputEnabled(StandardRule, phase=Phase.signals, signals=("input-enabled", "io-enabled")):
     """They may fire while all inputs of the transition are marked."""
 
     transition = Node(sym.Transition)
@@ -75,7 +78,7 @@ class I6InputEnabled(Rule):
     )
 
 
-class I5IoEnabled(Rule):
+class I5IoEnabled(StandardRule, phase=Phase.signals, signals=("io-enabled",)):
     """In addition, a second pair of transitions for the outputs."""
 
     transition = Node(sym.Transition)
@@ -91,7 +94,7 @@ class I5IoEnabled(Rule):
     )
 
 
-class I6IoEnabled(Rule):
+class I6IoEnabled(StandardRule, phase=Phase.signals, signals=("io-enabled",)):
     """The second pair may fire while all outputs of the transition are marked."""
 
     transition = Node(sym.Transition)
@@ -118,7 +121,7 @@ class I6IoEnabled(Rule):
     )
 
 
-class I1(Rule):
+class I1(StandardRule, phase=Phase.signals, signals=ENABLED):
     """A disjunction of a clause: as many tokens as it has true literals; the transition needs one."""
 
     transition = Node(sym.Transition)
@@ -132,7 +135,7 @@ class I1(Rule):
     arcs = [read(true_literals, transition)]
 
 
-class I2(Rule):
+class I2(StandardRule, phase=Phase.signals, signals=ENABLED):
     """A plain literal counts while its signal is true, whichever transitions change the signal."""
 
     literal = Node(sym.Literal, negated=False)
@@ -144,7 +147,7 @@ class I2(Rule):
     arcs = [arc(change.to_true, true_literals), arc(true_literals, change.to_false)]
 
 
-class I3(Rule):
+class I3(StandardRule, phase=Phase.signals, signals=ENABLED):
     """A negated literal counts while its signal is false."""
 
     literal = Node(sym.Literal, negated=True)

@@ -6,12 +6,12 @@ from dineros.metamodel import pn, sym
 from dineros.transformations.language.creation import ForAll
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Node
-from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules.callbacks import Beginnings
 from dineros.transformations.rules.notation import arc, place, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.callbacks import Beginnings
 
 
-class C1(Rule):
+class C1(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A timer is due from its tick on until its callback begins."""
 
     page = Node(sym.CallbackPage, kind="timer")

@@ -8,8 +8,8 @@ from dineros.transformations.language.creation import image
 from dineros.transformations.language.functions import ancestor, either, enclosing, first
 from dineros.transformations.language.meaning import Meaning, QueueKind
 from dineros.transformations.language.patterns import Absent, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import History, OverflowQueue, arc, inhibit, place, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.services import S4
 
 DISPATCHER_LIMIT = 16
@@ -20,7 +20,7 @@ def _arriving(kind: QueueKind) -> Meaning:
     return Meaning("{queue}: arriving messages", queue=kind, part="received")
 
 
-class T1(Rule):
+class T1(StandardRule, phase=Phase.publications, middleware="ros1"):
     """The topic itself, between the nodes."""
 
     channel = Node(sym.TopicChannel)
@@ -33,7 +33,7 @@ class T1(Rule):
     arcs = [arc(topic, transport)]
 
 
-class T2(Rule):
+class T2(StandardRule, phase=Phase.publications, middleware="ros1"):
     """Overflowing send queue of each publisher port."""
 
     channel = Node(sym.TopicChannel)
@@ -56,7 +56,7 @@ class T2(Rule):
     absent = [Absent(around, server), Absent(around, slots)]
 
 
-class T2History(Rule):
+class T2History(StandardRule, phase=Phase.publications, middleware="ros1"):
     """Send queue of a publisher port on a server page: one for all instances."""
 
     channel = Node(sym.TopicChannel)
@@ -70,7 +70,7 @@ class T2History(Rule):
     )
 
 
-class T2Instance(Rule):
+class T2Instance(StandardRule, phase=Phase.publications, middleware="ros1"):
     """Each instance of a server page writes to the publisher's one send queue, or loses its message."""
 
     channel = Node(sym.TopicChannel)
@@ -90,7 +90,7 @@ class T2Instance(Rule):
     )
 
 
-class T3(Rule):
+class T3(StandardRule, phase=Phase.deliveries, middleware="ros1"):
     """Overflowing dispatcher queue of each subscribing node net."""
 
     channel = Node(sym.TopicChannel)
@@ -107,7 +107,7 @@ class T3(Rule):
     )
 
 
-class T4(Rule):
+class T4(StandardRule, phase=Phase.deliveries, middleware="ros1"):
     """Overflowing callback queue of each subscriber port."""
 
     channel = Node(sym.TopicChannel)
@@ -128,14 +128,14 @@ class T4(Rule):
     )
 
 
-class T5a(Rule):
+class T5a(StandardRule, phase=Phase.drops, overflow="inhibitor"):
     """A queue drops while it has no capacity left: inhibitor arc, for nets that people read."""
 
     queue = Made(OverflowQueue)
     arcs = [inhibit(queue.capacity, queue.drop)]
 
 
-class T5b(Rule):
+class T5b(StandardRule, phase=Phase.drops, overflow="weighted"):
     """A queue drops while its load is its capacity: normal arcs, for nets that tools reduce."""
 
     queue = Made(OverflowQueue)

@@ -24,7 +24,7 @@ from dineros.cli.rule_files import load_rules
 
 if TYPE_CHECKING:
     from dineros.transformations.flattening.flatten import Flattened
-    from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+    from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 
 @command(

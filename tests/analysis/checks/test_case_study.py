@@ -19,7 +19,7 @@ from dineros.analysis.witnesses.findings import Report, Witness
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
 from dineros.metamodel.settings import apply
-from dineros.transformations.rules.catalogue import SignalVariant
+from dineros.transformations.rules.phases import SignalVariant
 
 MEMORY = Budget(1 << 30)
 TABLE: dict[tuple[int, int, int], dict[SignalVariant, int]] = {

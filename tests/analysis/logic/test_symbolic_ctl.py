@@ -20,7 +20,7 @@ from dineros.analysis.model.subject import subject_of
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.metamodel.settings import apply
-from dineros.transformations.rules.catalogue import SignalVariant
+from dineros.transformations.rules.phases import SignalVariant
 from tests.analysis import classic_nets as classic
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_net
 

@@ -17,7 +17,7 @@ from dineros.analysis.sweeps.point import Job, count
 from dineros.metamodel import sym
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.files.xmi.writer import xmi_bytes
-from dineros.transformations.rules.catalogue import SignalVariant
+from dineros.transformations.rules.phases import SignalVariant
 from tests.analysis.covering.plain import plain_search
 from tests.analysis.reductions.generated_nets import nets as nets_with_patterns
 from tests.analysis.strategies import nets

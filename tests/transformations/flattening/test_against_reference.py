@@ -12,7 +12,7 @@ from case_study.build import build
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.support.isomorphism import are_isomorphic
 from tests.support.reachability import ReachabilityGraph, TooManyMarkingsError
 from tests.support.references.flattening import PlainNet, plain_net_of, reference_flattening

@@ -8,7 +8,7 @@ from case_study.build import build
 from dineros.metamodel import pn
 from dineros.metamodel.elements import find, places, transitions
 from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.support.reachability import ReachabilityGraph
 from tests.support.references.flattening import plain_net_of
 

@@ -22,7 +22,7 @@ from dineros.metamodel.elements import arcs, find, nodes, pages, places, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.support.reachability import Marking, ReachabilityGraph, TooManyMarkingsError
 from tests.support.references.flattening import Name, plain_net_of
 from tests.support.systems.calling_systems import calling_systems

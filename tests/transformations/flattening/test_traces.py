@@ -20,7 +20,7 @@ from dineros.metamodel.files.xmi import read_xmi
 from dineros.transformations.flattening.flatten import KEPT, flatten
 from dineros.transformations.flattening.trace_files import save_trace, trace_path
 from dineros.transformations.flattening.traces import Link
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.support.systems.bakery import bakery
 from tests.support.systems.calling_systems import calling_systems
 from tests.support.systems.small_systems import small_system_models

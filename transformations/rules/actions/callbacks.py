@@ -9,11 +9,13 @@ from __future__ import annotations
 from dineros.metamodel import pn, sym
 from dineros.transformations.language.functions import ancestor
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken
 from dineros.transformations.rules.actions.slots import A6, slots
-from dineros.transformations.rules.callbacks import (
+from dineros.transformations.rules.executors import E1, E3, E7, Beginning, Lock
+from dineros.transformations.rules.notation import arc, read
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.callbacks import (
     BeginsAnswer,
     Callback,
     GoalAwaited,
@@ -23,11 +25,9 @@ from dineros.transformations.rules.callbacks import (
     Steps,
     Told,
 )
-from dineros.transformations.rules.executors import E1, E3, E7, Beginning, Lock
-from dineros.transformations.rules.notation import arc, read
 
 
-class E3Accept(Rule):
+class E3Accept(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """What works on a goal has a thread once it is accepted."""
 
     action = Node(sym.ActionChannel)
@@ -42,7 +42,7 @@ class E3Accept(Rule):
     begins = [arc(threads, accept), arc(accept, running)]
 
 
-class E3AcceptAwaiting(Rule):
+class E3AcceptAwaiting(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """Where it awaits, a thread is needed to accept the goal."""
 
     action = Node(sym.ActionChannel)
@@ -58,7 +58,7 @@ class E3AcceptAwaiting(Rule):
     where = [~HoldsThread(page)]
 
 
-class E3AcceptExclusive(Rule):
+class E3AcceptExclusive(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A goal is accepted while no callback of the server's exclusive group runs."""
 
     action = Node(sym.ActionChannel)
@@ -71,7 +71,7 @@ class E3AcceptExclusive(Rule):
     needs_lock = read(lock.lock, accept)
 
 
-class E3Step(Rule):
+class E3Step(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """Each step of what works on a goal and awaits needs a thread."""
 
     page = Node(sym.CallbackPage)
@@ -82,7 +82,7 @@ class E3Step(Rule):
     needs_thread = read(threads, move)
 
 
-class E4End(Rule):
+class E4End(StandardRule, phase=Phase.endings, middleware="ros2"):
     """What works on a goal ends with it."""
 
     action = Node(sym.ActionChannel)
@@ -97,7 +97,7 @@ class E4End(Rule):
     ends = [arc(running, end.move), arc(end.move, threads)]
 
 
-class E5Serve(Rule):
+class E5Serve(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """Goals are refused, and requests to cancel taken, by a thread that is free."""
 
     action = Node(sym.ActionChannel)
@@ -111,7 +111,7 @@ class E5Serve(Rule):
     needs_thread = read(threads, taken.move)
 
 
-class E5ServeExclusive(Rule):
+class E5ServeExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """And while no callback of the server's exclusive group runs."""
 
     action = Node(sym.ActionChannel)
@@ -124,7 +124,7 @@ class E5ServeExclusive(Rule):
     needs_lock = read(lock.lock, taken.move)
 
 
-class E5Answer(Rule):
+class E5Answer(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """Results, refusals and feedback are taken between callbacks, by a thread that is free."""
 
     client = Node(sym.ActionClientPort)
@@ -137,7 +137,7 @@ class E5Answer(Rule):
     where = [~BeginsAnswer(client, heard.move), ~GoesOn(client, heard.move)]
 
 
-class E5AnswerExclusive(Rule):
+class E5AnswerExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """Where the client is in an exclusive group, while no callback of that group runs."""
 
     client = Node(sym.ActionClientPort)
@@ -149,7 +149,7 @@ class E5AnswerExclusive(Rule):
     where = [~BeginsAnswer(client, heard.move)]
 
 
-class E6Answer(Rule):
+class E6Answer(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """What has a callback of its own begins it."""
 
     client = Node(sym.ActionClientPort)
@@ -164,7 +164,7 @@ class E6Answer(Rule):
     where = [BeginsAnswer(client, heard.move)]
 
 
-class E6AnswerExclusive(Rule):
+class E6AnswerExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """The client's exclusive group must be free, too, where that callback is in another one."""
 
     client = Node(sym.ActionClientPort)
@@ -177,7 +177,7 @@ class E6AnswerExclusive(Rule):
     where = [BeginsAnswer(client, heard.move), Group(page) != Group(client)]
 
 
-class E7Send(Rule):
+class E7Send(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """A callback that awaits its goal gives its thread back when it sends it."""
 
     client = Node(sym.ActionClientPort)
@@ -193,7 +193,7 @@ class E7Send(Rule):
     where = [GoalAwaited(client)]
 
 
-class E7Answer(Rule):
+class E7Answer(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """It takes one when it goes on with the answer."""
 
     client = Node(sym.ActionClientPort)

@@ -11,11 +11,11 @@ from dineros.transformations.language.creation import Fragment, New, image
 from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.actions.goals import A2, A1Result
 from dineros.transformations.rules.actions.outcomes import Exits
 from dineros.transformations.rules.actions.slots import A6, A7, A7Ask, A7Cancel, slots
 from dineros.transformations.rules.notation import arc, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
 
 
 class End(Fragment):
@@ -58,7 +58,7 @@ class End(Fragment):
         ]
 
 
-class A4(Rule):
+class A4(StandardRule, phase=Phase.outcomes):
     """A goal that is executing succeeds or is aborted."""
 
     action = Node(sym.ActionChannel)
@@ -84,7 +84,7 @@ class A4(Rule):
     where = [exit != action.server.canceled]
 
 
-class A4Late(Rule):
+class A4Late(StandardRule, phase=Phase.outcomes):
     """So does one that is to be canceled, where the request comes too late."""
 
     action = Node(sym.ActionChannel)
@@ -114,7 +114,7 @@ class A4Late(Rule):
     where = [exit != action.server.canceled]
 
 
-class A4Cancel(Rule):
+class A4Cancel(StandardRule, phase=Phase.outcomes):
     """One whose server knows of the request ends in any way, once the request has been taken note of."""
 
     action = Node(sym.ActionChannel)
@@ -141,7 +141,7 @@ class A4Cancel(Rule):
     was_noted = read(bound.free, end.move)
 
 
-class A4Unheeded(Rule):
+class A4Unheeded(StandardRule, phase=Phase.outcomes):
     """Or without that; then the request goes with its goal."""
 
     action = Node(sym.ActionChannel)

@@ -12,17 +12,25 @@ from dineros.transformations.language.creation import ForAll, image
 from dineros.transformations.language.functions import count, either, greatest
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.goals import A2, Heard
 from dineros.transformations.rules.actions.slots import A6, slots
-from dineros.transformations.rules.notation import Bound, OverflowQueue, arc, place, read, transition
-from dineros.transformations.rules.tokens import Lowering, MostNeeded, MostPut
+from dineros.transformations.rules.notation import (
+    Bound,
+    DeclaredBound,
+    OverflowQueue,
+    arc,
+    place,
+    read,
+    transition,
+)
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.tokens import Lowering, MostNeeded, MostPut
 
 HISTORY = "feedback history of {client} of action {action}"
 
 
-class A5(Rule):
+class A5(StandardRule, phase=Phase.outcomes):
     """Feedback history of each client that listens."""
 
     action = Node(sym.ActionChannel)
@@ -51,7 +59,7 @@ class A5(Rule):
     heard = Heard(queue.leave)
 
 
-class A5Tell(Rule):
+class A5Tell(StandardRule, phase=Phase.outcomes):
     """A slot tells the client whose goal it has; where that does not listen, what it tells is gone."""
 
     action = Node(sym.ActionChannel)
@@ -70,7 +78,7 @@ class A5Tell(Rule):
     arrives = ForAll([received], make=[arc(tell, received)])
 
 
-class A5Room(Rule):
+class A5Room(StandardRule, phase=Phase.rooms):
     """Feedback that waits to be told: it is handed over at once, so that of one firing."""
 
     action = Node(sym.ActionChannel)
@@ -78,7 +86,7 @@ class A5Room(Rule):
     page = Made(A6.page, of=[action, slot])
     source = Node(pn.Place, of=image(action.server.feedback, page))
 
-    bound = Bound(
+    bound = DeclaredBound(
         source,
         greatest(1, source.tokens, MostPut(source)),
         means=Meaning("free room for feedback of slot {instance} of action {action}", rests=True),
@@ -87,14 +95,14 @@ class A5Room(Rule):
     where = [either(source.capacity, 0) == 0]
 
 
-class A5First(Rule):
+class A5First(StandardRule, phase=Phase.rooms):
     """A goal is over only when all feedback about it has been told."""
 
     action = Node(sym.ActionChannel)
     slot = Index(upto=slots(action))
     page = Made(A6.page, of=[action, slot])
     source = Node(pn.Place, of=image(action.server.feedback, page))
-    bound = Made(Bound)
+    bound = Made(DeclaredBound)
     end = Made(End, of=[action, slot])
 
     all_told = read(bound.free, end.move, weight=bound.free.tokens)
@@ -102,7 +110,7 @@ class A5First(Rule):
     where = [bound.place == source]
 
 
-class A5Hand(Rule):
+class A5Hand(StandardRule, phase=Phase.rooms):
     """Feedback in hand: what a client has taken and not worked on, where something takes it."""
 
     action = Node(sym.ActionChannel)

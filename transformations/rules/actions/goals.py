@@ -15,10 +15,10 @@ from dineros.transformations.language.creation import Fragment, New, image
 from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.actions.outcomes import Exits, Fetched
 from dineros.transformations.rules.actions.slots import A6, A7, A7Ask, A7Cancel, slots
 from dineros.transformations.rules.notation import arc, place, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
 
 
 class Known(Fragment):
@@ -69,7 +69,7 @@ class Answer(Heard):
         self.arcs = [arc(waiting, self.move), arc(self.move, ready)]
 
 
-class A1(Rule):
+class A1(StandardRule, phase=Phase.goals):
     """A client's goals: one under way, or as many as it says."""
 
     action = Node(sym.ActionChannel)
@@ -92,7 +92,7 @@ class A1(Rule):
     arcs = [arc(goal, send), arc(ready, send), arc(send, requested)]
 
 
-class A1Result(Rule):
+class A1Result(StandardRule, phase=Phase.goals):
     """The results of one kind, which a client takes."""
 
     action = Node(sym.ActionChannel)
@@ -114,7 +114,7 @@ class A1Result(Rule):
     )
 
 
-class A1Fetch(Rule):
+class A1Fetch(StandardRule, phase=Phase.goals):
     """They go to the place of the client, where it names one; otherwise nobody fetches them."""
 
     action = Node(sym.ActionChannel)
@@ -126,7 +126,7 @@ class A1Fetch(Rule):
     fetches = arc(answer.move, fetched)
 
 
-class A2(Rule):
+class A2(StandardRule, phase=Phase.goals):
     """Each client's goals may be accepted into each slot."""
 
     action = Node(sym.ActionChannel)
@@ -155,7 +155,7 @@ class A2(Rule):
     ]
 
 
-class A2Reject(Rule):
+class A2Reject(StandardRule, phase=Phase.goals):
     """A server that may refuse goals refuses one, and the client learns that."""
 
     action = Node(sym.ActionChannel)
@@ -183,7 +183,7 @@ class A2Reject(Rule):
     taken = Taken(reject)
 
 
-class A2Tell(Rule):
+class A2Tell(StandardRule, phase=Phase.goals):
     """It tells its node, where it names a place for that."""
 
     client = Node(sym.ActionClientPort)
@@ -193,7 +193,7 @@ class A2Tell(Rule):
     tells = arc(answer.move, rejected)
 
 
-class A3(Rule):
+class A3(StandardRule, phase=Phase.goals):
     """A client asks to cancel its goal, which a slot executes."""
 
     action = Node(sym.ActionChannel)
@@ -215,7 +215,7 @@ class A3(Rule):
     asks = Wish(ask)
 
 
-class A3Again(Rule):
+class A3Again(StandardRule, phase=Phase.goals):
     """That it asks again changes nothing."""
 
     action = Node(sym.ActionChannel)
@@ -236,7 +236,7 @@ class A3Again(Rule):
     asks = Wish(ask)
 
 
-class A3Nothing(Rule):
+class A3Nothing(StandardRule, phase=Phase.goals):
     """A request to cancel is gone where the client has no goal under way."""
 
     action = Node(sym.ActionChannel)
@@ -257,7 +257,7 @@ class A3Nothing(Rule):
     asks = Wish(ask)
 
 
-class A3Over(Rule):
+class A3Over(StandardRule, phase=Phase.goals):
     """So it is where the goal is over, and its client does not know that yet."""
 
     action = Node(sym.ActionChannel)
@@ -280,7 +280,7 @@ class A3Over(Rule):
     asks = Wish(ask)
 
 
-class A3Hear(Rule):
+class A3Hear(StandardRule, phase=Phase.outcomes):
     """The server learns that a goal is to be canceled, and lets what works on it know."""
 
     action = Node(sym.ActionChannel)
@@ -301,7 +301,7 @@ class A3Hear(Rule):
     taken = Taken(hear)
 
 
-class A3Refuse(Rule):
+class A3Refuse(StandardRule, phase=Phase.outcomes):
     """A server that has no place for that refuses, and the goal goes on."""
 
     action = Node(sym.ActionChannel)

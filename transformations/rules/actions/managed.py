@@ -11,16 +11,16 @@ from dineros.metamodel.records import Drop
 from dineros.transformations.language.functions import ancestor
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.feedback import A5, HISTORY, A5Tell
 from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken, Wish
 from dineros.transformations.rules.actions.slots import A6, slots
 from dineros.transformations.rules.lifecycle import L1, Configuring, Leaves
 from dineros.transformations.rules.notation import arc, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
 
 
-class L3Accept(Rule):
+class L3Accept(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It accepts no goal."""
 
     action = Node(sym.ActionChannel)
@@ -33,7 +33,7 @@ class L3Accept(Rule):
     waits = read(configured, accept)
 
 
-class L3Goal(Rule):
+class L3Goal(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It refuses none, and takes no request to cancel."""
 
     action = Node(sym.ActionChannel)
@@ -46,7 +46,7 @@ class L3Goal(Rule):
     waits = read(configured, taken.move)
 
 
-class L3Tell(Rule):
+class L3Tell(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It gives no feedback."""
 
     action = Node(sym.ActionChannel)
@@ -59,7 +59,7 @@ class L3Tell(Rule):
     waits = read(configured, tell)
 
 
-class L3End(Rule):
+class L3End(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It ends no goal."""
 
     action = Node(sym.ActionChannel)
@@ -72,7 +72,7 @@ class L3End(Rule):
     waits = read(configured, end.move)
 
 
-class L3Send(Rule):
+class L3Send(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It sends no goal."""
 
     client = Node(sym.ActionClientPort)
@@ -83,7 +83,7 @@ class L3Send(Rule):
     waits = read(configured, send)
 
 
-class L3Wish(Rule):
+class L3Wish(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It asks to cancel none."""
 
     client = Node(sym.ActionClientPort)
@@ -94,7 +94,7 @@ class L3Wish(Rule):
     waits = read(configured, wish.move)
 
 
-class L3Hear(Rule):
+class L3Hear(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It takes no answer and no feedback."""
 
     client = Node(sym.ActionClientPort)
@@ -105,7 +105,7 @@ class L3Hear(Rule):
     waits = read(configured, heard.move)
 
 
-class L4Feedback(Rule):
+class L4Feedback(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """Feedback that a client has when its node is cleaned up or shut down is lost."""
 
     action = Node(sym.ActionChannel)
@@ -131,7 +131,7 @@ class L4Feedback(Rule):
     where = [Leaves(life)]
 
 
-class L4FeedbackCleared(Rule):
+class L4FeedbackCleared(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """There is none when its node is configured."""
 
     client = Node(sym.ActionClientPort)

@@ -7,14 +7,14 @@ from dineros.metamodel.records import Publish
 from dineros.transformations.language.creation import ForAll, image
 from dineros.transformations.language.functions import enclosing
 from dineros.transformations.language.patterns import Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.actions.slots import A6
 from dineros.transformations.rules.histories import R2, Publication
 from dineros.transformations.rules.notation import History, OverflowQueue, arc
+from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.topics import T1
 
 
-class T2SlotHistory(Rule):
+class T2SlotHistory(StandardRule, phase=Phase.publications, middleware="ros1"):
     """Send queue of a publisher port on the page of an action's server: one for all slots."""
 
     channel = Node(sym.TopicChannel)
@@ -28,7 +28,7 @@ class T2SlotHistory(Rule):
     )
 
 
-class T2Slot(Rule):
+class T2Slot(StandardRule, phase=Phase.publications, middleware="ros1"):
     """Each slot writes to the publisher's one send queue, or loses its message."""
 
     channel = Node(sym.TopicChannel)
@@ -48,7 +48,7 @@ class T2Slot(Rule):
     )
 
 
-class R1Slot(Rule):
+class R1Slot(StandardRule, phase=Phase.publications, middleware="ros2"):
     """Each slot of an action's server writes to the histories of the node's one writer."""
 
     channel = Node(sym.TopicChannel)

@@ -12,8 +12,8 @@ from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import count, either, enclosing
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import Bound, place
+from dineros.transformations.rules.phases import Phase, StandardRule
 
 
 def slots(action: Node) -> Expression:
@@ -26,7 +26,7 @@ def asking(action: Node) -> Expression:
     return count(action.clients.cancel) > 0
 
 
-class A6(Rule):
+class A6(StandardRule, phase=Phase.instances):
     """A copy of the server's page for each slot; what it reaches by references outside is shared."""
 
     action = Node(sym.ActionChannel)
@@ -41,7 +41,7 @@ class A6(Rule):
     )
 
 
-class A6Client(Rule):
+class A6Client(StandardRule, phase=Phase.instances):
     """A client of a service of its own for each slot whose page a client stands on."""
 
     action = Node(sym.ActionChannel)
@@ -67,7 +67,7 @@ class A6Client(Rule):
     where = [around == server.page]
 
 
-class A7(Rule):
+class A7(StandardRule, phase=Phase.goals):
     """Whether a slot works on a goal."""
 
     action = Node(sym.ActionChannel)
@@ -84,7 +84,7 @@ class A7(Rule):
     )
 
 
-class A7Ask(Rule):
+class A7Ask(StandardRule, phase=Phase.goals):
     """Whether a request to cancel its goal is under way, where a client may ask."""
 
     action = Node(sym.ActionChannel)
@@ -100,7 +100,7 @@ class A7Ask(Rule):
     where = [asking(action)]
 
 
-class A7Cancel(Rule):
+class A7Cancel(StandardRule, phase=Phase.goals):
     """Whether its goal is to be canceled, where the server lets that happen, which it learns once."""
 
     action = Node(sym.ActionChannel)

@@ -9,13 +9,13 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.records import Accepted
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.actions.goals import A2, A1Result, Heard
 from dineros.transformations.rules.actions.slots import slots
 from dineros.transformations.rules.notation import Bound, arc, place, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
 
 
-class A9(Rule):
+class A9(StandardRule, phase=Phase.outcomes):
     """A client that names a place for it learns that its goal is accepted."""
 
     action = Node(sym.ActionChannel)
@@ -35,7 +35,7 @@ class A9(Rule):
     heard = Heard(learn)
 
 
-class A9Accept(Rule):
+class A9Accept(StandardRule, phase=Phase.outcomes):
     """The server answers when it accepts the goal."""
 
     action = Node(sym.ActionChannel)
@@ -47,7 +47,7 @@ class A9Accept(Rule):
     answers = arc(accept, told)
 
 
-class A9Once(Rule):
+class A9Once(StandardRule, phase=Phase.outcomes):
     """With one goal under way, there is one such answer at most."""
 
     client = Node(sym.ActionClientPort, outstanding=1)
@@ -56,7 +56,7 @@ class A9Once(Rule):
     bound = Bound(told, 1, means=Meaning("no acceptance for {client} under way", rests=True))
 
 
-class A9First(Rule):
+class A9First(StandardRule, phase=Phase.outcomes):
     """And the client learns of it before it takes the result, which it asks for only then."""
 
     client = Node(sym.ActionClientPort)

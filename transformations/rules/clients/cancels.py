@@ -14,10 +14,10 @@ from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import greatest, less
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.actions.goals import A2Reject, Answer, Wish
 from dineros.transformations.rules.notation import Bound, arc, read, transition
-from dineros.transformations.rules.tokens import MostPut
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.tokens import MostPut
 
 
 def _room(wish: Node) -> Expression:
@@ -25,7 +25,7 @@ def _room(wish: Node) -> Expression:
     return less(greatest(1, wish.tokens, MostPut(wish)), -1)
 
 
-class A8(Rule):
+class A8(StandardRule, phase=Phase.goals):
     """A request to cancel comes too late where the goal is refused."""
 
     action = Node(sym.ActionChannel)
@@ -46,7 +46,7 @@ class A8(Rule):
     asks = Wish(ask)
 
 
-class A8Twice(Rule):
+class A8Twice(StandardRule, phase=Phase.goals):
     """One that comes while another one waits changes nothing."""
 
     action = Node(sym.ActionChannel)
@@ -66,7 +66,7 @@ class A8Twice(Rule):
     asks = Wish(ask)
 
 
-class A8Room(Rule):
+class A8Room(StandardRule, phase=Phase.rooms):
     """So few of them wait."""
 
     client = Node(sym.ActionClientPort, outstanding=1)
@@ -75,7 +75,7 @@ class A8Room(Rule):
     bound = Bound(wish, _room(wish), means=Meaning("no request of {client} to cancel", rests=True))
 
 
-class A8Answer(Rule):
+class A8Answer(StandardRule, phase=Phase.rooms):
     """They are gone before the client takes what it is told of its goal."""
 
     client = Node(sym.ActionClientPort, outstanding=1)

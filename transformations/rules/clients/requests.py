@@ -13,15 +13,15 @@ from dineros.metamodel.calls import UNLIMITED
 from dineros.transformations.language.functions import either
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
-from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import Bound, arc, place
+from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.requests import Entrance, GiveUp, R5Client, entering
 from dineros.transformations.rules.services import S1
 
 RESPONSES = "response history of {client} of service {service}"
 
 
-class R8(Rule):
+class R8(StandardRule, phase=Phase.services, middleware="ros2"):
     """A client that does not wait has a history of responses, and no request waits on the way."""
 
     service = Node(sym.ServiceChannel)
@@ -66,7 +66,7 @@ class R8(Rule):
     rhs = [service, client, sent, responses, t_res, load, capacity, *queue, *arcs, *sending, *answering]
 
 
-class R8GiveUp(Rule):
+class R8GiveUp(StandardRule, phase=Phase.services, middleware="ros2"):
     """With a time-out, it gives up what waits in that history, too."""
 
     service = Node(sym.ServiceChannel)
@@ -79,7 +79,7 @@ class R8GiveUp(Rule):
     where = [client.timeout > 0]
 
 
-class R8Place(Rule):
+class R8Place(StandardRule, phase=Phase.services, middleware="ros2"):
     """It tells the node, where it names a place for that."""
 
     client = Node(sym.ClientPort)
@@ -89,7 +89,7 @@ class R8Place(Rule):
     tells = arc(given.give_up, told)
 
 
-class R8Always(Rule):
+class R8Always(StandardRule, phase=Phase.services, middleware="ros2"):
     """It is always ready: neither a response nor giving up makes it so."""
 
     client = Node(sym.ClientPort, outstanding=UNLIMITED)
@@ -100,7 +100,7 @@ class R8Always(Rule):
     rhs = [client, ready]
 
 
-class R8Ready(Rule):
+class R8Ready(StandardRule, phase=Phase.services, middleware="ros2"):
     """So nothing says whether it is ready."""
 
     client = Node(sym.ClientPort, outstanding=UNLIMITED)
@@ -113,7 +113,7 @@ class R8Ready(Rule):
     rhs = [client, counted, t_req]
 
 
-class R8Forgets(Rule):
+class R8Forgets(StandardRule, phase=Phase.forgetting, middleware="ros2"):
     """Without a time-out, it does not learn that a request is lost."""
 
     client = Node(sym.ClientPort, outstanding=UNLIMITED)
@@ -125,7 +125,7 @@ class R8Forgets(Rule):
     rhs = [client, lost]
 
 
-class R8Lost(Rule):
+class R8Lost(StandardRule, phase=Phase.forgetting, middleware="ros2"):
     """So nothing counts those that are."""
 
     client = Node(sym.ClientPort, outstanding=UNLIMITED)

@@ -1,0 +1,1 @@
+"""What rules ask of a model: callbacks, and the arcs around places."""
