@@ -7,7 +7,7 @@ SHELL := /bin/bash
 python := .venv/bin/python
 stamp := .venv/.installed
 maintenance := build/maintenance
-checked := $(wildcard metamodel cli transformations analysis generators runtime observation views case_study benchmarks docs examples tests tools) setup.py
+checked := $(wildcard metamodel cli transformations analysis generators runtime sources observation views case_study benchmarks docs examples tests tools) setup.py
 
 # The stamp names where it was installed: another place or a PYTHON given by hand mean a new installation.
 wanted := $(CURDIR)

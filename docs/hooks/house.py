@@ -20,7 +20,17 @@ from dineros.metamodel.errors import DinerosError
 from dineros.transformations.pictures.drawing import layout
 
 ROOT = Path(__file__).resolve().parents[2]
-ROOMS = ("metamodel", "transformations", "analysis", "generators", "runtime", "observation", "views", "cli")
+ROOMS = (
+    "metamodel",
+    "transformations",
+    "analysis",
+    "generators",
+    "runtime",
+    "sources",
+    "observation",
+    "views",
+    "cli",
+)
 LOG = logging.getLogger("mkdocs.hooks.house")
 HEAD = """digraph {
   graph [bgcolor=white, rankdir=TB, nodesep=0.3, ranksep=0.5, pad=0.1]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-ROOMS = ("metamodel", "transformations", "analysis", "generators", "runtime", "views", "cli")
+ROOMS = ("metamodel", "transformations", "analysis", "generators", "runtime", "sources", "views", "cli")
 
 OTHERWISE_OPENED = {
     "analysis/nets/kernel_cache.py": "our own sources; a temporary file in a folder of our own",

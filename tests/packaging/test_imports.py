@@ -19,9 +19,13 @@ ROOMS = {
     "analysis": {"metamodel", "transformations"},
     "generators": {"metamodel", "transformations"},
     "runtime": {"metamodel"},
-    "observation": {"metamodel", "transformations", "analysis", "runtime"},
+    "sources": {"metamodel"},
+    "observation": {"metamodel", "transformations", "analysis", "runtime", "sources"},
     "views": {"metamodel", "analysis", "runtime", "observation"},
-    "cli": {"metamodel", "transformations", "analysis", "generators", "runtime", "observation", "views"},
+    "cli": {
+        *("metamodel", "transformations", "analysis", "generators", "runtime", "sources", "observation"),
+        "views",
+    },
 }
 """Which other rooms each room may import; the table of CONTRIBUTING.md."""
 
@@ -113,6 +117,13 @@ FOLDERS = {
         "node_main",
         "bringup",
         "wheels",
+    ],
+    "sources": [
+        *("facts", "folders", "packages", "language", "libraries", "programs", "reading"),
+    ],
+    "sources/language": [
+        *("modules", "values", "constants", "machine", "operations", "gathering", "expressions", "importing"),
+        *("statements", "calls"),
     ],
     "observation": [
         *(

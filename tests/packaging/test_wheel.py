@@ -14,7 +14,7 @@ from packaging.specifiers import SpecifierSet
 ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 ROOMS: dict[str, str] = SETTINGS["tool"]["setuptools"]["package-dir"]
-ALL_ROOMS = ["metamodel", "transformations", "analysis", "generators", "runtime", "views", "cli"]
+ALL_ROOMS = ["metamodel", "transformations", "analysis", "generators", "runtime", "sources", "views", "cli"]
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,1 @@
+"""Reads packages of ROS 2 without running them: which nodes there are, their ports, and what callbacks do."""

@@ -1,0 +1,302 @@
+"""What the code of a package says, as facts with file and line; the JSON of ``--facts``.
+
+What the reader cannot follow is *open*: the text begins with ``open``, or has ``{...}`` where a part is
+unknown. The guide describes the schema.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+OPEN = "open"
+"""Begins what is not known."""
+
+
+def is_open(value: object) -> bool:
+    """Tell whether a value of a fact is not known, wholly or in part.
+
+    Examples
+    --------
+    >>> is_open("open: two values"), is_open("{name}/scan"), is_open("scan"), is_open(None)
+    (True, True, False, False)
+    """
+    return isinstance(value, str) and (value.startswith(OPEN) or "{" in value)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A line of a file.
+
+    Attributes
+    ----------
+    file : str
+        Path, relative to the folder that was read.
+    line : int
+        Counted from 1.
+    """
+
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}"
+
+
+@dataclass(eq=False)
+class Entity:
+    """A publisher, subscription, timer, service, client, action server, action client or callback group.
+
+    Attributes
+    ----------
+    kind : str
+        Key of the list in the facts: ``publishers``, ``subscriptions``, ...
+    port : str
+        What holds it in the code: ``self.scan``; ``(no variable)``.
+    at : Place
+        Where it is made.
+    name, type : str
+        As written; open where not known.
+    details : dict
+        The rest, by the keys of the schema.
+    callbacks : dict of str to CallbackFact
+        By their role: ``callback``, ``execute``, ``goal``, ``cancel``, ``accepted``.
+    is_enabled : bool
+        Whether it is made with the default values of parameters and environment.
+    """
+
+    kind: str
+    port: str
+    at: Place
+    name: str = ""
+    type: str = ""
+    details: dict[str, Any] = field(default_factory=dict)
+    callbacks: dict[str, CallbackFact] = field(default_factory=dict)
+    is_enabled: bool = True
+    group: Entity | None = None
+
+    @property
+    def is_anonymous_group(self) -> bool:
+        """Whether it is a callback group that nothing holds: the entity that has it says so."""
+        return self.kind == "groups" and self.port == "anonymous"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the entity in the schema of the facts."""
+        found: dict[str, Any] = {"port": self.port, "at": str(self.at)}
+        if self.kind == "groups":
+            found = {"name": self.port, "at": str(self.at)}
+        if self.name:
+            found["name"] = self.name
+        if self.type:
+            found["type"] = self.type
+        found |= self.details
+        if not self.is_enabled:
+            found["enabled"] = False
+        return found
+
+
+@dataclass(eq=False)
+class Effect:
+    """Something that a callback does.
+
+    Attributes
+    ----------
+    do : str
+        ``publish``, ``call``, ``sleep``, ``wait_for_service``, ...
+    what : str
+        The port, the seconds, the lock.
+    at : Place
+        Where.
+    when : str
+        ``always``, ``conditional`` or ``in a loop``.
+    how : str
+        How it waits: ``async``, ``await``, ``blocks``, a time-out.
+    entity : Entity or None
+        What it is done to, where known.
+    then : CallbackFact or None
+        What the answer begins.
+    timeout : float or None
+        Seconds that a wait has at most; None: no bound, or no wait.
+    holding : tuple of str
+        Locks that are held meanwhile.
+    is_other_thread : bool
+        Whether a thread of its own does it.
+    """
+
+    do: str
+    what: str
+    at: Place
+    when: str
+    how: str = ""
+    entity: Entity | None = None
+    then: CallbackFact | None = None
+    timeout: float | None = None
+    holding: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the effect in the schema of the facts."""
+        found: dict[str, Any] = {"do": self.do, "what": self.what, "at": str(self.at), "when": self.when}
+        if self.how:
+            found["how"] = self.how
+        if self.timeout is not None:
+            found["timeout"] = self.timeout
+        if self.then is not None:
+            found["then"] = self.then.name
+        if self.holding:
+            found["holding"] = list(self.holding)
+        return found
+
+
+@dataclass(eq=False)
+class CallbackFact:
+    """A callback, or other code of a node: its constructor, the main function, a thread.
+
+    Attributes
+    ----------
+    name : str
+        Of its function.
+    kind : str
+        ``subscription``, ``timer``, ``service``, ``execute``, ``done callback``, ``constructor``, ...
+    at : Place
+        Where the function begins.
+    effects : list of Effect
+        In the order of the code.
+    is_async : bool
+        Whether it is an ``async def``.
+    is_open : bool
+        Whether it may do more than its effects say: the reader could not follow it.
+    """
+
+    name: str
+    kind: str
+    at: Place
+    effects: list[Effect] = field(default_factory=list)
+    is_async: bool = False
+    is_open: bool = False
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the callback in the schema of the facts."""
+        found: dict[str, Any] = {
+            "name": self.name,
+            "kind": self.kind,
+            "at": str(self.at),
+            "effects": [effect.to_json() for effect in self.effects],
+        }
+        if self.is_async:
+            found["async"] = True
+        if self.is_open:
+            found["open"] = True
+        return found
+
+
+KINDS = (
+    *("publishers", "subscriptions", "timers", "services", "clients"),
+    *("action_servers", "action_clients", "groups", "parameters"),
+)
+"""Lists of a node in the facts."""
+
+
+@dataclass(eq=False)
+class NodeFact:
+    """A node that a program makes.
+
+    Attributes
+    ----------
+    cls : str
+        Class or function that makes it.
+    at : Place
+        Where that begins.
+    name : str
+        As written; open where not known.
+    namespace : str
+        As written.
+    base : str
+        Base class, as the code names it.
+    executor : str
+        What runs its callbacks, in words.
+    threads : int or str
+        Of its executor; ``processors``, ``not spun``, ``open``.
+    managed : bool
+        Whether it has a lifecycle.
+    program : str
+        Script or entry point that makes it.
+    pool : int
+        Nodes of one program with the same number share an executor; 0: not known.
+    also_in : list of str
+        Other programs that make it.
+    home : str
+        File of the program.
+    """
+
+    cls: str
+    at: Place
+    name: str = OPEN
+    namespace: str = ""
+    base: str = "Node"
+    executor: str = ""
+    threads: int | str = "not spun"
+    managed: bool = False
+    program: str = ""
+    pool: int = 0
+    entities: list[Entity] = field(default_factory=list)
+    callbacks: list[CallbackFact] = field(default_factory=list)
+    also_in: list[str] = field(default_factory=list)
+    home: str = ""
+
+    def of(self, kind: str) -> list[Entity]:
+        """Return the entities of a kind."""
+        return [entity for entity in self.entities if entity.kind == kind]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the node in the schema of the facts."""
+        found: dict[str, Any] = {"class": self.cls, "at": str(self.at), "name": self.name}
+        if self.namespace:
+            found["namespace"] = self.namespace
+        found |= {
+            "base": self.base,
+            "executor": self.executor,
+            "threads": self.threads,
+            "managed": self.managed,
+            "program": self.program,
+        }
+        if self.also_in:
+            found["also_in"] = self.also_in
+        for kind in KINDS:
+            found[kind] = [entity.to_json() for entity in self.of(kind) if not entity.is_anonymous_group]
+        found["callbacks"] = [callback.to_json() for callback in self.callbacks]
+        return found
+
+
+@dataclass(eq=False)
+class Facts:
+    """All that was read.
+
+    Attributes
+    ----------
+    name : str
+        Of the folder, or of its package.
+    nodes : list of NodeFact
+        In the order of their files.
+    launch : list of dict
+        Launch files, in the schema of the facts.
+    unread : list of str
+        Files that could not be read, a line each, and what could not be followed.
+    files : int
+        How many files were read.
+    """
+
+    name: str
+    nodes: list[NodeFact] = field(default_factory=list)
+    launch: list[dict[str, Any]] = field(default_factory=list)
+    unread: list[str] = field(default_factory=list)
+    files: int = 0
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all facts in their schema."""
+        return {
+            "name": self.name,
+            "language": "python",
+            "nodes": [node.to_json() for node in self.nodes],
+            "launch": self.launch,
+            "unread": self.unread,
+        }

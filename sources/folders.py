@@ -1,0 +1,119 @@
+"""The files of a folder of source code: of bounded size and number, and without those that links lead to."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from dineros.metamodel.errors import DinerosError, Location, ModelFileError, counted
+from dineros.metamodel.files.reading import read_bytes
+
+MOST_FILES = 20_000
+"""Files of a folder, of the kinds that are read."""
+MOST_BYTES = 2 << 20
+"""Bytes of a file of source code; what people write is far smaller."""
+
+_LEFT_OUT = {"build", "install", "log", "node_modules", "__pycache__", "venv", "site-packages"}
+_KINDS = (".py", ".xml", ".yaml", ".yml", ".cfg")
+_NAMES = {"CMakeLists.txt"}
+
+
+@dataclass(eq=False)
+class SourceFolder:
+    """A folder of source code, and the files in it that say something.
+
+    Attributes
+    ----------
+    root : Path
+        The folder; paths are relative to it.
+    files : list of str
+        Paths of files, in order; scripts in Python that end otherwise are among `scripts`.
+    scripts : list of str
+        Paths of files in Python, with and without ``.py``.
+    unread : list of str
+        What was left out, a line each.
+    """
+
+    root: Path
+    files: list[str] = field(default_factory=list)
+    scripts: list[str] = field(default_factory=list)
+    unread: list[str] = field(default_factory=list)
+
+    def read(self, path: str) -> str | None:
+        """Return the text of a file; None, and a line in `unread`, if it cannot be read."""
+        content = self.read_bytes(path)
+        try:
+            return None if content is None else content.decode()
+        except UnicodeDecodeError:
+            self.unread.append(f"{path}: it is no text in UTF-8")
+        return None
+
+    def read_bytes(self, path: str) -> bytes | None:
+        """Return the content of a file; None, and a line in `unread`, if it cannot be read."""
+        try:
+            return read_bytes(self.root / path, MOST_BYTES)
+        except ModelFileError as error:
+            self.unread.append(f"{path}: {error.message}")
+        return None
+
+
+def open_folder(root: Path) -> SourceFolder:
+    """Return the files of a folder.
+
+    Raises
+    ------
+    DinerosError
+        There is no such folder, or it has too many files.
+    """
+    if not root.is_dir():
+        raise DinerosError("there is no such folder of source code", location=Location(root))
+    found = SourceFolder(root)
+    for path in _paths(root, found.unread):
+        found.files.append(path)
+        if path.endswith(".py") or (not Path(path).suffix and _is_python(root / path)):
+            found.scripts.append(path)
+        if len(found.files) > MOST_FILES:
+            hint = "name the folders of the packages"
+            raise DinerosError(
+                f"the folder has more than {counted(MOST_FILES, 'file')}", location=Location(root), hint=hint
+            )
+    return found
+
+
+def _paths(root: Path, unread: list[str]) -> Iterator[str]:
+    """Yield the paths of files that may say something, in order; links out of the folder are left out."""
+    real = root.resolve()
+    for folder, inner, names in os.walk(root):
+        here = Path(folder)
+        if "COLCON_IGNORE" in names or "AMENT_IGNORE" in names:
+            inner.clear()
+            continue
+        inner[:] = sorted(
+            name
+            for name in inner
+            if name not in _LEFT_OUT
+            and not name.startswith(".")
+            and not ((here / name).is_symlink())
+            and not (here / name / "pyvenv.cfg").exists()
+        )
+        for name in sorted(names):
+            if not (name.endswith(_KINDS) or name in _NAMES or "." not in name):
+                continue
+            path = here / name
+            shown = path.relative_to(root).as_posix()
+            if path.is_symlink() and not path.resolve().is_relative_to(real):
+                unread.append(f"{shown}: it is a link out of the folder")
+            elif path.is_file():
+                yield shown
+
+
+def _is_python(path: Path) -> bool:
+    """Tell whether a file without an ending is a script in Python, by its first line."""
+    try:
+        with path.open("rb") as file:
+            first = file.readline(200)
+    except OSError:
+        return False
+    return first.startswith(b"#!") and b"python" in first

@@ -1,0 +1,1 @@
+"""An interpreter of Python over values that are partly known: nothing is executed or imported."""

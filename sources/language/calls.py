@@ -1,0 +1,278 @@
+"""Calls of functions, methods and classes of the program; its modules, which run when first named."""
+
+from __future__ import annotations
+
+import ast
+
+from dineros.sources.facts import CallbackFact, Place
+from dineros.sources.language.machine import MOST_CALLS, Activity
+from dineros.sources.language.modules import Module
+from dineros.sources.language.statements import Statements
+from dineros.sources.language.values import (
+    Bound,
+    Class,
+    Const,
+    Either,
+    Frame,
+    Function,
+    Holder,
+    Items,
+    Mapping,
+    Object,
+    Open,
+    Outside,
+    OutsideMethod,
+    Partial,
+    SuperOf,
+    Value,
+    is_none,
+    join,
+)
+
+
+class Interpreter(Statements):
+    """An interpreter of one program over values that are partly known."""
+
+    def call(
+        self, function: Value, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
+    ) -> Value:
+        """Call a value; return what it may return."""
+        self.step()
+        if isinstance(function, Either):
+            able = [each for each in function.options if not is_none(each)]
+            if len(able) == 1:
+                return self.call(able[0], args, keys, node, frame)
+            found = []
+            for each in able:
+                with self.perhaps():
+                    found.append(self.call(each, list(args), dict(keys), node, frame))
+            return join(found)
+        if isinstance(function, Function):
+            return self._function(function, args, keys, node, frame, None)
+        if isinstance(function, Bound):
+            return self._function(
+                function.function, [function.instance, *args], keys, node, frame, function.instance
+            )
+        if isinstance(function, Partial):
+            return self.call(
+                function.function, [*function.args, *args], {**function.keys, **keys}, node, frame
+            )
+        if isinstance(function, Class):
+            return self._instance(function, args, keys, node, frame)
+        if isinstance(function, Outside):
+            return self.library.call(function.path, args, keys, node, frame)
+        if isinstance(function, OutsideMethod):
+            return self._method(function, args, keys, node, frame)
+        if isinstance(function, Object):
+            inner = self.look_up(function.cls, "__call__")
+            if isinstance(inner, Function):
+                return self._function(inner, [function, *args], keys, node, frame, function)
+        self._hand_over(args, keys)
+        return Open(_text_of(node))
+
+    def _method(
+        self, function: OutsideMethod, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
+    ) -> Value:
+        instance = function.instance
+        if isinstance(instance, SuperOf):
+            if not isinstance(instance.instance, Object):
+                return Open(function.text)
+            if function.name == "__init__":
+                for path in instance.instance.cls.outside():
+                    self.library.construct(instance.instance, path, args, keys, node, frame)
+                return Const(None)
+            function = OutsideMethod(instance.instance, function.name, function.text)
+        if (
+            isinstance(instance, Class)
+            and function.name == "__init__"
+            and args
+            and isinstance(args[0], Object)
+        ):
+            for path in instance.outside():
+                self.library.construct(args[0], path, args[1:], keys, node, frame)
+            return Const(None)
+        return self.library.call_method(function, args, keys, node, frame)
+
+    def _hand_over(self, args: list[Value], keys: dict[str, Value]) -> None:
+        """Take lists that something unknown gets for open: it may change them."""
+        for each in [*args, *keys.values()]:
+            if isinstance(each, Items) and each.kind != "tuple":
+                each.is_open = True
+
+    def _function(
+        self,
+        function: Function,
+        args: list[Value],
+        keys: dict[str, Value],
+        node: ast.AST,
+        frame: Frame,
+        instance: Value | None,
+    ) -> Value:
+        depth = sum(each.node is function.node for each in self.calls)
+        if len(self.calls) >= MOST_CALLS or depth > 1:
+            if depth <= 1:
+                self.activity.fact.is_open = True
+            return Open(_text_of(node))
+        inner = Frame(function.frame.module, {}, function.frame, function=function, instance=instance)
+        if instance is None and function.owner is not None and args and isinstance(args[0], Object):
+            inner.instance = args[0]
+        elif instance is None and function.owner is None:
+            inner.instance = function.frame.instance
+        self._bind(function, args, keys, inner)
+        self.calls.append(function)
+        self.trail.append((frame.module.path, getattr(node, "lineno", 0), getattr(node, "col_offset", 0)))
+        activity = self.activity
+        held, conditional = len(activity.holding), activity.conditional
+        try:
+            if isinstance(function.node, ast.Lambda):
+                return self.evaluate(function.node.body, inner)
+            ends = self.execute(function.node.body, inner)
+        finally:
+            activity.conditional = conditional
+            del activity.holding[held:]
+            self.trail.pop()
+            self.calls.pop()
+        if "falls" in ends:
+            inner.returns.append(Const(None))
+        return join(inner.returns)
+
+    def _bind(self, function: Function, args: list[Value], keys: dict[str, Value], inner: Frame) -> None:
+        """Give parameters their arguments, or their defaults."""
+        wanted = function.node.args
+        named = [each.arg for each in (*wanted.posonlyargs, *wanted.args)]
+        inner.names.update(zip(named, args, strict=False))
+        if wanted.vararg is not None:
+            inner.names[wanted.vararg.arg] = Items(list(args[len(named) :]), kind="tuple")
+        known = {*named, *(each.arg for each in wanted.kwonlyargs)}
+        rest = Mapping()
+        for key, value in keys.items():
+            if key in known:
+                inner.names[key] = value
+            else:
+                rest.items[key] = value
+        if wanted.kwarg is not None:
+            inner.names[wanted.kwarg.arg] = rest
+        for name in known:
+            if name not in inner.names:
+                inner.names[name] = function.defaults.get(name) or Open(name)
+
+    def _instance(
+        self, cls: Class, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
+    ) -> Value:
+        """Make an instance of a class of the program."""
+        found = Object(cls, self.place(node, frame))
+        begin = self.look_up(cls, "__init__")
+        outside = cls.outside()
+        if any(path.startswith("enum.") for path in outside):
+            return args[0] if args else Open(cls.node.name)
+        place = Place(cls.frame.module.path, cls.node.lineno)
+        if isinstance(begin, Function):
+            at = Place(begin.frame.module.path, begin.node.lineno)
+            activity = Activity(CallbackFact("__init__", "constructor", at))
+            outer = self.activity
+            activity.conditional, activity.disabled = outer.conditional, outer.disabled
+            activity.loops = outer.loops
+            with self.doing(activity):
+                self._function(begin, [found, *args], keys, node, frame, found)
+            self._adopt(activity.fact, found)
+        else:
+            names = _fields(cls)
+            for name, value in cls.names.items():
+                if name in names:
+                    self.write_slot(found, name, value)
+            for name, value in [*zip(names, args, strict=False), *keys.items()]:
+                self.write_slot(found, name, value)
+            for path in outside:
+                self.library.construct(found, path, args, keys, node, frame)
+        del place
+        return found
+
+    def _adopt(self, fact: CallbackFact, found: Object) -> None:
+        """Let the constructor of a node be one of its callbacks; another is of what calls it."""
+        node = found.node
+        if node is None:
+            value = next(
+                (s.current for s in found.slots.values() if getattr(s.current, "fact", None) is not None),
+                None,
+            )
+            node = getattr(value, "fact", None)
+        if not fact.effects:
+            return
+        if node is not None and hasattr(node, "callbacks") and fact.kind == "constructor":
+            if not any(each.at == fact.at and each.kind == fact.kind for each in node.callbacks):
+                node.callbacks.append(fact)
+        else:
+            for effect in fact.effects:
+                if effect not in self.activity.fact.effects:
+                    self.activity.fact.effects.append(effect)
+
+    # ------------------------------------------------------------------------------------------------ modules
+
+    def module_frame(self, module: Module, *, is_script: bool = False) -> Frame:
+        """Return the variables of a module, which runs when it is first asked for."""
+        found = self.frames.get(module.path)
+        if found is not None:
+            return found
+        frame = self.frames[module.path] = Frame(module)
+        holder = self.holders[id(frame)] = Holder()
+        name = "__main__" if is_script else module.stem
+        self.write_slot(holder, "__name__", Const(name))
+        self.write_slot(holder, "__file__", Const(module.path, "variable"))
+        kept, self.calls = self.calls, []
+        try:
+            self.execute(module.tree.body, frame)
+        finally:
+            self.calls = kept
+        return frame
+
+    def read_slot(self, holder: Holder, name: str) -> Value | None:
+        """Return an attribute; the name of a module is certain."""
+        if name == "__name__" and name in holder.slots:
+            return holder.slots[name].current
+        return super().read_slot(holder, name)
+
+    def described(self, function: Value) -> tuple[str, Place | None, bool]:
+        """Return the name of a callback, where it begins, and whether it is asynchronous."""
+        if isinstance(function, Partial):
+            return self.described(function.function)
+        if isinstance(function, Bound):
+            return self.described(function.function)
+        if isinstance(function, Function):
+            name = function.name
+            if isinstance(function.node, ast.Lambda):
+                body = function.node.body
+                inner = body.func if isinstance(body, ast.Call) else None
+                if isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name):
+                    name = f"lambda -> {inner.attr}"
+                elif isinstance(inner, ast.Name):
+                    name = f"lambda -> {inner.id}"
+            place = Place(function.frame.module.path, function.node.lineno)
+            return name, place, isinstance(function.node, ast.AsyncFunctionDef)
+        if isinstance(function, Object):
+            inner_call = self.look_up(function.cls, "__call__")
+            if inner_call is not None:
+                return self.described(inner_call)
+        if isinstance(function, Either):
+            for each in function.options:
+                if not is_none(each):
+                    return self.described(each)
+        if isinstance(function, OutsideMethod):
+            return function.text or function.name, None, False
+        if isinstance(function, Outside):
+            return function.path, None, False
+        return (function.text if isinstance(function, Open) else "open"), None, False
+
+
+def _fields(cls: Class) -> list[str]:
+    """Return the fields of a class that has no constructor: a dataclass, or a named tuple."""
+    return [
+        each.target.id
+        for base in reversed([b for b in cls.order() if isinstance(b, Class)])
+        for each in base.node.body
+        if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
+    ]
+
+
+def _text_of(node: ast.AST) -> str:
+    text = ast.unparse(node)
+    return text if len(text) <= 80 else f"{text[:77]}..."

@@ -1,0 +1,317 @@
+"""Expressions: what they may be worth, as far as the program says it."""
+
+from __future__ import annotations
+
+import ast
+
+from dineros.sources.language.constants import call_constant
+from dineros.sources.language.gathering import Collections
+from dineros.sources.language.modules import Module
+from dineros.sources.language.operations import short
+from dineros.sources.language.values import (
+    Bound,
+    Class,
+    Const,
+    Either,
+    Frame,
+    Function,
+    Future,
+    Goal,
+    Holder,
+    Items,
+    Mapping,
+    ModuleValue,
+    Object,
+    Open,
+    Outside,
+    OutsideMethod,
+    SuperOf,
+    Text,
+    Value,
+    is_none,
+    join,
+    options,
+)
+
+
+class Expressions(Collections):
+    """The half of the interpreter that values expressions."""
+
+    def evaluate(self, node: ast.expr, frame: Frame) -> Value:
+        """Return the value of an expression; its effects are noted."""
+        self.step()
+        method = getattr(self, f"_value_of_{type(node).__name__}", None)
+        if method is None:
+            for child in ast.iter_child_nodes(node):
+                if isinstance(child, ast.expr):
+                    self.evaluate(child, frame)
+            return Open(short(node))
+        value: Value = method(node, frame)
+        return value
+
+    def _value_of_Constant(self, node: ast.Constant, _frame: Frame) -> Value:  # noqa: N802
+        return Const(node.value)
+
+    def _value_of_Name(self, node: ast.Name, frame: Frame) -> Value:  # noqa: N802
+        return self.variable(node.id, frame) or Open(node.id)
+
+    def variable(self, name: str, frame: Frame) -> Value | None:
+        """Return a variable: of the function, of those around it, of the module, built in."""
+        here: Frame | None = frame
+        is_global = name in frame.globals
+        while here is not None:
+            holder = self.holder_of(here)
+            if holder is not None:
+                found = self.read_slot(holder, name)
+                if found is not None:
+                    return found
+            elif name in here.names and not is_global:
+                return here.names[name]
+            here = here.outer
+        if name in _BUILT_IN:
+            return Outside(f"builtins.{name}")
+        return None
+
+    def assign_variable(self, name: str, value: Value, frame: Frame) -> None:
+        """Give a variable a value."""
+        here: Frame | None = frame
+        if name in frame.globals:
+            while here is not None and self.holder_of(here) is None:
+                if name in here.names and here is not frame:
+                    here.names[name] = join([here.names[name], value])
+                    return
+                here = here.outer
+        if here is None:
+            return
+        holder = self.holder_of(here)
+        if holder is not None:
+            self.write_slot(holder, name, value)
+            return
+        if (
+            isinstance(value, Const)
+            and not value.origin
+            and here.function is not None
+            and name in shared(here.function)
+        ):
+            value = Const(value.value, "variable")
+        here.names[name] = value
+
+    def _value_of_NamedExpr(self, node: ast.NamedExpr, frame: Frame) -> Value:  # noqa: N802
+        value = self.evaluate(node.value, frame)
+        self.assign_variable(node.target.id, value, frame)
+        return value
+
+    def _value_of_Attribute(self, node: ast.Attribute, frame: Frame) -> Value:  # noqa: N802
+        value = self.evaluate(node.value, frame)
+        return self.attribute(value, node.attr, short(node), node, frame)
+
+    def attribute(self, value: Value, name: str, text: str, node: ast.AST, frame: Frame) -> Value:
+        """Return an attribute of a value, its methods among them."""
+        if isinstance(value, Either):
+            return join(
+                self.attribute(each, name, text, node, frame) for each in value.options if not is_none(each)
+            )
+        if isinstance(value, Outside):
+            return self.library.attribute(value, name) or Outside(f"{value.path}.{name}")
+        if isinstance(value, ModuleValue):
+            return self.member(value.module, name) or Open(text)
+        if isinstance(value, SuperOf):
+            found = (
+                self.look_up(value.instance.cls, name, value.cls)
+                if isinstance(value.instance, Object)
+                else None
+            )
+            return (
+                Bound(found, value.instance)
+                if isinstance(found, Function)
+                else found or OutsideMethod(value, name, text)
+            )
+        if isinstance(value, Class):
+            found = self.look_up(value, name)
+            if found is None:
+                return Const(value.node.name) if name == "__name__" else OutsideMethod(value, name, text)
+            if isinstance(found, Function) and "classmethod" in found.decorators:
+                return Bound(found, value)
+            return found
+        if isinstance(value, Holder):
+            slot = self.read_slot(value, name)
+            if slot is not None:
+                return slot
+        if isinstance(value, Object):
+            found = self.look_up(value.cls, name)
+            if isinstance(found, Function):
+                if any(each.split(".")[-1] in ("property", "cached_property") for each in found.decorators):
+                    return self.call(Bound(found, value), [], {}, node, frame)
+                return found if "staticmethod" in found.decorators else Bound(found, value)
+            if found is not None:
+                return Const(found.value, found.origin or "variable") if isinstance(found, Const) else found
+            if name == "__class__":
+                return value.cls
+        known = self.library.attribute(value, name)
+        if known is not None:
+            return known
+        if (
+            isinstance(value, Open)
+            and (name == "value" or name.endswith("_value"))
+            and value.text.startswith("parameter")
+        ):
+            return value
+        return OutsideMethod(value, name, text)
+
+    def member(self, module: Module, name: str) -> Value | None:
+        """Return a variable of a module, or a module in a package."""
+        frame = self.module_frame(module)
+        holder = self.holder_of(frame)
+        found = self.read_slot(holder, name) if holder else None
+        if found is None and module.path.endswith("__init__.py"):
+            path = self.modules.relative(module, 1, name)
+            inner = self.modules.module(path) if path else None
+            return ModuleValue(inner) if inner else None
+        return found
+
+    # ---------------------------------------------------------------------------------------------- functions
+
+    def _value_of_Lambda(self, node: ast.Lambda, frame: Frame) -> Value:  # noqa: N802
+        return self.function(node, frame, None)
+
+    def function(
+        self, node: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda, frame: Frame, owner: Class | None
+    ) -> Function:
+        """Return a function that is defined here."""
+        args = node.args
+        defaults: dict[str, Value] = {}
+        named = [*args.posonlyargs, *args.args]
+        for each, default in zip(named[len(named) - len(args.defaults) :], args.defaults, strict=True):
+            defaults[each.arg] = self.evaluate(default, frame)
+        for each, value in zip(args.kwonlyargs, args.kw_defaults, strict=True):
+            if value is not None:
+                defaults[each.arg] = self.evaluate(value, frame)
+        decorators = (
+            [] if isinstance(node, ast.Lambda) else [ast.unparse(each) for each in node.decorator_list]
+        )
+        return Function(node, frame, owner, defaults, tuple(decorators))
+
+    def _value_of_Await(self, node: ast.Await, frame: Frame) -> Value:  # noqa: N802
+        value = self.evaluate(node.value, frame)
+        for each in options(value):
+            if isinstance(each, Future) and each.effect is not None:
+                each.effect.how = "await"
+        return join(self.result_of(each) if isinstance(each, Future) else each for each in options(value))
+
+    def result_of(self, future: Future) -> Value:
+        """Return what a future holds."""
+        return Goal("client", future.entity) if future.of == "goal" else Open("result")
+
+    def _value_of_Starred(self, node: ast.Starred, frame: Frame) -> Value:  # noqa: N802
+        return self.evaluate(node.value, frame)
+
+    def _value_of_Yield(self, node: ast.Yield, frame: Frame) -> Value:  # noqa: N802
+        if node.value is not None:
+            frame.returns.append(Items([self.evaluate(node.value, frame)], is_open=True))
+        return Open("yield")
+
+    def _value_of_Call(self, node: ast.Call, frame: Frame) -> Value:  # noqa: N802
+        if isinstance(node.func, ast.Name) and node.func.id == "super":
+            return self._super(node, frame)
+        function = self.evaluate(node.func, frame)
+        args: list[Value] = []
+        for each in node.args:
+            if isinstance(each, ast.Starred):
+                values, is_exact = self.turns(self.evaluate(each.value, frame))
+                args += values if is_exact else [Open(short(each))]
+            else:
+                args.append(self.evaluate(each, frame))
+        keys: dict[str, Value] = {}
+        for keyword in node.keywords:
+            value = self.evaluate(keyword.value, frame)
+            if keyword.arg is not None:
+                keys[keyword.arg] = value
+            elif isinstance(value, Mapping):
+                keys |= {key: each for key, each in value.items.items() if isinstance(key, str)}
+        if isinstance(function, Const) or (
+            isinstance(function, OutsideMethod) and isinstance(function.instance, (Const, Text))
+        ):
+            found = call_constant(function, args, keys)
+            if found is not None:
+                return found
+        return self.call(function, args, keys, node, frame)
+
+    def _super(self, node: ast.Call, frame: Frame) -> Value:
+        here: Frame | None = frame
+        while here is not None and (here.function is None or here.function.owner is None):
+            here = here.outer
+        if here is None or here.function is None or here.function.owner is None or here.instance is None:
+            return Open("super()")
+        return SuperOf(here.instance, here.function.owner)
+
+
+def shared(function: Function) -> frozenset[str]:
+    """Return the variables of a function that functions inside it change."""
+    found: frozenset[str] | None = getattr(function.node, "shared_names", None)
+    if found is None:
+        inner = [each.names for each in ast.walk(function.node) if isinstance(each, ast.Nonlocal)]
+        found = frozenset(name for names in inner for name in names)
+        function.node.shared_names = found  # type: ignore[union-attr]
+    return found
+
+
+_BUILT_IN = frozenset(
+    [
+        "abs",
+        "all",
+        "any",
+        "bool",
+        "bytes",
+        "dict",
+        "enumerate",
+        "filter",
+        "float",
+        "format",
+        "getattr",
+        "hasattr",
+        "int",
+        "input",
+        "isinstance",
+        "issubclass",
+        "iter",
+        "len",
+        "list",
+        "map",
+        "max",
+        "min",
+        "next",
+        "object",
+        "open",
+        "print",
+        "property",
+        "range",
+        "repr",
+        "reversed",
+        "round",
+        "set",
+        "setattr",
+        "sorted",
+        "staticmethod",
+        "str",
+        "sum",
+        "super",
+        "tuple",
+        "type",
+        "vars",
+        "zip",
+        "id",
+        "exit",
+        "quit",
+        "Exception",
+        "RuntimeError",
+        "ValueError",
+        "KeyError",
+        "TypeError",
+        "TimeoutError",
+        "KeyboardInterrupt",
+        "NotImplementedError",
+        "StopIteration",
+        "OSError",
+        "IOError",
+    ]
+)

@@ -1,0 +1,193 @@
+"""Lists, dictionaries and comprehensions."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable
+from typing import Any
+
+from dineros.sources.language.operations import Operations, short
+from dineros.sources.language.values import (
+    Const,
+    Either,
+    Frame,
+    Items,
+    Mapping,
+    Open,
+    Outside,
+    Value,
+    is_none,
+    join,
+    options,
+)
+
+MOST_TURNS = 64
+"""Turns of a loop that are looked at one by one."""
+
+
+class Collections(Operations):
+    """The part of the interpreter that values collections."""
+
+    # -------------------------------------------------------------------------------------------- collections
+
+    def _items(self, nodes: list[ast.expr], frame: Frame, kind: str) -> Items:
+        found: list[Value] = []
+        is_open = False
+        for each in nodes:
+            if isinstance(each, ast.Starred):
+                values, is_exact = self.turns(self.evaluate(each.value, frame))
+                found += values
+                is_open |= not is_exact
+            else:
+                found.append(self.evaluate(each, frame))
+        return Items(found, is_open, kind)
+
+    def _value_of_List(self, node: ast.List, frame: Frame) -> Value:  # noqa: N802
+        return self._items(node.elts, frame, "list")
+
+    def _value_of_Tuple(self, node: ast.Tuple, frame: Frame) -> Value:  # noqa: N802
+        return self._items(node.elts, frame, "tuple")
+
+    def _value_of_Set(self, node: ast.Set, frame: Frame) -> Value:  # noqa: N802
+        return self._items(node.elts, frame, "set")
+
+    def _value_of_Dict(self, node: ast.Dict, frame: Frame) -> Value:  # noqa: N802
+        found = Mapping()
+        for key, each in zip(node.keys, node.values, strict=True):
+            value = self.evaluate(each, frame)
+            if key is None:
+                if isinstance(value, Mapping):
+                    found.items |= value.items
+                    found.rest += value.rest
+                    found.is_open |= value.is_open
+                else:
+                    found.is_open = True
+                continue
+            put(found, self.evaluate(key, frame), value)
+        return found
+
+    def _value_of_Subscript(self, node: ast.Subscript, frame: Frame) -> Value:  # noqa: N802
+        value, key = self.evaluate(node.value, frame), self.evaluate(node.slice, frame)
+        found = [self._element(each, key, short(node)) for each in options(value) if not is_none(each)]
+        return join(found) if found else Open(short(node))
+
+    def _element(self, value: Value, key: Value, text: str) -> Value:
+        if isinstance(value, Mapping):
+            if isinstance(key, Const) and _is_key(key.value) and key.value in value.items:
+                return join([value.items[key.value], *value.rest]) if value.rest else value.items[key.value]
+            if not isinstance(key, Const) or value.rest:
+                found = [*value.items.values(), *value.rest]
+                return join([*found, Open(text)] if value.is_open else found) if found else Open(text)
+            return Open(text)
+        if isinstance(value, Items):
+            if isinstance(key, Const) and isinstance(key.value, int) and not value.is_open:
+                return (
+                    value.items[key.value]
+                    if -len(value.items) <= key.value < len(value.items)
+                    else Open(text)
+                )
+            return join(value.items) if value.items else Open(text)
+        if isinstance(value, Const) and isinstance(value.value, str) and isinstance(key, Const):
+            try:
+                return Const(value.value[key.value], value.origin)
+            except (TypeError, IndexError):
+                return Open(text)
+        if isinstance(value, Outside):
+            return (
+                self.library.attribute(value, "__getitem__") or value
+                if "[" not in text
+                else _subscripted(value, key, text)
+            )
+        return Open(text)
+
+    def turns(self, value: Value) -> tuple[list[Value], bool]:
+        """Return what a loop over a value goes through, and whether that is exactly known."""
+        if isinstance(value, Items):
+            return value.items[:MOST_TURNS], not value.is_open and len(value.items) <= MOST_TURNS
+        if isinstance(value, Mapping):
+            return [Const(key) for key in value.items], not value.is_open and not value.rest
+        if isinstance(value, Either):
+            found = [self.turns(each)[0] for each in value.options]
+            return [each for values in found for each in values], False
+        return [], False
+
+    def _comprehension(self, node: Any, frame: Frame, make: Callable[[Frame], None]) -> bool:
+        """Go through the loops of a comprehension; tell whether all turns are known."""
+        inner = Frame(frame.module, {}, frame, function=frame.function, instance=frame.instance)
+        is_exact = True
+
+        def go(index: int) -> None:
+            nonlocal is_exact
+            if index == len(node.generators):
+                make(inner)
+                return
+            generator = node.generators[index]
+            values, exact = self.turns(self.evaluate(generator.iter, frame if index == 0 else inner))
+            is_exact &= exact
+            if not exact:
+                with self.perhaps(is_loop=True):
+                    self.assign(
+                        generator.target, join(values) if values else Open(short(generator.target)), inner
+                    )
+                    for test in generator.ifs:
+                        self.evaluate(test, inner)
+                    go(index + 1)
+                return
+            for turn, each in enumerate(values):
+                with self.each(turn):
+                    self.assign(generator.target, each, inner)
+                    verdicts = [self.decide(test, inner) for test in generator.ifs]
+                    if any(verdict is False and not origin for verdict, origin in verdicts):
+                        continue
+                    if all(verdict and not origin for verdict, origin in verdicts):
+                        go(index + 1)
+                    else:
+                        is_exact = False
+                        with self.perhaps():
+                            go(index + 1)
+
+        go(0)
+        return is_exact
+
+    def _value_of_ListComp(self, node: ast.ListComp, frame: Frame) -> Value:  # noqa: N802
+        found: list[Value] = []
+        is_exact = self._comprehension(
+            node, frame, lambda inner: found.append(self.evaluate(node.elt, inner))
+        )
+        return Items(found, not is_exact)
+
+    _value_of_SetComp = _value_of_ListComp  # noqa: N815
+    _value_of_GeneratorExp = _value_of_ListComp  # noqa: N815
+
+    def _value_of_DictComp(self, node: ast.DictComp, frame: Frame) -> Value:  # noqa: N802
+        found = Mapping()
+
+        def make(inner: Frame) -> None:
+            put(found, self.evaluate(node.key, inner), self.evaluate(node.value, inner))
+
+        found.is_open = not self._comprehension(node, frame, make)
+        return found
+
+    def assign(self, target: ast.expr, value: Value, frame: Frame) -> None:
+        """Give a target a value."""
+        raise NotImplementedError
+
+
+def put(mapping: Mapping, key: Value, value: Value) -> None:
+    """Put a value into a dictionary, under a key that may not be known."""
+    if isinstance(key, Const) and _is_key(key.value):
+        mapping.items[key.value] = value
+    else:
+        mapping.rest.append(value)
+
+
+def _subscripted(value: Outside, key: Value, _text: str) -> Value:
+    """Return a type with parameters as the type; an element of something unknown is unknown."""
+    if value.path.startswith("os.environ"):
+        name = key.value if isinstance(key, Const) else "?"
+        return Open(f"environment {name}")
+    return Open(_text) if isinstance(key, Const) else value
+
+
+def _is_key(value: object) -> bool:
+    return isinstance(value, (str, int, float, bool, bytes, type(None)))

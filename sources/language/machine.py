@@ -1,0 +1,309 @@
+"""What the interpreter of a program knows: where it is, what it has found, which values variables have."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
+from dineros.sources.language.modules import Module, Modules
+from dineros.sources.language.values import (
+    Bound,
+    Callback,
+    Class,
+    Const,
+    Frame,
+    Function,
+    Holder,
+    Object,
+    Open,
+    OutsideMethod,
+    Partial,
+    Slot,
+    Value,
+    join,
+    same,
+)
+
+MOST_STEPS = 400_000
+"""Expressions and statements that are looked at in one program."""
+MOST_CALLS = 30
+"""Functions that call each other, one in another."""
+MOST_CALLBACKS = 600
+"""Callbacks of one program."""
+MOST_VALUES = 12
+"""Values that are kept of a variable."""
+
+
+FALLS, RETURNS, RAISES, BREAKS, CONTINUES = "falls", "returns", "raises", "breaks", "continues"
+"""How statements may end: the first goes on with the next."""
+
+
+class TooLong(Exception):  # noqa: N818
+    """The program is too large to be followed."""
+
+
+@dataclass(eq=False)
+class Activity:
+    """What is being read, and takes the effects: the main function, a constructor, a callback, a thread.
+
+    Attributes
+    ----------
+    fact : CallbackFact
+        Takes the effects.
+    node : NodeFact or None
+        Whose it is.
+    conditional, loops, disabled : int
+        In how many branches, loops, and branches that are not taken by default.
+    """
+
+    fact: CallbackFact
+    node: NodeFact | None = None
+    conditional: int = 0
+    loops: int = 0
+    disabled: int = 0
+    holding: list[str] = field(default_factory=list)
+
+
+class Library(Protocol):
+    """What knows the functions that are not in the folder."""
+
+    def call(
+        self, path: str, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
+    ) -> Value:
+        """Call a function or class by its dotted name."""
+
+    def call_method(
+        self, method: OutsideMethod, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
+    ) -> Value:
+        """Call a method that no class of the program has."""
+
+    def attribute(self, value: Value, name: str) -> Value | None:
+        """Return an attribute that the program has not set; None: a method, or unknown."""
+
+    def construct(
+        self,
+        instance: Object,
+        path: str,
+        args: list[Value],
+        keys: dict[str, Value],
+        node: ast.AST,
+        frame: Frame,
+    ) -> None:
+        """Begin the part of an object that a class outside of the folder has."""
+
+    def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> bool:
+        """Enter a ``with``; tell whether it is a lock."""
+
+
+class Machine:
+    """Where the interpreter is, and what it has found.
+
+    Parameters
+    ----------
+    modules : Modules
+        The folder's modules.
+    program : str
+        What is run, in words.
+    """
+
+    def __init__(self, modules: Modules, program: str) -> None:
+        self.modules = modules
+        self.program = program
+        self.script: str | None = None
+        self.frames: dict[str, Frame] = {}
+        self.holders: dict[int, Holder] = {}
+        self.nodes: list[NodeFact] = []
+        self.callbacks: dict[tuple[object, ...], Callback] = {}
+        self.entities: dict[tuple[object, ...], Entity] = {}
+        self.activities: list[Activity] = []
+        self.trail: list[object] = []
+        self.calls: list[Function] = []
+        self.run = 0
+        self.is_final = False
+        self.steps = 0
+        self.pools = 0
+        self.home = ""
+        self.library: Library
+
+    # -------------------------------------------------------------------------------------------- where it is
+
+    @property
+    def activity(self) -> Activity:
+        """What is being read."""
+        return self.activities[-1]
+
+    def place(self, node: ast.AST, frame: Frame) -> Place:
+        """Return the place of a part of the code."""
+        return Place(frame.module.path, getattr(node, "lineno", 1))
+
+    def step(self) -> None:
+        """Count a step.
+
+        Raises
+        ------
+        TooLong
+            There were too many.
+        """
+        self.steps += 1
+        if self.steps > MOST_STEPS:
+            raise TooLong
+
+    @contextmanager
+    def doing(self, activity: Activity) -> Iterator[None]:
+        """Let another activity take the effects."""
+        self.activities.append(activity)
+        try:
+            yield
+        finally:
+            self.activities.pop()
+
+    @contextmanager
+    def perhaps(self, *, is_loop: bool = False, is_disabled: bool = False) -> Iterator[None]:
+        """Do something that may not be done, or not once."""
+        activity = self.activity
+        activity.conditional += 1
+        activity.loops += is_loop
+        activity.disabled += is_disabled
+        try:
+            yield
+        finally:
+            activity.conditional -= 1
+            activity.loops -= is_loop
+            activity.disabled -= is_disabled
+
+    @contextmanager
+    def each(self, index: object, *, is_loop: bool = True) -> Iterator[None]:
+        """Do one turn of a loop whose turns are known."""
+        self.trail.append(index)
+        self.activity.loops += is_loop
+        try:
+            yield
+        finally:
+            self.activity.loops -= is_loop
+            self.trail.pop()
+
+    # ---------------------------------------------------------------------------------------------- variables
+
+    def read_slot(self, holder: Holder, name: str) -> Value | None:
+        """Return the value of an attribute: what this run gave it, else all that it has had."""
+        slot = holder.slots.get(name)
+        if slot is None:
+            return None
+        found = slot.current if slot.run == self.run else join(slot.values)
+        if isinstance(found, Const) and not found.origin:
+            return Const(found.value, "variable")
+        return found
+
+    def write_slot(self, holder: Holder, name: str, value: Value) -> None:
+        """Give an attribute a value; in a branch, it may have the one before, too."""
+        slot = holder.slots.get(name)
+        if slot is None:
+            holder.slots[name] = Slot(value, [value], self.run)
+            return
+        if not any(same(value, each) for each in slot.values):
+            if len(slot.values) >= MOST_VALUES:
+                slot.values = [Open(name)]
+            else:
+                slot.values.append(value)
+        if self.activity.disabled:
+            return
+        before = slot.current if slot.run == self.run else join(slot.values)
+        slot.current = join([before, value]) if self.activity.conditional else value
+        slot.run = self.run
+
+    def holder_of(self, frame: Frame) -> Holder | None:
+        """Return what holds the variables of a module; None for a function."""
+        return self.holders.get(id(frame))
+
+    # -------------------------------------------------------------------------------------- what it has found
+
+    def effect(
+        self,
+        do: str,
+        what: str,
+        node: ast.AST,
+        frame: Frame,
+        how: str = "",
+        entity: Entity | None = None,
+        timeout: float | None = None,
+    ) -> Effect:
+        """Note what the activity does; the same at the same place is noted once."""
+        activity = self.activity
+        when = "in a loop" if activity.loops else "conditional" if activity.conditional else "always"
+        at = self.place(node, frame)
+        for known in activity.fact.effects:
+            if known.do == do and known.at == at and known.what == what and known.entity is entity:
+                return known
+        found = Effect(do, what, at, when, how, entity, None, timeout, tuple(activity.holding))
+        activity.fact.effects.append(found)
+        return found
+
+    def later(
+        self, function: Value, kind: str, node: NodeFact | None, args: list[Value], key: object
+    ) -> CallbackFact:
+        """Note a callback that is to be read; return its fact."""
+        name, at, is_async = self.described(function)
+        fact = CallbackFact(name, kind, at or Place("", 0), is_async=is_async)
+        callback = Callback(function, fact, node, args)
+        known = self.callbacks.setdefault((kind, key, *callback_key(function)), callback)
+        if known is callback and len(self.callbacks) > MOST_CALLBACKS:
+            raise TooLong
+        if node is not None and known.fact not in node.callbacks:
+            node.callbacks.append(known.fact)
+        if at is None:
+            known.fact.is_open = True
+        return known.fact
+
+    def described(self, function: Value) -> tuple[str, Place | None, bool]:
+        """Return the name of a callback, where it begins, and whether it is asynchronous."""
+        raise NotImplementedError
+
+    # --------------------------------------------------------------------------- what the other halves can do
+
+    def evaluate(self, node: ast.expr, frame: Frame) -> Value:
+        """Return the value of an expression."""
+        raise NotImplementedError
+
+    def execute(self, body: list[ast.stmt], frame: Frame) -> set[str]:
+        """Run statements; return how they may end."""
+        raise NotImplementedError
+
+    def call(
+        self, function: Value, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
+    ) -> Value:
+        """Call a value."""
+        raise NotImplementedError
+
+    def turns(self, value: Value) -> tuple[list[Value], bool]:
+        """Return what a loop over a value goes through, and whether that is exactly known."""
+        raise NotImplementedError
+
+    def module_frame(self, module: Module, *, is_script: bool = False) -> Frame:
+        """Return the variables of a module, which is run when they are first asked for."""
+        raise NotImplementedError
+
+    def attribute(self, value: Value, name: str, text: str, node: ast.AST, frame: Frame) -> Value:
+        """Return an attribute of a value."""
+        raise NotImplementedError
+
+    def look_up(self, cls: Class, name: str, after: Class | None = None) -> Value | None:
+        """Return what a class or its bases have under a name; after a class, where one is given."""
+        order = [each for each in cls.order() if isinstance(each, Class)]
+        if after is not None and after in order:
+            order = order[order.index(after) + 1 :]
+        return next((each.names[name] for each in order if name in each.names), None)
+
+
+def callback_key(function: Value) -> tuple[object, ...]:
+    """Return what tells one callback from another."""
+    if isinstance(function, Bound):
+        return (id(function.function.node), id(function.instance))
+    if isinstance(function, Function):
+        return (id(function.node), id(function.frame) if isinstance(function.node, ast.Lambda) else 0)
+    if isinstance(function, Partial):
+        return callback_key(function.function)
+    return (type(function).__name__, getattr(function, "path", ""))

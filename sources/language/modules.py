@@ -1,0 +1,176 @@
+"""The modules of a folder, parsed, and which of them an import names."""
+
+from __future__ import annotations
+
+import ast
+import sys
+import warnings
+from collections import defaultdict
+from collections.abc import Iterable
+from pathlib import PurePosixPath
+
+from dineros.sources.folders import SourceFolder
+
+MOST_DEPTH = 400
+"""Levels of nesting of an expression or a statement."""
+
+
+class Module:
+    """A file of the program.
+
+    Attributes
+    ----------
+    path : str
+        Relative to the folder.
+    tree : ast.Module
+        What it says.
+    """
+
+    def __init__(self, path: str, tree: ast.Module) -> None:
+        self.path = path
+        self.tree = tree
+
+    @property
+    def stem(self) -> str:
+        """Its name without folders."""
+        return PurePosixPath(self.path).stem
+
+
+class Modules:
+    """All modules of a folder.
+
+    Parameters
+    ----------
+    folder : SourceFolder
+        The folder; what cannot be parsed is said in its `unread`.
+    packages : iterable of str
+        Folders of packages, from which imports may begin.
+    """
+
+    def __init__(self, folder: SourceFolder, packages: Iterable[str]) -> None:
+        self.all: dict[str, Module] = {}
+        self._folder = folder
+        files = set(folder.scripts)
+        self._with_init = {
+            PurePosixPath(path).parent.as_posix() for path in files if path.endswith("__init__.py")
+        }
+        self._named: dict[str, list[str]] = defaultdict(list)
+        roots = {".", *packages}
+        for path in sorted(files):
+            for name in self._names(path, roots):
+                self._named[name].append(path)
+
+    def module(self, path: str) -> Module | None:
+        """Return a module by its path; None: it cannot be read."""
+        if path not in self.all:
+            tree = self._parse(path)
+            if tree is None:
+                return None
+            self.all[path] = Module(path, tree)
+        return self.all[path]
+
+    def find(self, name: str, by: Module) -> str | None:
+        """Return the path of what a module imports by an absolute name; None: it is outside.
+
+        Of several files of one name, the one nearest to what imports it is taken.
+        """
+        if name.partition(".")[0] in sys.stdlib_module_names:
+            return None
+        beside = PurePosixPath(by.path).parent
+        found = [path for path in self._named.get(name, ()) if path != by.path]
+        if not found:
+            return None
+        return min(found, key=lambda path: (-_shared(beside.parts, PurePosixPath(path).parts), path))
+
+    def is_package(self, name: str) -> bool:
+        """Tell whether a dotted name begins that of a module of the folder."""
+        return any(each.startswith(f"{name}.") for each in self._named)
+
+    def relative(self, by: Module, level: int, name: str) -> str | None:
+        """Return the path that a relative import means."""
+        place = PurePosixPath(by.path).parent
+        for _ in range(level - 1):
+            place = place.parent
+        inner = (place / name.replace(".", "/")).as_posix() if name else place.as_posix()
+        for path in (f"{inner}.py", f"{inner}/__init__.py" if inner != "." else "__init__.py"):
+            if path in self._folder.scripts:
+                return path
+        return None
+
+    def _names(self, path: str, roots: set[str]) -> set[str]:
+        """Return the dotted names by which a file can be imported."""
+        if not path.endswith(".py"):
+            return set()
+        pure = PurePosixPath(path)
+        parts = pure.parts[:-1] if pure.name == "__init__.py" else (*pure.parts[:-1], pure.stem)
+        if not parts:
+            return set()
+        found = set()
+        place = pure.parent
+        while place.as_posix() in self._with_init and place.as_posix() != ".":
+            place = place.parent
+        starts = {
+            place.as_posix(),
+            pure.parent.as_posix() if pure.name != "__init__.py" else place.as_posix(),
+        }
+        for root in roots:
+            base = PurePosixPath(root)
+            starts |= {
+                base.as_posix(),
+                (base / "src").as_posix(),
+                base.parent.as_posix(),
+                (base / base.name).as_posix(),
+            }
+        for start in starts:
+            base = PurePosixPath(start)
+            if start == ".":
+                found.add(".".join(parts))
+            elif parts[: len(base.parts)] == base.parts and len(parts) > len(base.parts):
+                found.add(".".join(parts[len(base.parts) :]))
+        return found
+
+    def _parse(self, path: str) -> ast.Module | None:
+        content = self._folder.read_bytes(path)
+        if content is None:
+            return None
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of invalid escapes: not ours
+                tree = ast.parse(content)  # knows marks of the encoding
+            deep = _is_deep(tree)
+        except SyntaxError as error:
+            if "too many nested" in str(error.msg):
+                deep = True
+            else:
+                line = f" in line {error.lineno}" if error.lineno else ""
+                version = f"Python {sys.version_info[0]}.{sys.version_info[1]}"
+                self._folder.unread.append(f"{path}: {version} cannot parse it{line}: {error.msg}")
+                return None
+        except ValueError as error:
+            self._folder.unread.append(f"{path}: Python cannot parse it: {error}")
+            return None
+        except (RecursionError, MemoryError):
+            deep = True
+        if deep:
+            self._folder.unread.append(f"{path}: it nests more than {MOST_DEPTH} levels")
+            return None
+        return tree
+
+
+def _is_deep(tree: ast.AST) -> bool:
+    """Tell whether a tree has too many levels to be followed."""
+    level: list[ast.AST] = [tree]
+    for _ in range(MOST_DEPTH):
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if not level:
+            return False
+    return True
+
+
+def _shared(one: tuple[str, ...], other: tuple[str, ...]) -> int:
+    count = 0
+    for left, right in zip(one, other, strict=False):
+        if left != right:
+            break
+        count += 1
+    return count

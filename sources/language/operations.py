@@ -1,0 +1,236 @@
+"""Texts, sums and tests: what operators make of values that are partly known."""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable
+from typing import Any
+
+from dineros.sources.language.constants import format_text
+from dineros.sources.language.machine import Machine
+from dineros.sources.language.values import (
+    Bound,
+    Class,
+    Const,
+    Frame,
+    Function,
+    Items,
+    Made,
+    Mapping,
+    Object,
+    Open,
+    Outside,
+    Port,
+    RunningNode,
+    Text,
+    Value,
+    hole,
+    is_none,
+    join,
+    same,
+)
+
+_OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.BitOr: operator.or_,
+    ast.BitAnd: operator.and_,
+}
+_COMPARED: dict[type, Callable[[Any, Any], bool]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
+_MOST_TEXT = 10_000
+
+Verdict = tuple[bool | None, str]
+"""Whether a test holds, and where that comes from: empty where it is certain."""
+
+
+class Operations(Machine):
+    """The part of the interpreter that values operators."""
+
+    # ----------------------------------------------------------------------------------------- texts and sums
+
+    def _value_of_JoinedStr(self, node: ast.JoinedStr, frame: Frame) -> Value:  # noqa: N802
+        parts: list[Value] = []
+        for each in node.values:
+            if isinstance(each, ast.FormattedValue):
+                value = self.evaluate(each.value, frame)
+                if each.format_spec is not None and isinstance(value, Const):
+                    spec = self.evaluate(each.format_spec, frame)
+                    value = format_text("{:" + hole(spec) + "}", [value], {})
+                if not isinstance(value, (Const, Text)):
+                    value = Open(short(each.value))
+                parts.append(value)
+            else:
+                parts.append(self.evaluate(each, frame))
+        return joined(parts)
+
+    def _value_of_BinOp(self, node: ast.BinOp, frame: Frame) -> Value:  # noqa: N802
+        left, right = self.evaluate(node.left, frame), self.evaluate(node.right, frame)
+        return self.combined(node.op, left, right, short(node))
+
+    def combined(self, op: ast.operator, left: Value, right: Value, text: str) -> Value:
+        """Return the value of an operation."""
+        if isinstance(left, Const) and isinstance(right, Const):
+            function = _OPERATORS.get(type(op))
+            if function is not None and _is_small(left.value, op) and _is_small(right.value, op):
+                try:
+                    return Const(function(left.value, right.value), left.origin or right.origin)
+                except (TypeError, ValueError, ArithmeticError):
+                    return Open(text)
+        if isinstance(op, ast.Add):
+            if isinstance(left, Items) and isinstance(right, Items):
+                return Items([*left.items, *right.items], left.is_open or right.is_open, left.kind)
+            texts = [each for each in (left, right) if isinstance(each, (Const, Text))]
+            if texts and all(isinstance(each, Text) or isinstance(each.value, str) for each in texts):
+                return joined([left, right])
+        if isinstance(op, ast.Mod) and isinstance(left, Const) and isinstance(left.value, str):
+            args = right.items if isinstance(right, Items) else [right]
+            pieces = left.value.split("%s")
+            if len(pieces) == len(args) + 1 and "%" not in "".join(pieces):
+                mixed: list[Value] = [Const(pieces[0])]
+                for arg, piece in zip(args, pieces[1:], strict=True):
+                    mixed += [arg, Const(piece)]
+                return joined(mixed)
+        return Open(text)
+
+    def _value_of_UnaryOp(self, node: ast.UnaryOp, frame: Frame) -> Value:  # noqa: N802
+        value = self.evaluate(node.operand, frame)
+        if isinstance(node.op, ast.Not):
+            verdict, origin = self.truth(value)
+            return Open(short(node)) if verdict is None else Const(not verdict, origin)
+        if (
+            isinstance(node.op, ast.USub)
+            and isinstance(value, Const)
+            and isinstance(value.value, (int, float))
+        ):
+            return Const(-value.value, value.origin)
+        return Open(short(node))
+
+    # -------------------------------------------------------------------------------------------------- tests
+
+    def truth(self, value: Value) -> Verdict:
+        """Tell whether a value is true, and where that comes from; None: not known."""
+        if isinstance(value, Const):
+            return bool(value.value), value.origin
+        if isinstance(value, Items) and not value.is_open:
+            return bool(value.items), "variable"
+        if isinstance(value, Mapping) and not value.is_open:
+            return bool(value.items), "variable"
+        if isinstance(value, (Object, Port, Function, Bound, Class, RunningNode)):
+            return True, ""
+        if isinstance(value, Made):
+            return True, "variable"
+        return None, ""
+
+    def decide(self, test: ast.expr, frame: Frame) -> Verdict:
+        """Value a test; tell whether it holds."""
+        return self.truth(self.evaluate(test, frame))
+
+    def _value_of_Compare(self, node: ast.Compare, frame: Frame) -> Value:  # noqa: N802
+        values = [self.evaluate(each, frame) for each in (node.left, *node.comparators)]
+        if len(values) != 2:
+            return Open(short(node))
+        (left, right), op = values, node.ops[0]
+        if isinstance(op, (ast.Is, ast.IsNot)) and is_none(right):
+            if isinstance(left, Const):
+                verdict = (left.value is None) == isinstance(op, ast.Is)
+                return Const(verdict, left.origin)
+            if isinstance(
+                left, (Object, Port, Function, Bound, Class, RunningNode, Items, Mapping, Made, Outside)
+            ):
+                return Const(
+                    isinstance(op, ast.IsNot), "" if not isinstance(left, (Made, Outside)) else "variable"
+                )
+            return Open(short(node))
+        if isinstance(left, Const) and isinstance(right, Const) and type(op) in _COMPARED:
+            try:
+                return Const(bool(_COMPARED[type(op)](left.value, right.value)), left.origin or right.origin)
+            except TypeError:
+                return Open(short(node))
+        if isinstance(op, (ast.In, ast.NotIn)) and isinstance(left, Const):
+            known = right.items if isinstance(right, Items) and not right.is_open else None
+            if known is not None and all(isinstance(each, Const) for each in known):
+                is_in = any(same(left, each) for each in known)
+                origin = left.origin or next(
+                    (e.origin for e in known if isinstance(e, Const) and e.origin), ""
+                )
+                return Const(is_in == isinstance(op, ast.In), origin)
+        return Open(short(node))
+
+    def _value_of_BoolOp(self, node: ast.BoolOp, frame: Frame) -> Value:  # noqa: N802
+        is_or = isinstance(node.op, ast.Or)
+        found: list[Value] = []
+        count = 0
+        try:
+            for index, each in enumerate(node.values):
+                value = self.evaluate(each, frame)
+                verdict, origin = self.truth(value)
+                is_last = index == len(node.values) - 1
+                if verdict is None or is_last:
+                    found.append(value)
+                elif verdict == is_or:
+                    found.append(value)
+                    if not origin or origin.startswith(("parameter", "environment")):
+                        break
+                elif origin and not origin.startswith(("parameter", "environment")):
+                    found.append(value)
+                if not is_last:
+                    self.activity.conditional += 1
+                    count += 1
+        finally:
+            self.activity.conditional -= count
+        return join(found)
+
+    def _value_of_IfExp(self, node: ast.IfExp, frame: Frame) -> Value:  # noqa: N802
+        verdict, origin = self.decide(node.test, frame)
+        if verdict is not None and not origin:
+            return self.evaluate(node.body if verdict else node.orelse, frame)
+        is_setting = origin.startswith(("parameter", "environment"))
+        values = []
+        for is_body, part in ((True, node.body), (False, node.orelse)):
+            is_off = is_setting and verdict is not is_body
+            with self.perhaps(is_disabled=is_off):
+                value = self.evaluate(part, frame)
+            if not is_off:
+                values.append(value)
+        found = join(values)
+        return (
+            Const(found.value, found.origin or origin) if is_setting and isinstance(found, Const) else found
+        )
+
+
+def joined(parts: list[Value]) -> Value:
+    """Return texts one after another; what is unknown stands in braces."""
+    text = "".join(hole(each) for each in parts)[:_MOST_TEXT]
+    if all(isinstance(each, Const) for each in parts):
+        origin = next((each.origin for each in parts if isinstance(each, Const) and each.origin), "")
+        return Const(text, origin)
+    return Text(text)
+
+
+def _is_small(value: object, op: ast.operator) -> bool:
+    """Tell whether a value can be calculated with: no product of texts, no huge numbers."""
+    if isinstance(value, (str, bytes)):
+        return isinstance(op, ast.Add) and len(value) < _MOST_TEXT
+    return isinstance(value, (bool, float)) or (isinstance(value, int) and abs(value) < 1 << 64)
+
+
+def short(node: ast.AST) -> str:
+    """Return a short text of an expression."""
+    known: str | None = getattr(node, "short_text", None)
+    if known is None:
+        text = ast.unparse(node)
+        known = text if len(text) <= 80 else f"{text[:77]}..."
+        node.short_text = known  # type: ignore[attr-defined]
+    return known

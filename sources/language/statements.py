@@ -1,0 +1,423 @@
+"""Statements: what they give to variables, in which order, and how they may end."""
+
+from __future__ import annotations
+
+import ast
+import copy
+from collections.abc import Callable
+
+from dineros.sources.language.gathering import put
+from dineros.sources.language.importing import Imports
+from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
+from dineros.sources.language.values import (
+    Class,
+    Const,
+    Frame,
+    Future,
+    Holder,
+    Items,
+    Made,
+    Mapping,
+    ModuleValue,
+    Object,
+    Open,
+    Value,
+    join,
+    options,
+)
+
+_LEAVES = {RETURNS, RAISES, BREAKS, CONTINUES}
+
+
+class Statements(Imports):
+    """The half of the interpreter that runs statements."""
+
+    def execute(self, body: list[ast.stmt], frame: Frame) -> set[str]:
+        """Run statements; what stands behind a way out is done perhaps."""
+        ends: set[str] = set()
+        count = 0
+        try:
+            for statement in body:
+                self.step()
+                method = getattr(self, f"_run_{type(statement).__name__}", None)
+                found = {FALLS} if method is None else method(statement, frame)
+                ends |= found - {FALLS}
+                if FALLS not in found:
+                    return ends
+                if found & _LEAVES:
+                    self.activity.conditional += 1
+                    count += 1
+        finally:
+            self.activity.conditional -= count
+        return ends | {FALLS}
+
+    # ------------------------------------------------------------------------------------------------- values
+
+    def _run_Expr(self, node: ast.Expr, frame: Frame) -> set[str]:  # noqa: N802
+        value = self.evaluate(node.value, frame)
+        for each in options(value):
+            if isinstance(each, Future) and each.effect is not None and each.effect.how == "async":
+                each.effect.how = "async and ignored"
+        call = node.value
+        if isinstance(call, ast.Call) and ast.unparse(call.func) in ("sys.exit", "exit", "quit", "os._exit"):
+            return {RAISES}
+        return {FALLS}
+
+    def _run_Assign(self, node: ast.Assign, frame: Frame) -> set[str]:  # noqa: N802
+        value = self.evaluate(node.value, frame)
+        for target in node.targets:
+            self.assign(target, value, frame)
+        return {FALLS}
+
+    def _run_AnnAssign(self, node: ast.AnnAssign, frame: Frame) -> set[str]:  # noqa: N802
+        if node.value is not None:
+            self.assign(node.target, self.evaluate(node.value, frame), frame)
+        return {FALLS}
+
+    def _run_AugAssign(self, node: ast.AugAssign, frame: Frame) -> set[str]:  # noqa: N802
+        load = copy.copy(node.target)
+        load.ctx = ast.Load()
+        before, value = self.evaluate(load, frame), self.evaluate(node.value, frame)
+        if isinstance(before, Items) and isinstance(node.op, ast.Add):
+            values, is_exact = self.turns(value)
+            before.items += values
+            before.is_open |= not is_exact
+            return {FALLS}
+        found = self.combined(node.op, before, value, ast.unparse(node.target))
+        is_counted = isinstance(node.target, ast.Attribute) or self.activity.loops or self.run
+        if is_counted and isinstance(found, Const) and not isinstance(found.value, str):
+            found = Open(ast.unparse(node.target))
+        self.assign(node.target, found, frame)
+        return {FALLS}
+
+    def assign(self, target: ast.expr, value: Value, frame: Frame) -> None:
+        """Give a target a value; ports and groups learn their names."""
+        if isinstance(target, ast.Name):
+            self._name(value, target.id)
+            self.assign_variable(target.id, value, frame)
+        elif isinstance(target, ast.Attribute):
+            self._name(value, ast.unparse(target))
+            for holder in options(self.evaluate(target.value, frame)):
+                if isinstance(holder, Holder):
+                    self.write_slot(holder, target.attr, value)
+                elif isinstance(holder, Class):
+                    before = holder.names.get(target.attr)
+                    holder.names[target.attr] = join([before, value]) if before is not None else value
+                elif isinstance(holder, ModuleValue):
+                    outer = self.holder_of(self.module_frame(holder.module))
+                    if outer is not None:
+                        self.write_slot(outer, target.attr, value)
+        elif isinstance(target, ast.Subscript):
+            self._name(value, f"{ast.unparse(target.value)}[...]")
+            key = self.evaluate(target.slice, frame)
+            for each in options(self.evaluate(target.value, frame)):
+                if isinstance(each, Mapping):
+                    put(each, key, value)
+                elif isinstance(each, Items):
+                    each.items.append(value)
+                    each.is_open = True
+        elif isinstance(target, (ast.Tuple, ast.List)):
+            self._unpack(target.elts, value, frame)
+        elif isinstance(target, ast.Starred):
+            self.assign(target.value, Items([value], is_open=True), frame)
+
+    def _unpack(self, targets: list[ast.expr], value: Value, frame: Frame) -> None:
+        for index, each in enumerate(targets):
+            found = []
+            for option in options(value):
+                if isinstance(option, Items) and not option.is_open and len(option.items) == len(targets):
+                    found.append(option.items[index])
+                elif isinstance(option, Items) and option.items:
+                    found += option.items
+                else:
+                    found.append(Open(ast.unparse(each)))
+            self.assign(each, join(found), frame)
+
+    def _name(self, value: Value, name: str) -> None:
+        if isinstance(value, Made) and not value.name:
+            value.name = name
+            if value.entity is not None:
+                value.entity.port = name
+        elif isinstance(value, Object) and not value.name:
+            value.name = name
+            if value.made is not None and value.made.entity is not None:
+                value.made.entity.port = name
+        elif hasattr(value, "entity") and value.entity is not None:
+            if value.entity.port == "(no variable)":
+                value.entity.port = name
+        elif isinstance(value, Items):
+            for each in value.items[:50]:
+                if not isinstance(each, Items):
+                    self._name(each, name)
+
+    def _run_Delete(self, node: ast.Delete, frame: Frame) -> set[str]:  # noqa: N802
+        return {FALLS}
+
+    # -------------------------------------------------------------------------------------------- definitions
+
+    def _run_FunctionDef(self, node: ast.FunctionDef | ast.AsyncFunctionDef, frame: Frame) -> set[str]:  # noqa: N802
+        owner = getattr(frame, "cls", None)
+        self.assign_variable(node.name, self.function(node, frame, owner), frame)
+        return {FALLS}
+
+    _run_AsyncFunctionDef = _run_FunctionDef  # noqa: N815
+
+    def _run_ClassDef(self, node: ast.ClassDef, frame: Frame) -> set[str]:  # noqa: N802
+        bases = [self.evaluate(each, frame) for each in node.bases]
+        cls = Class(node, frame, [b for base in bases for b in options(base)])
+        inner = Frame(frame.module, {}, frame)
+        inner.cls = cls  # type: ignore[attr-defined]
+        with self.doing(Activity(self.activity.fact, self.activity.node)):
+            self.execute(node.body, inner)
+        cls.names = inner.names
+        self.assign_variable(node.name, cls, frame)
+        return {FALLS}
+
+    def _run_Global(self, node: ast.Global, frame: Frame) -> set[str]:  # noqa: N802
+        frame.globals |= set(node.names)
+        return {FALLS}
+
+    _run_Nonlocal = _run_Global  # noqa: N815
+
+    def _run_Return(self, node: ast.Return, frame: Frame) -> set[str]:  # noqa: N802
+        frame.returns.append(Const(None) if node.value is None else self.evaluate(node.value, frame))
+        return {RETURNS}
+
+    def _run_Raise(self, node: ast.Raise, frame: Frame) -> set[str]:  # noqa: N802
+        if node.exc is not None:
+            self.evaluate(node.exc, frame)
+            call = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
+            if self.activity.fact.effects:  # it has done something already: not a check of what it was given
+                self.effect("raise", ast.unparse(call), node, frame)
+        return {RAISES}
+
+    def _run_Break(self, _node: ast.Break, _frame: Frame) -> set[str]:  # noqa: N802
+        return {BREAKS}
+
+    def _run_Continue(self, _node: ast.Continue, _frame: Frame) -> set[str]:  # noqa: N802
+        return {CONTINUES}
+
+    def _run_Assert(self, node: ast.Assert, frame: Frame) -> set[str]:  # noqa: N802
+        self.evaluate(node.test, frame)
+        return {FALLS}
+
+    # ----------------------------------------------------------------------------------------------- branches
+
+    def _run_If(self, node: ast.If, frame: Frame) -> set[str]:  # noqa: N802
+        verdict, origin = self.decide(node.test, frame)
+        if verdict is not None and not origin:
+            return self.execute(node.body if verdict else node.orelse, frame)
+        is_setting = origin.startswith(("parameter", "environment"))
+        before = dict(frame.names)
+        after: list[dict[str, Value]] = []
+        ends: set[str] = set()
+        parts = [(True, node.body), (False, node.orelse)]
+        if is_setting:
+            parts.sort(key=lambda part: part[0] is verdict)  # what is not taken by default comes first
+        for is_body, body in parts:
+            frame.names.clear()
+            frame.names.update(before)
+            is_off = is_setting and verdict is not is_body
+            count = len(frame.returns)
+            with self.perhaps(is_disabled=is_off):
+                found = self.execute(body, frame)
+            if is_off:
+                if found != {FALLS}:
+                    del frame.returns[count:]
+                continue
+            ends |= found
+            if FALLS in found:
+                after.append(dict(frame.names))
+        merge(frame, after, before)
+        return ends
+
+    def _run_Match(self, node: ast.Match, frame: Frame) -> set[str]:  # noqa: N802
+        self.evaluate(node.subject, frame)
+        before = dict(frame.names)
+        after = [before]
+        ends: set[str] = {FALLS}
+        for case in node.cases:
+            frame.names.clear()
+            frame.names.update(before)
+            with self.perhaps():
+                for each in ast.walk(case.pattern):
+                    name = (
+                        getattr(each, "name", None)
+                        if isinstance(each, (ast.MatchAs, ast.MatchStar))
+                        else None
+                    )
+                    if name:
+                        self.assign_variable(name, Open(name), frame)
+                found = self.execute(case.body, frame)
+            ends |= found
+            if FALLS in found:
+                after.append(dict(frame.names))
+        merge(frame, after, before)
+        return ends
+
+    def _run_Try(self, node: ast.Try, frame: Frame) -> set[str]:  # noqa: N802
+        before = dict(frame.names)
+        ends = self.execute(node.body, frame)
+        if FALLS in ends:
+            ends = (ends - {FALLS}) | self.execute(node.orelse, frame)
+        after = [dict(frame.names)] if FALLS in ends else []
+        if node.handlers:
+            ends.discard(RAISES)
+        for handler in node.handlers:
+            merge(frame, [before, *after], before)
+            with self.perhaps():
+                if handler.name:
+                    self.assign_variable(handler.name, Open(handler.name), frame)
+                found = self.execute(handler.body, frame)
+            # A handler that leaves ends what only happens after an error.
+            ends |= found if FALLS in found or FALLS not in ends else set()
+            if FALLS in found:
+                after.append(dict(frame.names))
+        merge(frame, after, before)
+        last = self.execute(node.finalbody, frame)
+        return ends if FALLS in last else last
+
+    _run_TryStar = _run_Try  # noqa: N815
+
+    def _run_With(self, node: ast.With | ast.AsyncWith, frame: Frame) -> set[str]:  # noqa: N802
+        held = 0
+        for item in node.items:
+            value = self.evaluate(item.context_expr, frame)
+            text = ast.unparse(item.context_expr)
+            if self.library.enter(value, text, node, frame):
+                self.activity.holding.append(text)
+                held += 1
+            if item.optional_vars is not None:
+                self.assign(item.optional_vars, value, frame)
+        try:
+            return self.execute(node.body, frame)
+        finally:
+            del self.activity.holding[len(self.activity.holding) - held :]
+
+    _run_AsyncWith = _run_With  # noqa: N815
+
+    # -------------------------------------------------------------------------------------------------- loops
+
+    def _run_For(self, node: ast.For | ast.AsyncFor, frame: Frame) -> set[str]:  # noqa: N802
+        values, is_exact = self.turns(self.evaluate(node.iter, frame))
+        if is_exact and not values:
+            return self.execute(node.orelse, frame)
+        if is_exact:
+            return self._turns(node, values, frame)
+        value = join(values) if values else Open(ast.unparse(node.target))
+
+        def begin() -> None:
+            self.assign(node.target, value, frame)
+
+        return self._open_loop(node.body, frame, begin) | {FALLS}
+
+    _run_AsyncFor = _run_For  # noqa: N815
+
+    def _turns(self, node: ast.For | ast.AsyncFor, values: list[Value], frame: Frame) -> set[str]:
+        ends: set[str] = set()
+        count = 0
+        try:
+            for index, value in enumerate(values):
+                with self.each(index):
+                    self.assign(node.target, value, frame)
+                    found = self.execute(node.body, frame)
+                ends |= found - {FALLS, CONTINUES}
+                if not found & {FALLS, CONTINUES}:
+                    break
+                if found & {RETURNS, BREAKS, RAISES}:
+                    self.activity.conditional += 1
+                    count += 1
+            else:
+                ends |= {FALLS}
+        finally:
+            self.activity.conditional -= count
+        if BREAKS in ends:
+            ends = (ends - {BREAKS}) | {FALLS}
+        elif node.orelse and FALLS in ends:
+            ends = (ends - {FALLS}) | self.execute(node.orelse, frame)
+        return ends
+
+    def _run_While(self, node: ast.While, frame: Frame) -> set[str]:  # noqa: N802
+        changed = _assigned(node.body)
+        self._forget(changed, frame)
+        self.activity.loops += 1
+        verdict, origin = self.decide(node.test, frame)
+        self.activity.loops -= 1
+        self._polls(node, frame)
+        if verdict is False and not origin:
+            return self.execute(node.orelse, frame)
+        self.effect("loop", f"while {_text(node.test)}", node, frame)
+        is_endless = verdict is True and not origin
+        found = self._open_loop(node.body, frame, lambda: None, is_entered=is_endless)
+        ends = found & {RETURNS, RAISES}
+        if not is_endless or BREAKS in found:
+            ends |= {FALLS}
+        if node.orelse and not is_endless:
+            ends |= self.execute(node.orelse, frame)
+        return ends
+
+    def _polls(self, node: ast.While, frame: Frame) -> None:
+        """Note that a loop waits for a future that it asks again and again."""
+        for each in ast.walk(node.test):
+            if (
+                isinstance(each, ast.Call)
+                and isinstance(each.func, ast.Attribute)
+                and each.func.attr == "done"
+            ):
+                for value in options(self.evaluate(each.func.value, frame)):
+                    if isinstance(value, Future) and value.effect is not None:
+                        value.effect.how = "polled"
+
+    def _open_loop(
+        self, body: list[ast.stmt], frame: Frame, begin: Callable[[], None], *, is_entered: bool = False
+    ) -> set[str]:
+        """Run the body of a loop whose turns are not known: what it changes may be as before, or anything."""
+        before = dict(frame.names)
+        self._forget(_assigned(body), frame)
+        activity = self.activity
+        activity.loops += 1
+        activity.conditional += not is_entered
+        try:
+            begin()
+            ends = self.execute(body, frame)
+        finally:
+            activity.loops -= 1
+            activity.conditional -= not is_entered
+        merge(frame, [dict(frame.names)] if is_entered else [before, dict(frame.names)], before)
+        return ends
+
+    def _forget(self, names: set[str], frame: Frame) -> None:
+        """Take a constant that a loop changes for open, before its first turn."""
+        for name in names:
+            value = frame.names.get(name)
+            if isinstance(value, Const) and value.value is not None:
+                frame.names[name] = Open(name)
+
+
+def merge(frame: Frame, after: list[dict[str, Value]], before: dict[str, Value]) -> None:
+    """Give variables the values of all branches that go on."""
+    if not after:
+        after = [before]
+    names = {name for each in after for name in each}
+    merged = {}
+    for name in names:
+        values = [each[name] for each in after if name in each]
+        is_one = all(value is values[0] for value in values[1:])
+        merged[name] = values[0] if is_one else join(values)
+    frame.names.clear()
+    frame.names.update(merged)
+
+
+def _assigned(body: list[ast.stmt]) -> set[str]:
+    """Return the names that statements give values to."""
+    return {
+        each.id
+        for statement in body
+        for each in ast.walk(statement)
+        if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)
+    }
+
+
+def _text(node: ast.expr) -> str:
+    text = ast.unparse(node)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,379 @@
+"""Values that are partly known: what an expression of a program may be."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
+
+if TYPE_CHECKING:
+    from dineros.sources.language.modules import Module
+
+
+class Value:
+    """Any value."""
+
+
+@dataclass(eq=False)
+class Open(Value):
+    """A value that is not known.
+
+    Attributes
+    ----------
+    text : str
+        How the code calls it.
+    """
+
+    text: str = "?"
+
+
+@dataclass(eq=False)
+class Const(Value):
+    """A constant.
+
+    Attributes
+    ----------
+    value : object
+        Number, text, truth value, or None.
+    origin : str
+        Empty for a literal. Else where it comes from, so that it may be another value elsewhere:
+        ``variable``, ``parameter NAME``, ``environment NAME``.
+    """
+
+    value: Any
+    origin: str = ""
+
+    @property
+    def is_setting(self) -> bool:
+        """Whether people can set it from outside."""
+        return self.origin.startswith(("parameter", "environment"))
+
+
+@dataclass(eq=False)
+class Text(Value):
+    """A text with unknown parts, which stand in braces."""
+
+    text: str
+
+
+@dataclass(eq=False)
+class Items(Value):
+    """A list, tuple, set or queue.
+
+    Attributes
+    ----------
+    items : list of Value
+        As far as known.
+    is_open : bool
+        Whether there may be others, or another order.
+    """
+
+    items: list[Value]
+    is_open: bool = False
+    kind: str = "list"
+
+
+@dataclass(eq=False)
+class Mapping(Value):
+    """A dictionary."""
+
+    items: dict[Any, Value] = field(default_factory=dict)
+    rest: list[Value] = field(default_factory=list)
+    is_open: bool = False
+
+
+@dataclass(eq=False)
+class Frame:
+    """Variables of a function, of a module, or of the body of a class."""
+
+    module: Module
+    names: dict[str, Value] = field(default_factory=dict)
+    outer: Frame | None = None
+    globals: set[str] = field(default_factory=set)
+    function: Function | None = None
+    instance: Value | None = None
+    returns: list[Value] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Function(Value):
+    """A function, method or lambda of the program."""
+
+    node: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda
+    frame: Frame
+    owner: Class | None = None
+    defaults: dict[str, Value] = field(default_factory=dict)
+    decorators: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Its name; ``lambda``."""
+        return "lambda" if isinstance(self.node, ast.Lambda) else self.node.name
+
+
+@dataclass(eq=False)
+class Class(Value):
+    """A class of the program."""
+
+    node: ast.ClassDef
+    frame: Frame
+    bases: list[Value] = field(default_factory=list)
+    names: dict[str, Value] = field(default_factory=dict)
+
+    def order(self) -> list[Value]:
+        """Return the class and its bases in the order of look-up; without repetition, those outside last."""
+        found: list[Value] = []
+        todo: list[Value] = [self]
+        while todo and len(found) < 100:
+            each = todo.pop(0)
+            if each not in found:
+                found.append(each)
+                if isinstance(each, Class):
+                    todo = [*each.bases, *todo]
+        return [*(e for e in found if isinstance(e, Class)), *(e for e in found if not isinstance(e, Class))]
+
+    def outside(self) -> list[str]:
+        """Return the dotted names of the bases that are not in the folder."""
+        return [each.path for each in self.order() if isinstance(each, Outside)]
+
+    def is_complete(self) -> bool:
+        """Tell whether every base is known, if only by name."""
+        return all(isinstance(each, (Class, Outside)) for each in self.order())
+
+
+@dataclass(eq=False)
+class Slot:
+    """An attribute of an object, or a variable of a module: its value now, and all it has had."""
+
+    current: Value
+    values: list[Value]
+    run: int
+
+
+class Holder(Value):
+    """What has attributes."""
+
+    def __init__(self) -> None:
+        self.slots: dict[str, Slot] = {}
+
+
+class Object(Holder):
+    """An instance of a class of the program."""
+
+    def __init__(self, cls: Class, at: Place) -> None:
+        super().__init__()
+        self.cls = cls
+        self.at = at
+        self.node: NodeFact | None = None
+        self.made: Made | None = None
+        self.name = ""
+
+
+class Made(Holder):
+    """What a call outside of the folder returns: a profile, a group, a thread, something unknown."""
+
+    def __init__(self, path: str, args: list[Value], keys: dict[str, Value], at: Place) -> None:
+        super().__init__()
+        self.path = path
+        self.args = args
+        self.keys = keys
+        self.at = at
+        self.name = ""
+        self.entity: Entity | None = None
+        self.nodes: list[NodeFact] = []
+
+    def argument(self, index: int, *names: str) -> Value | None:
+        """Return an argument by its place or one of its names."""
+        for name in names:
+            if name in self.keys:
+                return self.keys[name]
+        return self.args[index] if 0 <= index < len(self.args) else None
+
+
+@dataclass(eq=False)
+class ModuleValue(Value):
+    """A module of the folder."""
+
+    module: Module
+
+
+@dataclass(eq=False)
+class Outside(Value):
+    """Something that is not in the folder: module, class, function or constant, by its dotted name."""
+
+    path: str
+
+
+@dataclass(eq=False)
+class Bound(Value):
+    """A method of the program with its instance."""
+
+    function: Function
+    instance: Value
+
+
+@dataclass(eq=False)
+class OutsideMethod(Value):
+    """A method that no class of the program has: of a library, on a value."""
+
+    instance: Value
+    name: str
+    text: str = ""
+
+
+@dataclass(eq=False)
+class Partial(Value):
+    """``functools.partial``."""
+
+    function: Value
+    args: list[Value]
+    keys: dict[str, Value]
+
+
+@dataclass(eq=False)
+class Port(Value):
+    """A publisher, client, timer and so on, in the hands of the program."""
+
+    entity: Entity
+    node: NodeFact | None
+
+
+@dataclass(eq=False)
+class RunningNode(Holder):
+    """A node that is no instance of a class of the program: of ``rclpy.create_node``."""
+
+    fact: NodeFact
+
+    def __post_init__(self) -> None:
+        super().__init__()
+
+
+@dataclass(eq=False)
+class Future(Value):
+    """What an asynchronous call returns.
+
+    Attributes
+    ----------
+    of : str
+        ``call``, ``goal``, ``result``, ``cancel``, ``task``.
+    """
+
+    of: str
+    effect: Effect | None = None
+    entity: Entity | None = None
+
+
+@dataclass(eq=False)
+class Goal(Value):
+    """A goal in the hands of a client or of a server."""
+
+    side: str
+    entity: Entity | None = None
+
+
+@dataclass(eq=False)
+class SuperOf(Value):
+    """``super()``: look-up begins after a class."""
+
+    instance: Value
+    cls: Class
+
+
+@dataclass(eq=False)
+class Either(Value):
+    """One of several values."""
+
+    options: list[Value]
+
+
+@dataclass(eq=False)
+class Callback:
+    """A callback that is to be read: a function with its arguments."""
+
+    function: Value
+    fact: CallbackFact
+    node: NodeFact | None
+    args: list[Value]
+    key: tuple[object, ...] = ()
+
+
+NONE = Const(None)
+
+
+def join(values: Iterable[Value | None]) -> Value:
+    """Return a value that stands for any of several."""
+    found: list[Value] = []
+    for value in values:
+        for each in value.options if isinstance(value, Either) else [value]:
+            if each is not None and not any(same(each, other) for other in found):
+                found.append(each)
+    if not found:
+        return NONE
+    if len(found) > MOST_OPTIONS:
+        return Open("many values")
+    return found[0] if len(found) == 1 else Either(found)
+
+
+MOST_OPTIONS = 24
+"""Values that one variable is followed through."""
+
+
+def same(one: Value, other: Value) -> bool:
+    """Tell whether two values are surely the same."""
+    if one is other:
+        return True
+    if isinstance(one, Const) and isinstance(other, Const):
+        return type(one.value) is type(other.value) and one.value == other.value
+    if isinstance(one, (Text, Outside, Open)):
+        return type(one) is type(other) and vars(one) == vars(other)
+    if isinstance(one, Bound) and isinstance(other, Bound):
+        return one.function is other.function and one.instance is other.instance
+    if isinstance(one, Port) and isinstance(other, Port):
+        return one.entity is other.entity
+    if isinstance(one, Goal) and isinstance(other, Goal):
+        return one.side == other.side and one.entity is other.entity
+    if isinstance(one, Future) and isinstance(other, Future):
+        return one.of == other.of and one.effect is other.effect and one.entity is other.entity
+    return False
+
+
+def options(value: Value | None) -> list[Value]:
+    """Return what a value may be, one by one."""
+    if value is None:
+        return []
+    return value.options if isinstance(value, Either) else [value]
+
+
+def is_none(value: Value | None) -> bool:
+    """Tell whether a value is missing, or None."""
+    return value is None or (isinstance(value, Const) and value.value is None)
+
+
+def constant(value: Value | None) -> Any:
+    """Return the value of a constant; None where it is none."""
+    return value.value if isinstance(value, Const) else None
+
+
+def text_of(value: Value | None) -> str:
+    """Return a value as a text of the facts: what is unknown is open, or stands in braces."""
+    if isinstance(value, Const):
+        return str(value.value)
+    if isinstance(value, Text):
+        return value.text
+    if isinstance(value, Either):
+        known = [str(each.value) for each in value.options if isinstance(each, Const)]
+        return "open: " + (" or ".join(known) if len(known) == len(value.options) else "several values")
+    return f"open: {value.text}" if isinstance(value, (Open, OutsideMethod)) else "open"
+
+
+def hole(value: Value | None) -> str:
+    """Return a value as a part of a text."""
+    if isinstance(value, Const):
+        return str(value.value)
+    if isinstance(value, Text):
+        return value.text
+    name = value.text if isinstance(value, (Open, OutsideMethod)) else "?"
+    return "{" + name.replace("{", "(").replace("}", ")") + "}"

@@ -1,0 +1,335 @@
+"""What code does to ports, goals, futures, executors and locks: the effects of callbacks."""
+
+from __future__ import annotations
+
+import ast
+
+from dineros.sources.facts import Entity, NodeFact
+from dineros.sources.language.values import (
+    NONE,
+    Const,
+    Frame,
+    Future,
+    Goal,
+    Items,
+    Made,
+    Mapping,
+    Open,
+    OutsideMethod,
+    Port,
+    Value,
+    constant,
+    is_none,
+    join,
+    options,
+)
+from dineros.sources.libraries.making import CONSTRUCTORS, Maker
+
+Keys = dict[str, Value]
+
+
+def seconds(value: Value | None) -> float | None:
+    """Return a number of seconds; None where it is none."""
+    number = constant(value)
+    return float(number) if isinstance(number, (int, float)) and not isinstance(number, bool) else None
+
+
+def within(value: Value | None) -> str:
+    """Return a time-out in words."""
+    number = seconds(value)
+    if number is not None and number >= 0:
+        return f"time-out {number:g} s"
+    return "without time-out" if is_none(value) or number is not None else "time-out open"
+
+
+class Doer:
+    """Notes effects.
+
+    Parameters
+    ----------
+    maker : Maker
+        Knows the nodes.
+    """
+
+    def __init__(self, maker: Maker) -> None:
+        self.maker = maker
+        self.machine = maker.machine
+
+    def is_callback(self) -> bool:
+        """Tell whether the executor calls what is being read."""
+        return self.machine.activity.fact.kind not in CONSTRUCTORS
+
+    # -------------------------------------------------------------------------------------------------- ports
+
+    def port(
+        self, port: Port, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
+    ) -> Value | None:
+        """Call a method of a port; None: it does nothing that matters."""
+        entity, kind = port.entity, port.entity.kind
+        effect = self.machine.effect
+        call = Made(name, args, keys, self.machine.place(node, frame))
+        if kind == "publishers" and name == "publish":
+            effect("publish", entity.port, node, frame, entity=entity)
+            return NONE
+        if kind == "clients":
+            if name == "call_async":
+                return Future("call", effect("call", entity.port, node, frame, "async", entity), entity)
+            if name == "call":
+                given = call.argument(1, "timeout_sec")
+                effect("call", entity.port, node, frame, f"blocks, {within(given)}", entity, seconds(given))
+                return Open("response")
+            if name == "wait_for_service":
+                given = call.argument(0, "timeout_sec")
+                effect("wait_for_service", entity.port, node, frame, within(given), entity, seconds(given))
+                return Open("is ready")
+        if kind == "action_clients":
+            return self._action_client(entity, port, call, node, frame)
+        if kind == "timers" and name in ("cancel", "reset", "destroy"):
+            effect(
+                f"{name}_timer" if name != "destroy" else "destroy", entity.port, node, frame, entity=entity
+            )
+            return NONE
+        if kind == "guard_conditions" and name == "trigger":
+            effect("trigger", entity.port, node, frame, entity=entity)
+            return NONE
+        if name == "destroy" and self.is_callback():
+            effect("destroy", entity.port, node, frame, entity=entity)
+        return None
+
+    def _action_client(
+        self, entity: Entity, port: Port, call: Made, node: ast.AST, frame: Frame
+    ) -> Value | None:
+        effect, name = self.machine.effect, call.path
+        if name == "wait_for_server":
+            given = call.argument(0, "timeout_sec")
+            effect("wait_for_server", entity.port, node, frame, within(given), entity, seconds(given))
+            return Open("is ready")
+        if name in ("send_goal_async", "send_goal"):
+            is_async = name == "send_goal_async"
+            how = "async" if is_async else "blocks, without time-out"
+            found = effect("send_goal", entity.port, node, frame, how, entity)
+            feedback = call.argument(1, "feedback_callback")
+            if not is_none(feedback) and feedback is not None:
+                self.machine.later(feedback, "feedback", port.node, [Open("feedback")], str(found.at))
+            return Future("goal", found, entity) if is_async else Open("result")
+        return None
+
+    # -------------------------------------------------------------------------------------- goals and futures
+
+    def goal(
+        self, goal: Goal, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
+    ) -> Value | None:
+        """Call a method of a goal, on either side."""
+        effect = self.machine.effect
+        if goal.side == "server":
+            if name in ("succeed", "abort", "canceled"):
+                effect(name, "goal", node, frame, entity=goal.entity)
+                return NONE
+            if name == "publish_feedback":
+                effect(name, "feedback", node, frame, entity=goal.entity)
+                return NONE
+            if name == "execute":
+                effect("execute_goal", "goal", node, frame, entity=goal.entity)
+                return NONE
+            return None
+        if name in ("get_result_async", "get_result"):
+            is_async = name == "get_result_async"
+            how = "async" if is_async else "blocks, without time-out"
+            found = effect("get_result", "goal", node, frame, how, goal.entity)
+            return Future("result", found, goal.entity) if is_async else Open("result")
+        if name in ("cancel_goal_async", "cancel_goal"):
+            is_async = name == "cancel_goal_async"
+            found = effect(
+                "cancel_goal",
+                "goal",
+                node,
+                frame,
+                "async" if is_async else "blocks, without time-out",
+                goal.entity,
+            )
+            return Future("cancel", found, goal.entity) if is_async else Open("response")
+        return None
+
+    def future(self, future: Future, name: str, args: list[Value], keys: Keys) -> Value | None:
+        """Call a method of a future."""
+        if name == "result":
+            return Goal("client", future.entity) if future.of == "goal" else Open("result")
+        if name == "add_done_callback":
+            function = args[0] if args else keys.get("callback")
+            found = None
+            for each in options(function):
+                if is_none(each):
+                    continue
+                at = future.effect.at if future.effect is not None else self.machine.activity.fact.at
+                key = (str(at), id(future.entity), future.of)
+                found = self.machine.later(each, "done callback", self.machine.activity.node, [future], key)
+                if isinstance(each, OutsideMethod) and isinstance(each.instance, Made):
+                    found.is_open = False
+            if future.effect is not None and found is not None:
+                future.effect.how = f"async with {found.name}"
+                future.effect.then = found
+            return NONE
+        if name in ("done", "cancelled", "exception", "cancel"):
+            return Open(f"{name}()")
+        return None
+
+    # ---------------------------------------------------------------------------------------------- executors
+
+    def spin(
+        self, name: str, facts: list[NodeFact], call: Made, node: ast.AST, frame: Frame, how: str
+    ) -> Value:
+        """Note a spin: ``spin``, ``spin_once``, ``spin_until_future_complete``."""
+        fact = self.machine.activity.fact
+        future = call.argument(1, "future")
+        timeout = call.argument(2, "timeout_sec")
+        do = (
+            "spin_until"
+            if name == "spin_until_future_complete"
+            else "spin_once"
+            if name == "spin_once"
+            else "spin"
+        )
+        for each in options(future) if do == "spin_until" else ():
+            if isinstance(each, Future) and each.effect is not None:
+                each.effect.how = "spin-until"
+        what = "future" if do == "spin_until" else facts[0].name if facts else OPEN_NODE
+        waits = any(effect.do in ("call", "send_goal") for effect in fact.effects)
+        if (
+            self.is_callback()
+            or fact.kind == "constructor"
+            or do == "spin_until"
+            or (do == "spin_once" and waits)
+        ):
+            found = self.machine.effect(
+                do, what, node, frame, f"{how}, {within(timeout)}", timeout=seconds(timeout)
+            )
+            found.holding = found.holding or tuple(self.machine.activity.holding)
+        return Open("spun")
+
+    # --------------------------------------------------------------------------------------- locks and queues
+
+    def lock(
+        self, made: Made, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
+    ) -> Value | None:
+        """Call a method of a lock, an event, a condition, a queue or a thread."""
+        effect, activity = self.machine.effect, self.machine.activity
+        kind = made.path.split(".")[-1]
+        label = made.name or made.path
+        call = Made(name, args, keys, self.machine.place(node, frame))
+        if kind in ("Lock", "RLock", "Semaphore", "BoundedSemaphore", "Condition") and name in (
+            "acquire",
+            "release",
+        ):
+            if name == "acquire":
+                effect("lock", label, node, frame)
+                activity.holding.append(label)
+            elif label in activity.holding:
+                activity.holding.remove(label)
+            return Open("is held")
+        if kind in ("Event", "Condition", "Barrier") and name in ("wait", "wait_for"):
+            given = call.argument(0 if name == "wait" else 1, "timeout")
+            effect("wait", label, node, frame, within(given), timeout=seconds(given))
+            return Open("is set")
+        if kind in ("Event", "Condition") and name in ("set", "notify", "notify_all", "clear"):
+            if name != "clear":
+                effect("notify", label, node, frame)
+            return NONE
+        return None
+
+    def container(self, value: Value, name: str, args: list[Value], keys: Keys) -> Value | None:
+        """Call a method of a list, a queue or a dictionary."""
+        if isinstance(value, Items):
+            if name in ("append", "add", "put", "put_nowait", "appendleft", "insert", "push"):
+                value.items.append(args[-1] if args else NONE)
+                if self.machine.activity.conditional or self.machine.run:
+                    value.is_open = True
+                del value.items[64:]
+                return NONE
+            if name in ("extend", "update"):
+                for each in args:
+                    for option in options(each):
+                        if isinstance(option, Items):
+                            value.items += option.items
+                            value.is_open |= option.is_open
+                        else:
+                            value.is_open = True
+                return NONE
+            if name in ("pop", "popleft", "get", "get_nowait", "popitem"):
+                return join(value.items) if value.items else Open("element")
+            if name == "copy":
+                return Items(list(value.items), value.is_open, value.kind)
+            if name in ("remove", "clear", "sort", "reverse", "discard"):
+                value.is_open = True
+                return NONE
+        if isinstance(value, Mapping):
+            if name in ("get", "pop", "setdefault"):
+                key = constant(args[0]) if args else None
+                if isinstance(key, (str, int)) and isinstance(args[0], Const):
+                    found = value.items.get(key)
+                    if found is not None and not value.rest:
+                        return found
+                    if found is None and not value.rest and not value.is_open:
+                        default = args[1] if len(args) > 1 else NONE
+                        if name == "setdefault":
+                            value.items[key] = default
+                        return default
+                    return join([found, *value.rest, *args[1:2]]) if found or value.rest else Open("element")
+                every = [*value.items.values(), *value.rest]
+                return join(every) if every else Open("element")
+            if name == "items":
+                pairs: list[Value] = [
+                    Items([Const(key), each], kind="tuple") for key, each in value.items.items()
+                ]
+                pairs += [Items([Open("key"), each], kind="tuple") for each in value.rest]
+                return Items(pairs, value.is_open or bool(value.rest))
+            if name == "values":
+                return Items([*value.items.values(), *value.rest], value.is_open or bool(value.rest))
+            if name == "keys":
+                return Items([Const(key) for key in value.items], value.is_open or bool(value.rest))
+            if name == "update":
+                for each in args:
+                    if isinstance(each, Mapping):
+                        value.items |= each.items
+                        value.rest += each.rest
+                    else:
+                        value.is_open = True
+                value.items |= keys
+                return NONE
+        return None
+
+    def unknown(
+        self, value: Value, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame, text: str
+    ) -> Value | None:
+        """Call a method of something that is not known: by names that only rclpy has."""
+        effect = self.machine.effect
+        what = f"open: {text}"
+        call = Made(name, args, keys, self.machine.place(node, frame))
+        if name == "call_async":
+            return Future("call", effect("call", what, node, frame, "async"))
+        if name == "send_goal_async":
+            found = effect("send_goal", what, node, frame, "async")
+            feedback = call.argument(1, "feedback_callback")
+            if feedback is not None and not is_none(feedback):
+                self.machine.later(
+                    feedback, "feedback", self.machine.activity.node, [Open("feedback")], str(found.at)
+                )
+            return Future("goal", found)
+        if name in ("get_result_async", "cancel_goal_async"):
+            return self.goal(Goal("client"), name, args, keys, node, frame)
+        if name in ("wait_for_service", "wait_for_server"):
+            given = call.argument(0, "timeout_sec")
+            effect(name, what, node, frame, within(given), timeout=seconds(given))
+            return Open("is ready")
+        if name == "publish_feedback":
+            return self.goal(Goal("server"), name, args, keys, node, frame)
+        if name == "publish" and not isinstance(value, Made):
+            effect("publish", what, node, frame)
+            return NONE
+        if name == "add_done_callback":
+            return self.future(Future("task"), name, args, keys)
+        if name == "spin_until_future_complete":
+            return self.spin(name, [], Made(name, [NONE, *args], keys, call.at), node, frame, text)
+        return None
+
+
+OPEN_NODE = "open"

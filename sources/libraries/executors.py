@@ -1,0 +1,230 @@
+"""Executors and threads: what runs the callbacks of which node, on how many threads."""
+
+from __future__ import annotations
+
+import ast
+
+from dineros.sources.facts import NodeFact, Place
+from dineros.sources.language.values import (
+    NONE,
+    Const,
+    Frame,
+    Made,
+    Object,
+    Open,
+    Outside,
+    OutsideMethod,
+    Value,
+    constant,
+    is_none,
+    options,
+    text_of,
+)
+from dineros.sources.libraries.doing import Doer, Keys
+
+
+class Executors:
+    """Follows executors and threads.
+
+    Parameters
+    ----------
+    doer : Doer
+        Notes effects.
+    """
+
+    def __init__(self, doer: Doer) -> None:
+        self.doer = doer
+        self.machine = doer.machine
+        self._global = Made("rclpy.executors.SingleThreadedExecutor", [], {}, _NOWHERE)
+        self._pools: dict[int, int] = {}
+        self._of: dict[int, Made] = {}
+        self._started: set[int] = set()
+        self._kept: list[Made] = []
+
+    def of(self, fact: NodeFact | None) -> Value | None:
+        """Return the executor of a node."""
+        found = self._of.get(id(fact))
+        return found if found is not None else Open("executor")
+
+    def _facts(self, value: Value | None) -> list[NodeFact]:
+        found = []
+        for each in options(value):
+            fact = self.doer.maker.fact_of(each)
+            if fact is not None and fact not in found:
+                found.append(fact)
+        return found
+
+    # ------------------------------------------------------------------------------------------- by functions
+
+    def spin_by_function(self, name: str, made: Made, node: ast.AST, frame: Frame) -> Value:
+        """Call ``rclpy.spin``, ``spin_once`` or ``spin_until_future_complete``."""
+        facts = self._facts(made.argument(0, "node"))
+        given = made.argument({"spin": 1, "spin_once": -1}.get(name, 2), "executor")
+        executor = self._global
+        for each in options(given):
+            found = _executor(each)
+            executor = found if found is not None else executor
+        call = Made(name, made.args, made.keys, made.at)
+        if name == "spin_until_future_complete":
+            call = Made(name, [NONE, *made.args[1:2], *made.args[3:4]], made.keys, made.at)
+        elif name == "spin_once":
+            call = Made(name, [], {k: v for k, v in made.keys.items() if k == "timeout_sec"}, made.at)
+        else:
+            call = Made(name, [], {}, made.at)
+        call.nodes = facts
+        if self._is_outer():
+            for fact in facts:
+                self._run(fact, executor, f"rclpy.{name}", made)
+        elif executor is self._global:
+            own = self.machine.activity.node
+            how = "rclpy, its own node" if own is not None and own in facts else "rclpy"
+            return self.doer.spin(name, facts, call, node, frame, how)
+        return self.doer.spin(name, facts, call, node, frame, "rclpy")
+
+    def _is_outer(self) -> bool:
+        """Tell whether what spins is no callback."""
+        return self.machine.activity.fact.kind in ("main", "thread", "module")
+
+    def _run(self, fact: NodeFact, executor: Made, how: str, made: Made) -> None:
+        threads = threads_of(executor)
+        kind = executor.path.rpartition(".")[2]
+        if fact.threads == "not spun" or how == "rclpy.spin" or executor is not self._global:
+            fact.threads = threads
+            words = how if executor is self._global else f"{kind}, {how}"
+            fact.executor = f"{words} ({made.at})"
+        fact.pool = self._pool(executor)
+        self._of[id(fact)] = executor
+
+    def _pool(self, executor: Made) -> int:
+        if id(executor) not in self._pools:
+            self.machine.pools += 1
+            self._kept.append(executor)
+            self._pools[id(executor)] = self.machine.pools
+        return self._pools[id(executor)]
+
+    # --------------------------------------------------------------------------------------------- by methods
+
+    def method(
+        self, value: Made | Object, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
+    ) -> Value | None:
+        """Call a method of an executor or of a thread; None: it is neither."""
+        made = value if isinstance(value, Made) else value.made
+        if made is None:
+            return None
+        last = made.path.rpartition(".")[2]
+        if last in ("Thread", "Timer", "Process") and name == "start":
+            return self._start(value, made, node, frame)
+        if last == "ThreadPoolExecutor" and name == "submit" and args:
+            return self._thread(args[0], args[1:], {}, node, frame)
+        if last in ("ThreadPoolExecutor", "Thread"):
+            return None
+        if not last.endswith("Executor"):
+            return None
+        if name == "add_node":
+            call = Made(name, args, keys, made.at)
+            for fact in self._facts(call.argument(0, "node")):
+                if fact not in made.nodes:
+                    made.nodes.append(fact)
+                self._of[id(fact)] = made
+                if id(made) in self._started:
+                    self._run(fact, made, "add_node", Made("", [], {}, self.machine.place(node, frame)))
+            return Const(True, "variable")
+        if name in ("spin", "spin_once", "spin_until_future_complete", "spin_some"):
+            at = Made("", [], {}, self.machine.place(node, frame))
+            outer = self._is_outer() or self.machine.activity.fact.kind == "constructor"
+            if outer:
+                self._started.add(id(made))
+                for fact in made.nodes:
+                    self._run(fact, made, name, at)
+            own = isinstance(value, Object)
+            if own:
+                for fact in made.nodes:
+                    fact.threads = f"open: own executor {value.cls.node.name}"  # type: ignore[union-attr]
+            if name == "spin_until_future_complete":
+                call = Made(name, [NONE, *args], keys, made.at)
+            elif name == "spin_once":
+                call = Made(name, [NONE, NONE, *args], keys, made.at)
+            else:
+                call = Made(name, [], {}, made.at)
+            return self.doer.spin(name, made.nodes, call, node, frame, made.name or "executor")
+        if name in ("shutdown", "remove_node", "wake", "create_task", "get_nodes"):
+            return Open(name)
+        return None
+
+    def _start(self, value: Made | Object, made: Made, node: ast.AST, frame: Frame) -> Value:
+        """Start a thread: what it runs is read later; a thread that spins is an executor's."""
+        if isinstance(value, Object):
+            run = self.machine.look_up(value.cls, "run")
+            if run is not None:
+                bound = self.machine.attribute(value, "run", "run", node, frame)
+                return self._thread(bound, [], {}, node, frame)
+        is_timer = made.path.endswith("Timer")
+        target = made.argument(1, "target" if not is_timer else "function")
+        args = made.argument(-1 if not is_timer else 2, "args")
+        given = getattr(args, "items", []) if args is not None else []
+        return self._thread(target, list(given), {}, node, frame, made.at)
+
+    def _thread(
+        self,
+        target: Value | None,
+        args: list[Value],
+        keys: Keys,
+        node: ast.AST,
+        frame: Frame,
+        at: Place | None = None,
+    ) -> Value:
+        for each in options(target):
+            if isinstance(each, Outside) and each.path.startswith("rclpy."):
+                if each.path.endswith("shutdown"):
+                    self.machine.effect("shutdown", each.path, node, frame, "in a thread")
+                else:
+                    self.machine.call(each, args, keys, node, frame)
+                continue
+            if isinstance(each, OutsideMethod) and _executor(each.instance) is not None:
+                self.machine.call(each, args, keys, node, frame)
+                continue
+            if is_none(each):
+                continue
+            line = at.line if at is not None else getattr(node, "lineno", 0)
+            fact = self.machine.later(each, "thread", self.machine.activity.node, args, line)
+            if self.doer.is_callback():
+                place = (
+                    ast.Pass(lineno=line, col_offset=0)
+                    if at is not None and at.file == frame.module.path
+                    else node
+                )
+                self.machine.effect("thread", fact.name, place, frame).then = fact
+        return NONE
+
+
+def _executor(value: Value | None) -> Made | None:
+    """Return the executor that a value is."""
+    made = value.made if isinstance(value, Object) else value
+    return (
+        made
+        if isinstance(made, Made) and made.path.endswith("Executor") and "concurrent" not in made.path
+        else None
+    )
+
+
+def threads_of(executor: Made) -> int | str:
+    """Return how many threads an executor has; ``processors`` where the machine decides."""
+    kind = executor.path.rpartition(".")[2]
+    if kind in ("SingleThreadedExecutor", "EventsExecutor", "StaticSingleThreadedExecutor"):
+        return 1
+    if kind == "MultiThreadedExecutor":
+        given = executor.argument(0, "num_threads")
+        if is_none(given):
+            return "processors"
+        number = constant(given)
+        if isinstance(number, int) and number > 0:
+            return number
+        if isinstance(given, (Made, Open)) and "cpu_count" in (
+            given.path if isinstance(given, Made) else given.text
+        ):
+            return "processors"
+        return text_of(given) if text_of(given).startswith("open") else f"open: {text_of(given)}"
+    return f"open: {executor.path}"
+
+
+_NOWHERE = Place("", 0)

@@ -1,0 +1,109 @@
+"""The table of library idioms: what classes and functions of libraries make and do, as data to extend.
+
+``idioms.toml`` beside this file has the table, and says how it is written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.files.reading import read_bytes
+from dineros.metamodel.files.toml import decode_toml
+
+MOST_BYTES = 1 << 20
+"""Bytes of a table."""
+
+_KEYS = {
+    "path",
+    "also",
+    "arguments",
+    "makes",
+    "methods",
+    "node",
+    "do",
+    "what",
+    "how",
+    "synchronizes",
+    "quality",
+}
+
+
+@dataclass(frozen=True)
+class Idiom:
+    """What a class or a function of a library makes and does.
+
+    Attributes
+    ----------
+    path : str
+        Dotted name.
+    arguments : tuple of str
+        Names of its arguments, in order.
+    makes : tuple of mappings
+        Entities that it makes on the node; ``{name}`` is the argument of that name.
+    methods : mapping of str to mapping
+        What its methods do.
+    node : str or None
+        Name of the node that it is: the class is one.
+    does : mapping
+        What a call of the function does: ``do``, ``what``, ``how``.
+    synchronizes : str or None
+        Argument that has the subscriptions whose messages one callback takes together.
+    quality : mapping
+        Quality of service that a call of the function returns: ``depth``, ``reliability``, ``durability``.
+    """
+
+    path: str
+    arguments: tuple[str, ...] = ()
+    makes: tuple[Mapping[str, Any], ...] = ()
+    methods: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    node: str | None = None
+    does: Mapping[str, Any] = field(default_factory=dict)
+    synchronizes: str | None = None
+    quality: Mapping[str, Any] = field(default_factory=dict)
+
+
+def read_idioms(path: Path) -> dict[str, Idiom]:
+    """Read a table of idioms.
+
+    Raises
+    ------
+    DinerosError
+        The file cannot be read, is no TOML, or says something that is unknown.
+    """
+    found = {}
+    table = decode_toml(read_bytes(path, MOST_BYTES), path)
+    for key in table:
+        if key != "idiom":
+            raise DinerosError(f"{key}: is unknown", location=Location(path), hint="known is [[idiom]]")
+    entries = table.get("idiom", [])
+    if not isinstance(entries, list) or not all(isinstance(each, dict) for each in entries):
+        raise DinerosError("idiom: is no list of tables", location=Location(path))
+    for entry in entries:
+        unknown = set(entry) - _KEYS
+        if unknown or not isinstance(entry.get("path"), str):
+            wrong = f"{sorted(unknown)[0]}: is unknown" if unknown else "an idiom has no path"
+            raise DinerosError(wrong, location=Location(path), hint=f"known are {', '.join(sorted(_KEYS))}")
+        idiom = Idiom(
+            entry["path"],
+            tuple(entry.get("arguments", ())),
+            tuple(entry.get("makes", ())),
+            entry.get("methods", {}),
+            entry.get("node"),
+            {key: entry[key] for key in ("do", "what", "how") if key in entry},
+            entry.get("synchronizes"),
+            entry.get("quality", {}),
+        )
+        for name in (idiom.path, *entry.get("also", ())):
+            found[name] = idiom
+    return found
+
+
+@cache
+def known_idioms() -> dict[str, Idiom]:
+    """Return the table that stands beside this file."""
+    return read_idioms(Path(__file__).with_name("idioms.toml"))

@@ -1,0 +1,388 @@
+"""What rclpy and other libraries do, as far as it matters: by dotted names, and the table of idioms."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping as AnyMapping
+
+from dineros.sources.facts import NodeFact
+from dineros.sources.language.constants import call_built_in
+from dineros.sources.language.machine import Machine
+from dineros.sources.language.values import (
+    NONE,
+    Const,
+    Frame,
+    Future,
+    Goal,
+    Holder,
+    Items,
+    Made,
+    Mapping,
+    Object,
+    Open,
+    Outside,
+    OutsideMethod,
+    Partial,
+    Port,
+    RunningNode,
+    Text,
+    Value,
+    constant,
+    hole,
+    join,
+    options,
+    text_of,
+)
+from dineros.sources.libraries.applying import Idioms
+from dineros.sources.libraries.doing import Doer, Keys, seconds
+from dineros.sources.libraries.executors import Executors
+from dineros.sources.libraries.idioms import Idiom
+from dineros.sources.libraries.making import CREATES, Maker
+
+_NODES = ("Node", "LifecycleNode", "ManagedNode")
+_ALWAYS_SET = frozenset(("ROS_DISTRO", "ROS_VERSION", "HOME", "USER", "PATH", "PWD", "HOSTNAME", "SHELL"))
+_WAITS = frozenset(("run", "call", "check_call", "check_output"))
+
+
+class RosLibrary:
+    """The functions that are not in the folder.
+
+    Parameters
+    ----------
+    machine : Machine
+        The interpreter that calls them.
+    idioms : mapping of str to Idiom
+        The table of library idioms, by dotted names.
+    """
+
+    def __init__(self, machine: Machine, idioms: AnyMapping[str, Idiom]) -> None:
+        self.machine = machine
+        self.maker = Maker(machine)
+        self.doer = Doer(self.maker)
+        self.executors = Executors(self.doer)
+        self.idioms = Idioms(self.doer, idioms)
+
+    # ---------------------------------------------------------------------------------------------- functions
+
+    def call(self, path: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> Value:
+        """Call a function or class by its dotted name."""
+        made = Made(path, args, keys, self.machine.place(node, frame))
+        last = path.rpartition(".")[2]
+        idiom = self.idioms.table.get(path)
+        if idiom is not None:
+            return self.idioms.apply(idiom, made, node, frame, None)
+        if path.startswith("rclpy"):
+            found = self._rclpy(path, last, made, node, frame)
+            if found is not None:
+                return found
+        if path.startswith("builtins."):
+            return self._built_in(last, args, keys, node, frame)
+        found = self._standard(path, last, made, node, frame)
+        return made if found is None else found
+
+    def _rclpy(self, path: str, last: str, made: Made, node: ast.AST, frame: Frame) -> Value | None:
+        args, keys = made.args, made.keys
+        if last == "create_node" or last in _NODES:
+            fact = self.maker.node(made.argument(0, "node_name"), keys, node, frame, path, None)
+            return RunningNode(fact)
+        if last == "ActionServer":
+            return self.maker.action_server(args, keys, node, frame)
+        if last == "ActionClient":
+            return self.maker.action_client(args, keys, node, frame)
+        if last in ("spin", "spin_once", "spin_until_future_complete"):
+            return self.executors.spin_by_function(last, made, node, frame)
+        if last in ("shutdown", "try_shutdown"):
+            if self.doer.is_callback() or self.machine.activity.fact.kind == "constructor":
+                self.machine.effect("shutdown", "rclpy", node, frame)
+            return NONE
+        if last == "Parameter" and len(args) > 0:
+            return made
+        if last in ("ok", "init"):
+            return Open(f"rclpy.{last}()")
+        if last == "Future":
+            return Future("task")
+        return None
+
+    def _standard(self, path: str, last: str, made: Made, node: ast.AST, frame: Frame) -> Value | None:
+        args, keys, effect = made.args, made.keys, self.machine.effect
+        if path == "time.sleep":
+            number = seconds(args[0] if args else None)
+            what = f"{constant(args[0])}" if number is not None else text_of(args[0] if args else None)
+            effect("sleep", what, node, frame, "time.sleep", timeout=number)
+            return NONE
+        if path in ("functools.partial", "partial") and args:
+            return Partial(args[0], args[1:], keys)
+        if path in ("collections.deque", "queue.Queue", "queue.LifoQueue", "queue.SimpleQueue"):
+            return Items([], kind="list")
+        if path in ("collections.defaultdict", "collections.OrderedDict"):
+            return Mapping(is_open=path.endswith("defaultdict"))
+        if path in ("copy.copy", "copy.deepcopy") and args:
+            return Made(path, args, {}, made.at) if isinstance(args[0], (Made, Outside)) else args[0]
+        if path in ("os.environ.get", "os.getenv"):
+            return self._environment(args)
+        if path == "threading.Timer":
+            return made
+        if path.startswith("subprocess.") and last in _WAITS:
+            given = keys.get("timeout")
+            effect("work", path, node, frame, timeout=seconds(given))
+            return Open(path)
+        if path in (
+            "asyncio.run",
+            "asyncio.gather",
+            "asyncio.wait",
+            "asyncio.create_task",
+            "asyncio.ensure_future",
+        ):
+            return join(args) if len(args) == 1 else Open(path)
+        return call_built_in(path, args, path)
+
+    def _environment(self, args: list[Value]) -> Value:
+        name = text_of(args[0] if args else None)
+        default = args[1] if len(args) > 1 else NONE
+        if name in _ALWAYS_SET or name.startswith("open"):
+            return Open(f"environment {name}")
+        return Const(default.value, f"environment {name}") if isinstance(default, Const) else default
+
+    def _built_in(self, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> Value:
+        first = args[0] if args else None
+        found = call_built_in(name, args, name)
+        if found is not None:
+            return found
+        if name in ("list", "tuple", "set", "sorted", "reversed", "iter"):
+            if first is None:
+                return Items([], kind=name)
+            values, is_exact = self.machine.turns(first)
+            values = list(reversed(values)) if name == "reversed" else list(values)
+            return Items(values, not is_exact or name == "sorted")
+        if name == "dict":
+            found_items = Mapping(dict(keys))
+            if isinstance(first, Mapping):
+                found_items = Mapping({**first.items, **keys}, list(first.rest), first.is_open)
+            elif first is not None:
+                found_items.is_open = True
+            return found_items
+        if name == "enumerate" and first is not None:
+            values, is_exact = self.machine.turns(first)
+            return Items([Items([Const(i), v], kind="tuple") for i, v in enumerate(values)], not is_exact)
+        if name == "zip" and args:
+            turns = [self.machine.turns(each) for each in args]
+            pairs: list[Value] = [
+                Items(list(each), kind="tuple") for each in zip(*(t[0] for t in turns), strict=False)
+            ]
+            return Items(pairs, not all(t[1] for t in turns))
+        if name == "range":
+            numbers = [constant(each) for each in args]
+            if numbers and all(isinstance(n, int) for n in numbers):
+                try:
+                    turns_of = range(*numbers)[:65]
+                except (TypeError, ValueError):
+                    return Open("range")
+                return Items([Const(n) for n in turns_of], len(turns_of) > 64)
+            return Items([], is_open=True)
+        if name == "len" and isinstance(first, Items) and not first.is_open:
+            return Const(len(first.items), "variable")
+        if name == "getattr" and len(args) > 1 and isinstance(args[1], Const):
+            return self.machine.attribute(
+                args[0], str(args[1].value), f"getattr({args[1].value})", node, frame
+            )
+        if name == "setattr" and len(args) > 2 and isinstance(args[1], Const):
+            for each in options(args[0]):
+                if isinstance(each, Holder):
+                    self.machine.write_slot(each, str(args[1].value), args[2])
+            return NONE
+        if name == "setattr":
+            self.machine.activity.fact.is_open = True
+            return NONE
+        if name == "input":
+            self.machine.effect("input", "terminal", node, frame)
+        if name == "map" and len(args) > 1:
+            values, is_exact = self.machine.turns(args[1])
+            with self.machine.perhaps(is_loop=True):
+                return Items(
+                    [self.machine.call(args[0], [each], {}, node, frame) for each in values], not is_exact
+                )
+        if name == "str" and first is not None:
+            return Text(hole(first)) if isinstance(first, Text) else Open(hole(first)[1:-1])
+        if name in ("int", "float") and isinstance(first, Open):
+            return Open(first.text)
+        if name == "next" and first is not None:
+            values, _ = self.machine.turns(first)
+            return join(values) if values else Open("next")
+        return Open(name)
+
+    # ------------------------------------------------------------------------------------------------ methods
+
+    def call_method(
+        self, method: OutsideMethod, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
+    ) -> Value:
+        """Call a method that no class of the program has."""
+        value, name = method.instance, method.name
+        found = self.idioms.method(value, name, args, node, frame)
+        if found is None and isinstance(value, Port):
+            found = self.doer.port(value, name, args, keys, node, frame)
+        elif isinstance(value, Goal):
+            found = self.doer.goal(value, name, args, keys, node, frame)
+        elif isinstance(value, Future):
+            found = self.doer.future(value, name, args, keys)
+        elif isinstance(value, (Items, Mapping)):
+            found = self.doer.container(value, name, args, keys)
+        elif found is None and isinstance(value, (Object, RunningNode)):
+            found = self._method_of_node(value, name, args, keys, node, frame)
+        elif isinstance(value, Const) and name in ("get_parameter_value", "to_msg", "to_parameter_msg"):
+            found = value
+        if found is None and isinstance(value, (Made, Object)):
+            found = self.executors.method(value, name, args, keys, node, frame)
+        if found is None and isinstance(value, Made):
+            found = self._method_of_made(value, name, args, keys, node, frame)
+        if found is None and not isinstance(value, (Port, Items, Mapping, Const, Text)):
+            found = self.doer.unknown(value, name, args, keys, node, frame, method.text)
+        if found is not None:
+            return found
+        for each in [*args, *keys.values()]:
+            if isinstance(each, Items) and each.kind != "tuple":
+                each.is_open = True
+        return Open(f"{method.text}()")
+
+    def _method_of_node(
+        self,
+        value: Object | RunningNode,
+        name: str,
+        args: list[Value],
+        keys: Keys,
+        node: ast.AST,
+        frame: Frame,
+    ) -> Value | None:
+        fact = self.maker.fact_of(value)
+        if fact is None and isinstance(value, Object) and name in CREATES | {"declare_parameter"}:
+            if not value.cls.outside():
+                return None
+            fact = self.maker.implicit(value, node, frame)
+        if fact is None:
+            return None
+        call = Made(name, args, keys, self.machine.place(node, frame))
+        if name in CREATES:
+            return self.maker.create(name, fact, args, keys, node, frame)
+        if name == "create_rate":
+            return Made("rclpy.timer.Rate", args, keys, call.at)
+        if name == "declare_parameter":
+            return self.maker.declare(fact, call.argument(0, "name"), call.argument(1, "value"), call.at)
+        if name == "declare_parameters":
+            return self._declare_all(fact, call)
+        if name in ("get_parameter", "get_parameter_or"):
+            found = self.maker.parameter(fact, call.argument(0, "name"))
+            other = call.argument(1, "alternative_value")
+            return other if isinstance(found, Open) and other is not None and name.endswith("_or") else found
+        if name == "has_parameter":
+            return Open("has_parameter()")
+        if name in ("set_parameters", "set_parameters_atomically"):
+            self.machine.effect("set_parameters", "parameters", node, frame)
+            return NONE
+        if name in (
+            "add_on_set_parameters_callback",
+            "add_post_set_parameters_callback",
+            "set_parameters_callback",
+        ):
+            for each in options(call.argument(0, "callback")):
+                self.machine.later(each, "parameters", fact, [Open("parameters")], id(fact))
+            return NONE
+        if name == "get_name":
+            return Const(fact.name, "variable") if not fact.name.startswith("open") else Text("{node}")
+        if name == "get_namespace":
+            return Const(fact.namespace or "/", "parameter namespace")
+        if name.startswith("destroy_") and name != "destroy_node":
+            if self.doer.is_callback():
+                self.machine.effect("destroy", name.removeprefix("destroy_"), node, frame)
+            return NONE
+        return None
+
+    def _declare_all(self, fact: NodeFact, call: Made) -> Value:
+        prefix = text_of(call.argument(0, "namespace"))
+        for each in self.machine.turns(call.argument(1, "parameters") or NONE)[0]:
+            if isinstance(each, Items) and each.items:
+                name = text_of(each.items[0])
+                full = Const(f"{prefix}.{name}" if prefix else name)
+                self.maker.declare(fact, full, each.items[1] if len(each.items) > 1 else None, call.at)
+        return NONE
+
+    def _method_of_made(
+        self, value: Made, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
+    ) -> Value | None:
+        found = self.doer.lock(value, name, args, keys, node, frame)
+        if found is not None:
+            return found
+        if value.path == "rclpy.timer.Rate" and name == "sleep":
+            rate = seconds(value.argument(0, "frequency"))
+            what = f"{1 / rate:g}" if rate else "open"
+            effect = self.machine.effect("sleep", what, node, frame, "rate")
+            effect.timeout = 1 / rate if rate else None
+            return NONE
+        return None
+
+    # ----------------------------------------------------------------------------------------------- the rest
+
+    def attribute(self, value: Value, name: str) -> Value | None:
+        """Return an attribute that the program has not set."""
+        if isinstance(value, Outside):
+            if value.path in ("typing.TYPE_CHECKING", "typing") and name == "TYPE_CHECKING":
+                return Const(False)
+            if value.path == "math" and name == "pi":
+                return Const(3.141592653589793)
+            if value.path.endswith("Ellipsis"):
+                return Open("...")
+            return None
+        if isinstance(value, (Const, Items, Text, Mapping)):
+            return (
+                value
+                if name == "value" or (name.endswith("_value") and name.count("_") <= 3 and "get" not in name)
+                else None
+            )
+        if isinstance(value, Port) and name == "srv_name":
+            return Const(value.entity.name, "variable")
+        if isinstance(value, (Object, RunningNode)) and self.maker.fact_of(value) is not None:
+            if name == "default_callback_group":
+                return Made("default CallbackGroup", [], {}, self.maker.fact_of(value).at)  # type: ignore[union-attr]
+            if name == "executor":
+                return self.executors.of(self.maker.fact_of(value))
+        if isinstance(value, Open) and name in ("executor",):
+            return None
+        return None
+
+    def construct(
+        self, instance: Object, path: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
+    ) -> None:
+        """Begin the part of an object that a class outside of the folder has."""
+        made = Made(path, args, keys, self.machine.place(node, frame))
+        idiom = self.idioms.table.get(path)
+        if idiom is not None:
+            self.idioms.apply(idiom, made, node, frame, instance)
+            return
+        last = path.rpartition(".")[2]
+        if path.startswith("rclpy") and last in _NODES:
+            if instance.node is None:
+                name = made.argument(0, "node_name")
+                instance.node = self.maker.node(name, keys, node, frame, path, instance)
+                self._transitions(instance, path)
+            return
+        if last.endswith("CallbackGroup") or path.startswith(
+            ("rclpy.executors", "threading", "rclpy.action")
+        ):
+            instance.made = made
+
+    def _transitions(self, instance: Object, path: str) -> None:
+        if "ifecycle" not in path:
+            return
+        for name in ("on_configure", "on_activate", "on_deactivate", "on_cleanup", "on_shutdown", "on_error"):
+            method = self.machine.look_up(instance.cls, name)
+            if method is not None:
+                bound = self.machine.attribute(instance, name, name, instance.cls.node, instance.cls.frame)
+                self.machine.later(bound, "transition", instance.node, [Open("state")], id(instance))
+
+    def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> bool:
+        """Enter a ``with``; tell whether it is a lock."""
+        for each in options(value):
+            if isinstance(each, Made) and each.path.startswith(
+                ("threading.", "multiprocessing.", "asyncio.")
+            ):
+                self.machine.effect("lock", text, node, frame)
+                return True
+        return False

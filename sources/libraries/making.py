@@ -1,0 +1,390 @@
+"""Nodes and their entities, as the calls of rclpy make them."""
+
+from __future__ import annotations
+
+import ast
+from typing import Any
+
+from dineros.sources.facts import OPEN, CallbackFact, Entity, NodeFact, Place
+from dineros.sources.language.machine import Machine
+from dineros.sources.language.values import (
+    Const,
+    Either,
+    Frame,
+    Goal,
+    Holder,
+    Made,
+    Object,
+    Open,
+    Outside,
+    Partial,
+    Port,
+    RunningNode,
+    Value,
+    constant,
+    is_none,
+    options,
+    text_of,
+)
+from dineros.sources.libraries.quality import profile_of
+
+NO_VARIABLE = "(no variable)"
+CONSTRUCTORS = ("constructor", "main", "thread", "module")
+"""Code of a node that is no callback."""
+
+
+class Maker:
+    """Makes facts of nodes and entities.
+
+    Parameters
+    ----------
+    machine : Machine
+        The interpreter; it knows where the program is.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        self.parameters: dict[int, dict[str, Value]] = {}
+        self.overrides: dict[str, dict[str, Any]] = {}
+
+    # -------------------------------------------------------------------------------------------------- nodes
+
+    def node(
+        self,
+        name: Value | None,
+        keys: dict[str, Value],
+        node: ast.AST,
+        frame: Frame,
+        base: str,
+        instance: Object | None,
+    ) -> NodeFact:
+        """Make a node; the same call makes the same node again."""
+        machine = self.machine
+        key = (
+            "node",
+            frame.module.path,
+            getattr(node, "lineno", 0),
+            getattr(node, "col_offset", 0),
+            *machine.trail,
+        )
+        known = machine.entities.get(key)
+        if known is not None:
+            return known.details["node"]  # type: ignore[no-any-return]
+        cls, at = self._maker(frame, node, instance)
+        fact = NodeFact(cls, at, text_of(name) if name is not None else "open: no name", base=base)
+        namespace = keys.get("namespace")
+        if not is_none(namespace):
+            fact.namespace = text_of(namespace)
+        fact.program, fact.home = machine.program, machine.home
+        fact.managed = any(word in base.lower() for word in ("lifecycle", "managed"))
+        machine.nodes.append(fact)
+        machine.entities[key] = Entity("node", "", at, details={"node": fact})
+        self.parameters[id(fact)] = {}
+        overrides = keys.get("parameter_overrides")
+        for each in getattr(overrides, "items", ()) if overrides is not None else ():
+            if isinstance(each, Made) and each.args and isinstance(each.args[0], Const):
+                value = each.argument(2, "value")
+                if value is not None:
+                    self.parameters[id(fact)][str(each.args[0].value)] = value
+        return fact
+
+    def _maker(self, frame: Frame, node: ast.AST, instance: Object | None) -> tuple[str, Place]:
+        """Return the class or function that makes a node."""
+        if instance is not None:
+            return instance.cls.node.name, Place(instance.cls.frame.module.path, instance.cls.node.lineno)
+        here: Frame | None = frame
+        while here is not None and here.function is None:
+            here = here.outer
+        holder = here.instance if here is not None else None
+        if isinstance(holder, Object) and holder.node is None:
+            return holder.cls.node.name, Place(holder.cls.frame.module.path, holder.cls.node.lineno)
+        if here is not None and here.function is not None:
+            return here.function.name, Place(here.module.path, here.function.node.lineno)
+        return frame.module.stem, self.machine.place(node, frame)
+
+    def fact_of(self, value: Value | None) -> NodeFact | None:
+        """Return the node that a value is; of several, the first."""
+        for each in options(value):
+            if isinstance(each, RunningNode):
+                return each.fact
+            if isinstance(each, Object) and each.node is not None:
+                return each.node
+        return None
+
+    def implicit(self, instance: Object, node: ast.AST, frame: Frame) -> NodeFact:
+        """Return the node of an object that behaves like one, and whose base class is not in the folder."""
+        if instance.node is None:
+            outside = instance.cls.outside()
+            base = outside[0] if outside else OPEN
+            instance.node = self.node(Open("in the base class"), {}, instance.cls.node, frame, base, instance)
+        return instance.node
+
+    # --------------------------------------------------------------------------------------------- parameters
+
+    def declare(self, fact: NodeFact, name: Value | None, default: Value | None, at: Place) -> Value:
+        """Declare a parameter; return its value."""
+        text = text_of(name)
+        known = self.parameters[id(fact)]
+        value = default if default is not None else Open(f"parameter {text}")
+        given = self._given(fact, text)
+        if given is not None:
+            value = given
+        elif text in known:
+            value = known[text]
+        value = _parameter(value, text)
+        known[text] = value
+        if not any(each.kind == "parameters" and each.name == text for each in fact.entities):
+            shown = default.value if isinstance(default, Const) else text_of(default) if default else "open"
+            shown = shown if isinstance(shown, (str, int, float, bool)) else str(shown)
+            fact.entities.append(Entity("parameters", text, at, text, details={"default": shown}))
+        return value
+
+    def parameter(self, fact: NodeFact, name: Value | None) -> Value:
+        """Return the value of a parameter."""
+        text = text_of(name)
+        found = self.parameters[id(fact)].get(text)
+        return found if found is not None else Open(f"parameter {text}")
+
+    def _given(self, fact: NodeFact, name: str) -> Value | None:
+        given = self.overrides.get(fact.name, {})
+        return Const(given[name], f"parameter {name}") if name in given else None
+
+    # ----------------------------------------------------------------------------------------------- entities
+
+    def entity(
+        self, kind: str, fact: NodeFact, node: ast.AST, frame: Frame, extra: object = 0
+    ) -> tuple[Entity, bool]:
+        """Return an entity of a node, and whether it is new; the same call makes the same entity again."""
+        machine = self.machine
+        key = (kind, id(fact), frame.module.path, node.lineno, node.col_offset, extra, *machine.trail)  # type: ignore[attr-defined]
+        known = machine.entities.get(key)
+        if known is not None:
+            return known, False
+        found = machine.entities[key] = Entity(kind, NO_VARIABLE, machine.place(node, frame))
+        activity = machine.activity
+        if activity.loops:
+            found.details["instances"] = "in a loop"
+        if activity.conditional:
+            found.details["conditional"] = "in a branch"
+        found.is_enabled = not activity.disabled
+        if activity.fact.kind not in CONSTRUCTORS:
+            found.details["created_in"] = activity.fact.name
+        fact.entities.append(found)
+        return found, True
+
+    def name(self, entity: Entity, value: Value | None) -> None:
+        """Give an entity its name."""
+        entity.name = text_of(value)
+        if isinstance(value, Const) and value.is_setting:
+            entity.details["from_"] = value.origin
+
+    def type(self, entity: Entity, value: Value | None) -> None:
+        """Give an entity its type."""
+        entity.type = type_of(value)
+
+    def quality(self, entity: Entity, value: Value | None, *, usual: bool = False) -> None:
+        """Give an entity its quality of service."""
+        profile = profile_of(value if not usual else Const(10), self.read)
+        for key, each in profile.items():
+            entity.details[key] = each
+
+    def read(self, holder: Value, name: str) -> Value | None:
+        """Return an attribute that the program has given."""
+        return self.machine.read_slot(holder, name) if isinstance(holder, Holder) else None
+
+    def group(self, entity: Entity, value: Value | None, fact: NodeFact) -> None:
+        """Give an entity its callback group."""
+        found = [self._group(each, fact) for each in options(value)] or [("default", None)]
+        names = [name for name, _ in found]
+        if len(set(names)) == 1:
+            entity.details["group"], entity.group = found[0]
+        else:
+            entity.details["group"] = f"open: {' or '.join(names)}"
+
+    def _group(self, value: Value, fact: NodeFact) -> tuple[str, Entity | None]:
+        if is_none(value):
+            return "default", None
+        made = value.made if isinstance(value, Object) else value
+        if not isinstance(made, Made) or not made.path.endswith("CallbackGroup"):
+            return text_of(value) if not isinstance(value, (Object, Made)) else OPEN, None
+        if made.path == "default CallbackGroup":
+            return "default", None
+        reentrant = "reentrant" if made.path.endswith("ReentrantCallbackGroup") else "exclusive"
+        if isinstance(value, Object) and "entrant" not in made.path and "xclusive" not in made.path:
+            reentrant = f"open: own class {value.cls.node.name}"
+        name, at = (value.name, value.at) if isinstance(value, Object) else (made.name, made.at)
+        if made.entity is None:
+            made.entity = Entity("groups", name or "anonymous", at, details={"kind": reentrant})
+        if made.entity not in fact.entities:
+            fact.entities.append(made.entity)
+        return (name or f"anonymous {reentrant} (:{at.line})"), made.entity
+
+    def callback(
+        self, entity: Entity, role: str, value: Value | None, fact: NodeFact, args: list[Value], kind: str
+    ) -> CallbackFact | None:
+        """Give an entity a callback, which is read later."""
+        if is_none(value) or value is None:
+            return None
+        able = [each for each in options(value) if not is_none(each)]
+        found = None
+        names = []
+        for each in able:
+            found = self.machine.later(each, kind, fact, args, (id(entity), role))
+            names.append(f"partial({found.name})" if isinstance(each, Partial) else found.name)
+            if len(able) > 1:
+                found.is_open = True
+        if found is not None:
+            entity.callbacks[role] = found
+            entity.details[role] = names[0] if len(names) == 1 else f"open: {' or '.join(names)}"
+        return found
+
+    # --------------------------------------------------------------------------------------- methods of nodes
+
+    def create(
+        self,
+        name: str,
+        fact: NodeFact,
+        args: list[Value],
+        keys: dict[str, Value],
+        node: ast.AST,
+        frame: Frame,
+    ) -> Value:
+        """Call a ``create_...`` method of a node."""
+        call = Made(name, args, keys, self.machine.place(node, frame))
+        kind = name.removeprefix("create_").removeprefix("lifecycle_")
+        entity, is_new = self.entity(_KINDS[kind], fact, node, frame)
+        if not is_new:
+            self._note_creation(kind, entity, node, frame)
+            return Port(entity, fact)
+        if kind == "timer":
+            period = call.argument(0, "timer_period_sec")
+            self.period(entity, period)
+            self.callback(entity, "callback", call.argument(1, "callback"), fact, [], "timer")
+            self.group(entity, call.argument(2, "callback_group"), fact)
+        elif kind == "publisher":
+            self.type(entity, call.argument(0, "msg_type"))
+            self.name(entity, call.argument(1, "topic"))
+            self.quality(entity, call.argument(2, "qos_profile"))
+            if name == "create_lifecycle_publisher":
+                entity.details["managed"] = True
+        elif kind == "subscription":
+            self.type(entity, call.argument(0, "msg_type"))
+            self.name(entity, call.argument(1, "topic"))
+            self.callback(
+                entity, "callback", call.argument(2, "callback"), fact, [Open("message")], "subscription"
+            )
+            self.quality(entity, call.argument(3, "qos_profile"))
+            self.group(entity, call.argument(-1, "callback_group"), fact)
+        elif kind == "service":
+            self.type(entity, call.argument(0, "srv_type"))
+            self.name(entity, call.argument(1, "srv_name"))
+            self.callback(
+                entity,
+                "callback",
+                call.argument(2, "callback"),
+                fact,
+                [Open("request"), Open("response")],
+                "service",
+            )
+            self.group(entity, call.argument(-1, "callback_group"), fact)
+        elif kind == "client":
+            self.type(entity, call.argument(0, "srv_type"))
+            self.name(entity, call.argument(1, "srv_name"))
+            self.group(entity, call.argument(-1, "callback_group"), fact)
+        elif kind == "guard_condition":
+            self.callback(entity, "callback", call.argument(0, "callback"), fact, [], "guard condition")
+            self.group(entity, call.argument(1, "callback_group"), fact)
+        self._note_creation(kind, entity, node, frame)
+        return Port(entity, fact)
+
+    def _note_creation(self, kind: str, entity: Entity, node: ast.AST, frame: Frame) -> None:
+        activity = self.machine.activity
+        is_late = activity.fact.kind == "main" and activity.conditional and not activity.loops
+        if activity.fact.kind not in CONSTRUCTORS or (is_late and kind == "timer"):
+            do = "create_timer" if kind == "timer" else "create"
+            self.machine.effect(do, entity.port if do == "create_timer" else kind, node, frame, entity=entity)
+
+    def period(self, entity: Entity, value: Value | None) -> None:
+        """Give a timer its period, in seconds."""
+        number = constant(value)
+        if isinstance(number, (int, float)) and not isinstance(number, bool):
+            entity.details["period"] = float(number)
+        else:
+            text = text_of(value)
+            entity.details["period"] = text if text.startswith("open") else f"open: {text}"
+        if isinstance(value, Const) and value.is_setting:
+            entity.details["from_"] = value.origin
+
+    def action_server(self, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame) -> Value:
+        """Make an action server."""
+        call = Made("ActionServer", args, keys, self.machine.place(node, frame))
+        fact = self.fact_of(call.argument(0, "node"))
+        if fact is None:
+            return Open("action server of an unknown node")
+        entity, is_new = self.entity("action_servers", fact, node, frame)
+        if is_new:
+            self.type(entity, call.argument(1, "action_type"))
+            self.name(entity, call.argument(2, "action_name"))
+            goal = Goal("server", entity)
+            for role, index, key, given in (
+                ("execute", 3, "execute_callback", goal),
+                ("goal", -1, "goal_callback", Open("goal request")),
+                ("cancel", -1, "cancel_callback", goal),
+                ("accepted", -1, "handle_accepted_callback", goal),
+            ):
+                self.callback(entity, role, call.argument(index, key), fact, [given], role)
+            self.group(entity, call.argument(-1, "callback_group"), fact)
+        return Port(entity, fact)
+
+    def action_client(self, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame) -> Value:
+        """Make an action client."""
+        call = Made("ActionClient", args, keys, self.machine.place(node, frame))
+        fact = self.fact_of(call.argument(0, "node"))
+        if fact is None:
+            return Open("action client of an unknown node")
+        entity, is_new = self.entity("action_clients", fact, node, frame)
+        if is_new:
+            self.type(entity, call.argument(1, "action_type"))
+            self.name(entity, call.argument(2, "action_name"))
+            self.group(entity, call.argument(-1, "callback_group"), fact)
+        return Port(entity, fact)
+
+
+def type_of(value: Value | None) -> str:
+    """Return the ROS type of a class: ``std_msgs/msg/String``; open where it is none, or not known."""
+    if isinstance(value, Either):
+        found = [type_of(each) for each in value.options]
+        return f"open: {' or '.join(found)}"
+    if isinstance(value, Outside):
+        parts = value.path.split(".")
+        for kind in ("msg", "srv", "action"):
+            if kind in parts[1:-1]:
+                index = parts.index(kind, 1)
+                package = "/".join(parts[:index])
+                return f"{package}/{kind}/{parts[-1]}"
+        return f"open: {value.path}"
+    text = text_of(value)
+    return text if text.startswith(OPEN) else f"open: {text}"
+
+
+def _parameter(value: Value, name: str) -> Value:
+    """Return the value of a parameter: what people can set."""
+    if isinstance(value, Const):
+        return (
+            Const(value.value, f"parameter {name}") if value.value is not None else Open(f"parameter {name}")
+        )
+    if isinstance(value, Outside):
+        return Open(f"parameter {name}")
+    return value
+
+
+_KINDS = {
+    "publisher": "publishers",
+    "subscription": "subscriptions",
+    "timer": "timers",
+    "service": "services",
+    "client": "clients",
+    "guard_condition": "guard_conditions",
+}
+CREATES = frozenset(f"create_{kind}" for kind in _KINDS) | {"create_lifecycle_publisher"}
+"""Methods of a node that make entities."""

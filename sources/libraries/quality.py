@@ -1,0 +1,140 @@
+"""Quality of service: what a number, a profile or a preset of rclpy says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dineros.sources.language.values import (
+    Const,
+    Either,
+    Made,
+    Object,
+    Open,
+    Outside,
+    Value,
+    constant,
+    is_none,
+    options,
+    text_of,
+)
+
+Profile = dict[str, Any]
+"""``depth``, ``reliability``, ``durability``, ``history``, each perhaps open."""
+
+USUAL: Profile = {"depth": 10, "reliability": "reliable", "durability": "volatile"}
+"""What an integer means, but for its depth."""
+
+PRESETS: dict[str, Profile] = {
+    "SENSOR_DATA": {"depth": 5, "reliability": "best_effort", "durability": "volatile"},
+    "SERVICES_DEFAULT": {"depth": 10, "reliability": "reliable", "durability": "volatile"},
+    "PARAMETERS": {"depth": 1000, "reliability": "reliable", "durability": "volatile"},
+    "PARAMETER_EVENTS": {"depth": 1000, "reliability": "reliable", "durability": "volatile"},
+    "SYSTEM_DEFAULT": {"depth": 0, "reliability": "system default", "durability": "system default"},
+    "ACTION_STATUS_DEFAULT": {"depth": 1, "reliability": "reliable", "durability": "transient_local"},
+    "DEFAULT": {"depth": 10, "reliability": "reliable", "durability": "volatile"},
+    "BEST_AVAILABLE": {"depth": 10, "reliability": "best available", "durability": "best available"},
+}
+"""Presets of rclpy; its own documentation has them."""
+
+_WORDS = {
+    "reliability": ("BEST_EFFORT", "RELIABLE", "SYSTEM_DEFAULT", "BEST_AVAILABLE"),
+    "durability": ("TRANSIENT_LOCAL", "VOLATILE", "SYSTEM_DEFAULT", "BEST_AVAILABLE"),
+    "history": ("KEEP_LAST", "KEEP_ALL", "SYSTEM_DEFAULT"),
+}
+
+
+def profile_of(value: Value | None, read: Any) -> Profile:
+    """Return what a value says as quality of service; what is not known is open.
+
+    Parameters
+    ----------
+    value : Value or None
+        What the code gives.
+    read : callable
+        Reads an attribute of an object, as the interpreter does.
+    """
+    if value is None or is_none(value):
+        return dict.fromkeys(USUAL, "open: none given")
+    if isinstance(value, Either):
+        found = [profile_of(each, read) for each in value.options if not is_none(each)]
+        return {key: _one([each.get(key, "open") for each in found]) for key in USUAL}
+    if isinstance(value, Const):
+        if isinstance(value.value, int) and not isinstance(value.value, bool):
+            return _from({**USUAL, "depth": value.value}, value)
+        return dict.fromkeys(USUAL, "open")
+    if isinstance(value, Outside):
+        preset = _preset(value.path)
+        return dict(preset) if preset is not None else dict.fromkeys(USUAL, f"open: {value.path}")
+    if isinstance(value, Object):
+        value = value.made
+    if isinstance(value, Made):
+        return _made(value, read)
+    if isinstance(value, Open):
+        return dict.fromkeys(USUAL, f"open: {value.text}")
+    return dict.fromkeys(USUAL, "open")
+
+
+def _from(profile: Profile, value: Const) -> Profile:
+    return {**profile, "qos_from": value.origin} if value.is_setting else profile
+
+
+def _preset(path: str) -> Profile | None:
+    name = path.removesuffix(".value").split(".")[-1]
+    name = name.removeprefix("qos_profile_").upper()
+    return PRESETS.get(name) if path.startswith("rclpy") else None
+
+
+def _made(value: Made, read: Any) -> Profile:
+    last = value.path.split(".")[-1]
+    if last in ("get_from_short_key",) and value.args and isinstance(value.args[0], Const):
+        found = PRESETS.get(str(value.args[0].value).upper())
+        return dict(found) if found else dict.fromkeys(USUAL, "open")
+    if last in ("deepcopy", "copy") and value.args:
+        base = profile_of(value.args[0], read)
+    elif last == "QoSProfile" and value.path.startswith("rclpy"):
+        base = {"depth": 0, "reliability": "reliable", "durability": "volatile"}
+        for name in ("depth", "reliability", "durability", "history"):
+            if name in value.keys:
+                base[name] = word(name, value.keys[name])
+        if value.args:
+            base = dict.fromkeys(USUAL, "open")
+    else:
+        return dict.fromkeys(USUAL, f"open: {value.path}")
+    for name in ("depth", "reliability", "durability", "history"):
+        given = read(value, name)
+        if given is not None:
+            base[name] = word(name, given)
+    if base.get("history") == "keep_last":
+        del base["history"]
+    return base
+
+
+def word(kind: str, value: Value) -> Any:
+    """Return what a policy says, in small letters: ``best_effort``; depth as a number."""
+    if isinstance(value, Either):
+        return _one([word(kind, each) for each in options(value)])
+    if kind == "depth":
+        number = constant(value)
+        return number if isinstance(number, int) and not isinstance(number, bool) else text_of_open(value)
+    path = value.path if isinstance(value, Outside) else str(constant(value) or "")
+    found = next((each for each in _WORDS[kind] if path.upper().endswith(each)), None)
+    if found is None:
+        return text_of_open(value)
+    return (
+        found.lower()
+        if found not in ("SYSTEM_DEFAULT", "BEST_AVAILABLE")
+        else found.lower().replace("_", " ")
+    )
+
+
+def text_of_open(value: Value) -> str:
+    """Return a value that is no policy as something open."""
+    text = text_of(value)
+    return text if text.startswith("open") else f"open: {text}"
+
+
+def _one(values: list[Any]) -> Any:
+    """Return the one value of several, if they agree."""
+    if values and all(value == values[0] for value in values):
+        return values[0]
+    return "open: " + " or ".join(str(value).removeprefix("open: ") for value in values)

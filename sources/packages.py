@@ -1,0 +1,114 @@
+"""Packages of ROS 2: their names, and which functions and scripts they install as programs."""
+
+from __future__ import annotations
+
+import ast
+import configparser
+import re
+from dataclasses import dataclass, field
+from pathlib import PurePosixPath
+
+from dineros.metamodel.errors import ModelFileError
+from dineros.metamodel.files.xml import parse_bytes
+from dineros.sources.folders import SourceFolder
+
+
+@dataclass(eq=False)
+class Package:
+    """A package.
+
+    Attributes
+    ----------
+    name : str
+        Of ``package.xml``.
+    path : str
+        Its folder, relative to what was read; ``.`` for that itself.
+    programs : dict of str to str
+        Executables: ``module:function`` of an entry point, or the path of a script.
+    """
+
+    name: str
+    path: str
+    programs: dict[str, str] = field(default_factory=dict)
+
+
+def packages_of(folder: SourceFolder) -> list[Package]:
+    """Return the packages of a folder, in the order of their paths."""
+    found = []
+    for path in folder.files:
+        if PurePosixPath(path).name != "package.xml":
+            continue
+        place = PurePosixPath(path).parent.as_posix()
+        package = Package(_name(folder, path) or PurePosixPath(place).name, place)
+        for name, read in (
+            ("setup.py", _of_setup),
+            ("setup.cfg", _of_settings),
+            ("CMakeLists.txt", _of_cmake),
+        ):
+            inner = name if place == "." else f"{place}/{name}"
+            if inner in folder.files:
+                text = folder.read(inner)
+                package.programs |= read(text, place) if text else {}
+        found.append(package)
+    return found
+
+
+def _name(folder: SourceFolder, path: str) -> str | None:
+    text = folder.read(path)
+    if text is None:
+        return None
+    try:
+        name = parse_bytes(text.encode(), folder.root / path).getroot().findtext("name")
+    except ModelFileError as error:
+        folder.unread.append(f"{path}: {error.message}")
+        return None
+    return name.strip() if name else None
+
+
+_ENTRY = re.compile(r"\s*([\w.-]+)\s*=\s*([\w.]+):([\w.]+)\s*")
+
+
+def _of_setup(text: str, _place: str) -> dict[str, str]:
+    """Return the entry points of a ``setup.py``: texts of their form that stand in a list."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return {}
+    found = {}
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.List, ast.Tuple)):
+            for each in node.elts:
+                entry = _ENTRY.fullmatch(each.value) if _is_text(each) else None  # type: ignore[attr-defined]
+                if entry:
+                    found[entry[1]] = f"{entry[2]}:{entry[3]}"
+    return found
+
+
+def _is_text(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+
+
+def _of_settings(text: str, _place: str) -> dict[str, str]:
+    parser = configparser.ConfigParser(interpolation=None, strict=False)
+    try:
+        parser.read_string(text)
+        lines = parser.get("options.entry_points", "console_scripts", fallback="").splitlines()
+    except configparser.Error:
+        return {}
+    entries = [_ENTRY.fullmatch(line) for line in lines]
+    return {entry[1]: f"{entry[2]}:{entry[3]}" for entry in entries if entry}
+
+
+_INSTALL = re.compile(r"install\s*\(\s*PROGRAMS\b(.*?)\)", re.DOTALL | re.IGNORECASE)
+
+
+def _of_cmake(text: str, place: str) -> dict[str, str]:
+    """Return the scripts that a ``CMakeLists.txt`` installs as programs."""
+    text = re.sub(r"#.*", "", text)
+    found = {}
+    for block in _INSTALL.findall(text):
+        for word in re.split(r"\s+", re.split(r"\bDESTINATION\b", block)[0]):
+            if word and "$" not in word:
+                path = word.strip('"')
+                found[PurePosixPath(path).name] = path if place == "." else f"{place}/{path}"
+    return found

@@ -1,0 +1,373 @@
+"""The programs of a folder, run by the interpreter: from files to facts."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import PurePosixPath
+from typing import Any
+
+from dineros.sources.facts import CallbackFact, Facts, NodeFact, Place
+from dineros.sources.folders import SourceFolder
+from dineros.sources.language.calls import Interpreter
+from dineros.sources.language.machine import Activity, TooLong
+from dineros.sources.language.modules import Module, Modules
+from dineros.sources.language.values import Callback, Class, Frame, Function
+from dineros.sources.libraries.idioms import Idiom
+from dineros.sources.libraries.library import RosLibrary
+from dineros.sources.packages import Package
+
+_DEEP = 12_000
+"""Levels of calls of the reader itself: enough for the deepest code that is parsed."""
+
+
+@dataclass(eq=False)
+class Program:
+    """Something that can be started.
+
+    Attributes
+    ----------
+    name : str
+        Of the executable.
+    path : str
+        Its file.
+    function : str or None
+        Of an entry point; None: the script itself.
+    package : str
+        Of which it is.
+    """
+
+    name: str
+    path: str
+    function: str | None = None
+    package: str = ""
+
+
+@dataclass(eq=False)
+class Reading:
+    """What is read of a folder.
+
+    Attributes
+    ----------
+    folder : SourceFolder
+        The folder.
+    packages : list of Package
+        Its packages.
+    idioms : mapping of str to Idiom
+        The table of library idioms.
+    overrides : mapping
+        Values of parameters, by the names of nodes.
+    """
+
+    folder: SourceFolder
+    packages: list[Package]
+    idioms: Mapping[str, Idiom]
+    overrides: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+
+def read_programs(reading: Reading) -> Facts:
+    """Return what the programs of a folder say."""
+    folder = reading.folder
+    modules = Modules(folder, [package.path for package in reading.packages])
+    facts = Facts(folder.root.resolve().name)
+    with _deep():
+        programs = programs_of(reading, modules)
+        made: set[tuple[str, int]] = set()
+        known: dict[tuple[str, str], list[NodeFact]] = {}
+        for program in programs:
+            nodes, classes = _run(program, modules, reading)
+            made |= classes
+            _add(facts, nodes, known)
+        for path, line, name in _classes_of_nodes(folder, modules):
+            if (path, line) not in made:
+                nodes, _ = _run_class(path, name, modules, reading)
+                _add(facts, nodes, known)
+    facts.files = len(modules.all)
+    facts.unread = sorted(dict.fromkeys(folder.unread))
+    facts.nodes.sort(key=lambda node: (node.at.file, node.at.line))
+    return facts
+
+
+@contextmanager
+def _deep() -> Iterator[None]:
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _DEEP))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)
+
+
+def programs_of(reading: Reading, modules: Modules) -> list[Program]:
+    """Return the programs of a folder: entry points first, then scripts."""
+    found: list[Program] = []
+    for package in reading.packages:
+        for executable, target in package.programs.items():
+            dotted, _, function = target.partition(":")
+            path = _file_of(dotted, package, reading.folder) if function else target
+            if path is not None and path in reading.folder.scripts:
+                found.append(Program(executable, path, function or None, package.name))
+    covered = {(each.path, each.function) for each in found}
+    for path in reading.folder.scripts:
+        name = PurePosixPath(path).name
+        if (
+            name in ("setup.py", "conftest.py")
+            or name.endswith((".launch.py", "_launch.py"))
+            or "test" in PurePosixPath(path).parts
+        ):
+            continue
+        module = modules.module(path)
+        if module is None:
+            continue
+        guard, owner = _guard(module), _package_of(path, reading)
+        called = _only_call(guard)
+        if guard is not None or _spins(module.tree.body):
+            if (path, called) not in covered and (path, None) not in covered:
+                found.append(Program(name, path, None, owner))
+            continue
+        if not any(each.path == path for each in found):
+            found += [Program(f"{name}:{each}", path, each, owner) for each in _mains(module)]
+    return found
+
+
+def _mains(module: Module) -> list[str]:
+    """Return the functions of a module that start rclpy: of programs whose entry points are elsewhere."""
+    return [
+        node.name
+        for node in module.tree.body
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
+        and len(node.args.args) <= len(node.args.defaults)
+        and _spins(node.body, is_deep=True)
+    ]
+
+
+def _package_of(path: str, reading: Reading) -> str:
+    inside = [each for each in reading.packages if each.path == "." or path.startswith(f"{each.path}/")]
+    return max(inside, key=lambda each: len(each.path)).name if inside else ""
+
+
+def _file_of(dotted: str, package: Package, folder: SourceFolder) -> str | None:
+    base = "" if package.path == "." else f"{package.path}/"
+    for start in ("", "src/"):
+        inner = f"{base}{start}{dotted.replace('.', '/')}"
+        for path in (f"{inner}.py", f"{inner}/__init__.py"):
+            if path in folder.scripts:
+                return path
+    ends = f"/{dotted.replace('.', '/')}.py"
+    return next((path for path in folder.scripts if path.startswith(base) and path.endswith(ends)), None)
+
+
+def _guard(module: Module) -> ast.If | None:
+    """Return the part of a script that runs where it is started."""
+    for node in module.tree.body:
+        if isinstance(node, ast.If) and "__name__" in ast.unparse(node.test)[:60]:
+            return node
+    return None
+
+
+def _only_call(guard: ast.If | None) -> str | None:
+    """Return the name of the function that the guard calls, if that is all it does."""
+    if guard is None or len(guard.body) != 1 or not isinstance(guard.body[0], ast.Expr):
+        return None
+    call = guard.body[0].value
+    if isinstance(call, ast.Call) and call.args and isinstance(call.args[0], ast.Call):
+        call = call.args[0]
+    return call.func.id if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) else None
+
+
+def _spins(body: list[ast.stmt], *, is_deep: bool = False) -> bool:
+    """Tell whether statements start rclpy."""
+    return any(
+        isinstance(each, ast.Call)
+        and isinstance(each.func, ast.Attribute)
+        and ast.unparse(each.func) == "rclpy.init"
+        for node in body
+        if is_deep or isinstance(node, (ast.Expr, ast.Try, ast.With, ast.Assign))
+        for each in ast.walk(node)
+    )
+
+
+def _interpreter(modules: Modules, program: str, reading: Reading) -> tuple[Interpreter, RosLibrary]:
+    machine = Interpreter(modules, program)
+    library = RosLibrary(machine, reading.idioms)
+    library.maker.overrides = reading.overrides
+    machine.library = library
+    return machine, library
+
+
+def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[NodeFact], set[tuple[str, int]]]:
+    """Run a program; return its nodes, and the classes of which it made some."""
+    module = modules.module(program.path)
+    if module is None:
+        return [], set()
+    words = f"{program.package}/{program.name}" if program.package else program.name
+    machine, _ = _interpreter(modules, words, reading)
+    machine.home = module.path
+    main = CallbackFact("main", "main", Place(module.path, 1))
+    try:
+        with machine.doing(Activity(main)):
+            frame = machine.module_frame(module, is_script=program.function is None)
+            function = _function(machine, frame, program.function)
+            if function is not None:
+                main.at = Place(function.frame.module.path, function.node.lineno)
+                main.name = function.name
+                machine.call(function, [], {}, function.node, frame)
+            elif program.function is None:
+                _place_main(main, machine, frame, module)
+        _callbacks(machine)
+    except (TooLong, RecursionError):
+        reading.folder.unread.append(
+            f"{program.path}: the program {words} is too large to be followed to its end"
+        )
+        for node in machine.nodes:
+            for callback in node.callbacks:
+                callback.is_open = True
+    _finish(machine, main)
+    return machine.nodes, {(node.at.file, node.at.line) for node in machine.nodes}
+
+
+def _place_main(main: CallbackFact, machine: Interpreter, frame: Frame, module: Module) -> None:
+    called = _only_call(_guard(module))
+    function = _function(machine, frame, called)
+    if function is not None:
+        main.at = Place(function.frame.module.path, function.node.lineno)
+        main.name = function.name
+
+
+def _function(machine: Interpreter, frame: Frame, name: str | None) -> Function | None:
+    found = machine.variable(name.partition(".")[0], frame) if name else None
+    return found if isinstance(found, Function) else None
+
+
+def _run_class(
+    path: str, name: str, modules: Modules, reading: Reading
+) -> tuple[list[NodeFact], set[tuple[str, int]]]:
+    """Make an instance of a class of nodes that no program makes."""
+    module = modules.module(path)
+    if module is None:
+        return [], set()
+    machine, _ = _interpreter(modules, "no program", reading)
+    main = CallbackFact("main", "main", Place(path, 1))
+    try:
+        with machine.doing(Activity(main)):
+            frame = machine.module_frame(module)
+            cls = machine.variable(name, frame)
+            if isinstance(cls, Class):
+                machine.call(cls, [], {}, cls.node, frame)
+        _callbacks(machine)
+    except (TooLong, RecursionError):
+        reading.folder.unread.append(f"{path}: the class {name} is too large to be followed to its end")
+    for node in machine.nodes:
+        node.executor = node.executor or "open: no program makes it"
+        if node.threads == "not spun":
+            node.threads = "open"
+    _finish(machine, main)
+    return machine.nodes, set()
+
+
+def _callbacks(machine: Interpreter) -> None:
+    """Read all callbacks twice: the first time shows what they give to attributes."""
+    for is_final in (False, True):
+        machine.is_final = is_final
+        done: set[int] = set()
+        while True:
+            todo = [each for each in machine.callbacks.values() if id(each) not in done]
+            if not todo:
+                break
+            for callback in todo:
+                done.add(id(callback))
+                _read(machine, callback)
+
+
+def _read(machine: Interpreter, callback: Callback) -> None:
+    machine.run += 1
+    fact = callback.fact
+    fact.effects = []
+    node: ast.AST = getattr(_target(callback.function), "node", None) or ast.Pass(
+        lineno=fact.at.line, col_offset=0
+    )
+    activity = Activity(fact, callback.node)
+    machine.trail = [("callback", id(fact))]
+    machine.calls = []
+    frame = getattr(_target(callback.function), "frame", None)
+    if frame is None:
+        return
+    with machine.doing(activity):
+        found = machine.call(callback.function, list(callback.args), {}, node, frame)
+        del found
+
+
+def _target(function: object) -> object:
+    while hasattr(function, "function"):
+        function = function.function
+    if hasattr(function, "options"):
+        return next((_target(each) for each in function.options if hasattr(_target(each), "node")), function)
+    return function
+
+
+def _finish(machine: Interpreter, main: CallbackFact) -> None:
+    """Give what belongs to no node to the first one; leave out callbacks that say the same."""
+    loose = [callback.fact for callback in machine.callbacks.values() if callback.node is None]
+    if machine.nodes:
+        first = machine.nodes[0]
+        first.callbacks += [
+            fact for fact in ([main] if main.effects else []) + loose if fact not in first.callbacks
+        ]
+    for node in machine.nodes:
+        for entity in node.entities:
+            for role, fact in entity.callbacks.items():
+                if fact.is_open and not fact.effects and role == "callback":
+                    entity.details.setdefault("open", "the callback is not in the folder")
+
+
+def _add(facts: Facts, nodes: list[NodeFact], known: dict[tuple[str, str], list[NodeFact]]) -> None:
+    """Add the nodes of a program; one that the program of its own file makes, too, is only named there."""
+    for node in nodes:
+        same = known.setdefault((str(node.at), node.name), [])
+        other = next((each for each in same if each.program != node.program), None)
+        if other is None or not (_is_home(node) or _is_home(other)):
+            facts.nodes.append(node)
+            same.append(node)
+            continue
+        kept, left = (node, other) if _is_home(node) and not _is_home(other) else (other, node)
+        kept.also_in = list(dict.fromkeys([*other.also_in, *node.also_in, left.program]))
+        facts.nodes[facts.nodes.index(other)] = kept
+        same[same.index(other)] = kept
+
+
+def _is_home(node: NodeFact) -> bool:
+    """Tell whether the program of a node is in the file of its class."""
+    return node.home == node.at.file
+
+
+def _classes_of_nodes(folder: SourceFolder, modules: Modules) -> Iterator[tuple[str, int, str]]:
+    """Yield the classes that look like nodes, and that no other class of the folder extends."""
+    found: list[tuple[str, ast.ClassDef]] = []
+    extended: set[str] = set()
+    for path in folder.scripts:
+        if "test" in PurePosixPath(path).parts or "tests" in PurePosixPath(path).parts:
+            continue
+        module = modules.module(path)
+        for node in ast.walk(module.tree) if module is not None else ():
+            if isinstance(node, ast.ClassDef):
+                bases = [ast.unparse(base) for base in node.bases]
+                extended |= {base.rpartition(".")[2] for base in bases}
+                if node in module.tree.body and (  # type: ignore[union-attr]
+                    any(base.rpartition(".")[2].endswith("Node") for base in bases) or _makes_a_node(node)
+                ):
+                    found.append((path, node))
+    for path, node in found:
+        if node.name not in extended:
+            yield path, node.lineno, node.name
+
+
+def _makes_a_node(node: ast.ClassDef) -> bool:
+    return any(
+        isinstance(each, ast.Call)
+        and isinstance(each.func, ast.Attribute)
+        and each.func.attr == "create_node"
+        for each in ast.walk(node)
+    )

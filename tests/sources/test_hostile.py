@@ -1,0 +1,124 @@
+"""Code that is broken, huge, of another time, or wants to be executed."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from dineros.metamodel.errors import DinerosError
+from dineros.sources.reading import read_source
+from tests.sources.support import HEAD, facts_of, written
+
+BROKEN = {
+    "f(" * 10_000 + ")" * 10_000: "it nests more than 400 levels",
+    "x = a" + ".b()" * 10_000: "it nests more than 400 levels",
+    "x = " + "+".join(["1"] * 10_000): "it nests more than 400 levels",
+    'print "hello"': "cannot parse it in line 1",
+    "x = 1\0": "null bytes",
+    "x = 1\n" * 400_000: "is larger than 2 MiB",
+}
+
+
+@pytest.mark.parametrize(("text", "expected"), BROKEN.items(), ids=range(len(BROKEN)))
+def test_files_that_cannot_be_read_are_named_and_hide_no_others(
+    tmp_path: Path, text: str, expected: str
+) -> None:
+    (tmp_path / "bad.py").write_text(text)
+    facts = facts_of(
+        tmp_path, 'def main():\n    rclpy.init(); Node("good")\nif __name__ == "__main__": main()\n'
+    )
+    assert [node.name for node in facts.nodes] == ["good"]
+    (line,) = facts.unread
+    assert line.startswith("bad.py: ") and expected in line
+
+
+def test_nothing_is_executed_or_imported(tmp_path: Path) -> None:
+    mark = tmp_path / "mark"
+    text = f"import pathlib\npathlib.Path({str(mark)!r}).touch()\nopen({str(mark)!r}, 'w')\n"
+    facts = facts_of(
+        tmp_path, f'{text}\nrclpy.init()\nNode("there")\n', setup=text, conftest=text, rclpy=text
+    )
+    assert [node.name for node in facts.nodes] == ["there"]
+    assert not mark.exists()
+
+
+def test_links_out_of_the_folder_are_not_followed(tmp_path: Path) -> None:
+    inside, outside = tmp_path / "in", tmp_path / "out"
+    written(outside, other='import rclpy\nrclpy.init()\nrclpy.create_node("outside")\n')
+    inside.mkdir()
+    (inside / "link.py").symlink_to(outside / "other.py")
+    (inside / "folder").symlink_to(outside)
+    (inside / "again").symlink_to(".")
+    facts = read_source(inside)
+    assert facts.nodes == [] and facts.unread == ["link.py: it is a link out of the folder"]
+
+
+def test_a_program_that_never_ends_is_followed_for_a_while(tmp_path: Path) -> None:
+    functions = "".join(f"def f{i}():\n    {'; '.join([f'f{i + 1}()'] * 8)}\n" for i in range(20))
+    begin = time.monotonic()
+    facts = facts_of(
+        tmp_path,
+        f'{functions}\ndef f20(): pass\nrclpy.init()\nnode = Node("there")\nf0()\nwhile True: f0()\n',
+    )
+    assert [node.name for node in facts.nodes] == ["there"]
+    assert facts.unread == ["program.py: the program program.py is too large to be followed to its end"]
+    assert time.monotonic() - begin < 30
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "x = 'a' * 10**10",
+        "x = 9 ** 9 ** 9",
+        "x = '{:>1000000000}'.format(1)",
+        "x = f'{1:>1000000000}'",
+        "x = ['a'] * 10**10",
+        "x = list(range(10**12))",
+        "class A(A): pass",
+        "class A:\n    def __init__(self): self.b = A()\nA()",
+        "f = lambda g: g(g)\nf(f)",
+        "x = []\nx.append(x)\nfor y in x: pass\nx + x",
+        "def f(*a, **k): return f(*a, a, **k)\nf(1, b=2)",
+        "x = int('9' * 5000)",
+        "x, *y = z = [a := 1, *b]\ndel x\nmatch x:\n    case [1, *r]: pass\n    case {'a': k, **rest}: pass",
+        "async def f():\n    async with a as b: pass\n    async for i in x: yield i\nf()",
+        "x[1:2], x[...], x[a, b]\nlambda *a, k=1, **q: (yield)\n@a.b(c)\nclass C(metaclass=M): x: int = 3",
+        "from . import x\nfrom .. import y\nfrom ..... import z\nfrom program import *\nimport program",
+        "getattr(x, 'y')(1); setattr(x, 'y', 2); setattr(x, y, 2); vars(x).update(a=1)",
+        "try:\n    pass\nexcept* ValueError as e:\n    raise\nelse:\n    x = 1\nfinally:\n    x = 2",
+    ],
+)
+def test_odd_code_stops_nothing(tmp_path: Path, code: str) -> None:
+    facts = read_source(written(tmp_path, program=f'{HEAD}\n{code}\nrclpy.init()\nNode("there")\n'))
+    assert [node.name for node in facts.nodes] == ["there"]
+
+
+def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(DinerosError, match="there is no such folder"):
+        read_source(tmp_path / "nowhere")
+
+
+@pytest.mark.long
+def test_many_files_are_read_in_seconds(tmp_path: Path) -> None:
+    text = HEAD + "".join(
+        f"""
+class Robot{i}(Node):
+    def __init__(self):
+        super().__init__("robot{i}")
+        self.pub = self.create_publisher(String, "out{i}", 10)
+        self.create_timer(0.1, self.tick)
+    def tick(self):
+        for each in range(10):
+            self.help(each)
+    def help(self, each):
+        if each > 3: self.pub.publish(String(data=str(each)))
+"""
+        for i in range(2)
+    )
+    main = "def main():\n    rclpy.init()\n    rclpy.spin(Robot1())\nif __name__ == '__main__': main()\n"
+    written(tmp_path, **{f"package{n // 10}__module{n}": text + main for n in range(250)})
+    begin = time.monotonic()
+    assert len(read_source(tmp_path).nodes) == 500
+    assert time.monotonic() - begin < 15  # 10 s on a free processor
