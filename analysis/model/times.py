@@ -25,7 +25,7 @@ from dineros.analysis.logic.language.syntax import (
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import counted
-from dineros.metamodel.files.schema import number_text
+from dineros.metamodel.files.exact import exact_text, fraction_of
 
 _OF_CHECK = (
     "that something never happens, boundedness and the absence of deadlocks hold with times, too; deadlocks, "
@@ -99,9 +99,10 @@ def _says_something(interval: pn.TimeInterval) -> bool:
 def _text(interval: pn.TimeInterval) -> str:
     start = "]" if interval.earliestExcluded else "["
     if interval.latest is None:
-        return f"{start}{number_text(interval.earliest)},w["
+        return f"{start}{exact_text(fraction_of(interval.earliest))},w["
     end = "[" if interval.latestExcluded else "]"
-    return f"{start}{number_text(interval.earliest)},{number_text(interval.latest)}{end}"
+    earliest, latest = (exact_text(fraction_of(bound)) for bound in (interval.earliest, interval.latest))
+    return f"{start}{earliest},{latest}{end}"
 
 
 def is_of_all_runs(formula: Formula, value: bool) -> bool:

@@ -5,6 +5,7 @@
 | ``.xmi``, ``.sym``, ``.rtm``, ``.pnm`` | EMF XMI | every model |
 | ``.pnml`` | PNML (ISO/IEC 15909-2) with the DiNeROS extension | system models and plain nets |
 | ``.net`` | TINA's textual format | plain nets |
+| ``.xml`` | Romeo's format | plain nets |
 
 Reading is safe for files from anywhere, writing is atomic and deterministic.
 """
@@ -100,7 +101,7 @@ _OTHER_FORMATS = {
     ".epml": _ELSEWHERE.format("EPML", "ProM"),
     ".ptml": _ELSEWHERE.format("a process tree", "PM4Py"),
     ".xes": _ELSEWHERE.format("an event log", "PM4Py"),
-    ".xml": f"rename it to .pnml if its root is <pnml>, as PIPE's; known are {', '.join(SUFFIXES)}",
+    ".cts": "this is Romeo's language of states and actions: save the net as .xml there",
     ".ecore": "this is a metamodel; a model of it is an .xmi file",
 }
 """What files of other tools are, by suffix; near suffixes would mislead."""

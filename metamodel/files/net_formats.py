@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from dineros.metamodel import pn
     from dineros.metamodel.base import EObject
 
-SUFFIXES_OF_NETS = (".pnml", ".net")
+SUFFIXES_OF_NETS = (".pnml", ".net", ".xml")
 
 
 def net_format(suffix: str) -> tuple[Callable[[Path], EObject], Callable[[EObject, Path], None]]:
@@ -21,6 +21,10 @@ def net_format(suffix: str) -> tuple[Callable[[Path], EObject], Callable[[EObjec
         from dineros.metamodel.files.pnml import read_pnml, write_pnml
 
         return read_pnml, _for_nets(write_pnml)
+    if suffix == ".xml":
+        from dineros.metamodel.files.romeo import read_romeo, write_romeo
+
+        return read_romeo, _for_nets(write_romeo)
     from dineros.metamodel.files.tina import read_net, write_net
 
     return read_net, _for_nets(write_net)

@@ -15,6 +15,7 @@ from pyecore.ecore import EObject as AnyObject
 from dineros.metamodel import pn, pnm, rtm, sym, trace
 from dineros.metamodel.base import EnumLiteral, EObject, features_of, remembered
 from dineros.metamodel.errors import near_matches
+from dineros.metamodel.files.exact import ExactNumber, decimal_text, exact_number
 
 PACKAGES: dict[str, Any] = {package.nsURI: package for package in (pn, sym, rtm, pnm, trace)}
 """The metamodels that files may use, by namespace."""
@@ -26,7 +27,6 @@ NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML 1.0 has no place for, not even escaped (Sect. 2.2, Char)."""
 
 _INTEGER = re.compile(r"[+-]?[0-9]{1,20}")
-_NUMBER = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 class Kind(Enum):
@@ -249,13 +249,9 @@ def _checked(value: int) -> int:
 
 
 def _read_number(text: str) -> float:
-    text = text.strip()
-    if len(text) > 400 or not _NUMBER.fullmatch(text):
+    if "/" in text:  # EMF has no such numbers
         raise ValueError("takes a number")
-    value = float(text)
-    if not isfinite(value):
-        raise ValueError("takes a number within the range of a double")
-    return value
+    return exact_number(text)
 
 
 def number_text(value: float) -> str:
@@ -264,10 +260,15 @@ def number_text(value: float) -> str:
     Raises
     ------
     ValueError
-        It is not finite; the message says so.
+        It is not finite, or is a quotient without a decimal text; the message says so.
     """
     if not isfinite(value):
         raise ValueError("takes a finite number")
+    if isinstance(value, ExactNumber):
+        text = decimal_text(value.fraction)
+        if text is None:
+            raise ValueError(f"takes a decimal number, and {value} has no end")
+        return text
     if value.is_integer() and abs(value) < 1e15:
         return str(int(value))
     return repr(value)

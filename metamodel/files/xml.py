@@ -19,7 +19,7 @@ Tree: TypeAlias = "etree._ElementTree"
 
 ELEMENT_LIMIT = 500_000
 
-_BEFORE_DOCUMENT_TYPE = re.compile(rb"(?:\s+|<\?.*?\?>|<!--.*?-->)*<!DOCTYPE", re.DOTALL)
+_BEFORE_DOCUMENT_TYPE = re.compile(rb"(?>(?:\s++|<\?.*?\?>|<!--.*?-->)*+)<!DOCTYPE", re.DOTALL)
 
 
 def parse(path: Path | str) -> Tree:

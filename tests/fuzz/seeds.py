@@ -29,8 +29,8 @@ def models(folder: Path, suffix: str) -> list[bytes]:
     if suffix == "net":
         find(plain, "start", Transition).interval = None
     save(plain, folder / f"plain.{suffix}")
-    if suffix == "net":
-        made("flatten", _saved(folder, "talker"), "-o", folder / "flat.net")
+    if suffix in ("net", "xml"):
+        made("flatten", _saved(folder, "talker"), "-o", folder / f"flat.{suffix}")
     else:
         save(small_system(), folder / f"small.sym.{suffix}")
         save(talker(), folder / f"talker.sym.{suffix}")

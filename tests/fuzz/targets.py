@@ -80,7 +80,7 @@ def _text(content: bytes) -> str:
 
 def _model(suffix: str, folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     originals = seeds.models(folder / "seeds", suffix)
-    names = {"xmi": "case.xmi", "pnml": "case.pnml", "net": "case.net"}
+    names = {"xmi": "case.xmi", "pnml": "case.pnml", "net": "case.net", "xml": "case.xml"}
     work = folder / "work"
     path, output = work / names[suffix], work / "out"
     questions: list[list[object]] = [
@@ -314,6 +314,7 @@ KINDS = {
     "XMI": Kind(partial(_model, "xmi"), mutators.mutate_xml),
     "PNML": Kind(partial(_model, "pnml"), mutators.mutate_xml),
     "net": Kind(partial(_model, "net"), mutators.mutate_words),
+    "Romeo": Kind(partial(_model, "xml"), mutators.mutate_xml, share=20),
     "foreign PNML": Kind(foreign_pnml, mutate_foreign, share=200),
     "picture": Kind(_picture, mutators.mutate_xml, share=20),
     "LTL": Kind(

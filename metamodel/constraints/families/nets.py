@@ -10,6 +10,7 @@ from dineros.metamodel.constraints.circles import circles
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
+from dineros.metamodel.files.exact import fraction_of
 
 _FROM_PLACES = {pn.ArcKind.inhibitor: "an inhibitor", pn.ArcKind.read: "a read"}
 
@@ -124,8 +125,8 @@ def interval_finite(interval: pn.TimeInterval, index: Index) -> Outcome:
 )
 def interval_not_empty(interval: pn.TimeInterval, index: Index) -> Outcome:
     """A time interval contains a time."""
-    earliest, latest = interval.earliest, interval.latest
-    assert latest is not None
+    assert interval.latest is not None
+    earliest, latest = fraction_of(interval.earliest), fraction_of(interval.latest)
     if earliest == latest and (interval.earliestExcluded or interval.latestExcluded):
         return ", ends excluded"
     return earliest <= latest or ""

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from lxml import etree
 
 from dineros.metamodel.errors import ModelFileError, counted, near_matches
+from dineros.metamodel.files.pnml.delays import convert_test_arcs
 from dineros.metamodel.files.pnml.plain.checks import NetWide, check_attributes, check_element, check_parts
 from dineros.metamodel.files.pnml.plain.known import ELEMENTS
 from dineros.metamodel.files.pnml.plain.values import (
@@ -96,6 +97,7 @@ class _Reader:
                 f"{counted(len(self._taken), 'arc id')} taken by another element, such as {first.id!r}{lines}"
             )
             source.note(f"{taken}, replaced")
+        convert_test_arcs(self._net)
         self._checks.finish()
         if not root.objects and not source.errors:
             hint = "put its elements into a <page>"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator
 from copy import deepcopy
@@ -11,12 +10,12 @@ from pathlib import Path
 from lxml import etree
 
 from dineros.metamodel.errors import Location, ModelFileError, raise_collected
+from dineros.metamodel.files.exact import exact_number
 from dineros.metamodel.files.pnml.vocabulary import NAMESPACES, tag
 from dineros.metamodel.files.xml import line_of
 
 LARGEST = 2**31 - 1
 _INTEGER = re.compile(r"[+-]?[0-9]+")
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 class Source:
@@ -112,11 +111,11 @@ class Source:
         return value
 
     def number(self, text: str, element: etree._Element, what: str) -> float:
-        """Return a finite decimal number."""
-        text = text.strip()
-        if not _NUMBER.fullmatch(text) or not math.isfinite(float(text)):
-            raise self.error(f"{what} {shortened(text)} is not a number", element)
-        return float(text)
+        """Return a finite decimal or rational number, exactly (see `exact`)."""
+        try:
+            return exact_number(text)
+        except ValueError:
+            raise self.error(f"{what} {shortened(text.strip())} is not a number", element) from None
 
 
 def shortened(text: str) -> str:

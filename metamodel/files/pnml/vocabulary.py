@@ -8,6 +8,9 @@ PNML = "http://www.pnml.org/version-2009/grammar/pnml"
 NAMESPACES: dict[str, str] = {None: PNML}  # type: ignore[dict-item] # the stubs forbid the default namespace
 PTNET = "http://www.pnml.org/version-2009/grammar/ptnet"
 
+MATHML = "http://www.w3.org/1998/Math/MathML"
+"""Namespace of the intervals that TINA writes."""
+
 DINEROS = "de.tudresden.inf.st.pnml.distributedPN"
 """Tool name of the DiNeROS extension."""
 Version: TypeAlias = Literal["0.1", "0.2"]

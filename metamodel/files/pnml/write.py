@@ -8,6 +8,7 @@ from dineros.metamodel import elements, pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import Location, ModelFileError
 from dineros.metamodel.files.pnml.build import expected_class
+from dineros.metamodel.files.pnml.delays import TestArcs, write_delay
 from dineros.metamodel.files.pnml.layout import Layout
 from dineros.metamodel.files.pnml.own import block, class_name, encode
 from dineros.metamodel.files.pnml.source import LARGEST, local
@@ -30,6 +31,7 @@ class Writer:
         self._known: dict[str, pn.Element] = {}
         self._frozen: list[etree._Element] = []
         self._current: pn.Element = net
+        self._test_arcs = TestArcs(net)
         self._extension = ExtensionWriter(version, self._refer)
 
     def content(self) -> bytes:
@@ -157,7 +159,9 @@ class Writer:
             self._finish(xml, node, layout, {"tokens"}, "place")
         elif isinstance(node, pn.Transition):
             xml = etree.SubElement(page, tag("transition"), id=node.id)
-            self._finish(xml, node, self._head(xml, node), set(), "transition")
+            layout = self._head(xml, node)
+            said = set() if self._extension.says_interval(node) else write_delay(xml, node)
+            self._finish(xml, node, layout, said, "transition")
         elif isinstance(node, (pn.ReferencePlace, pn.ReferenceTransition)):
             kind = "referencePlace" if isinstance(node, pn.ReferencePlace) else "referenceTransition"
             xml = etree.SubElement(page, tag(kind), id=node.id, ref=self._refer(node.target))
@@ -175,9 +179,13 @@ class Writer:
             xml.set("type", "inhibitor")
             etree.SubElement(xml, tag("type"), value="inhibitor")
             etree.SubElement(xml, tag("toolspecific"), tool=EDITOR, version="1.0", type="inhibitor")
-        said = {"source", "target", "weight"} | ({"kind"} if str(arc.kind) != "read" else set())
+        is_test = arc in self._test_arcs
+        if is_test:
+            etree.SubElement(xml, tag("type"), value="test")
+        said = {"source", "target", "weight"} | ({"kind"} if is_test or str(arc.kind) != "read" else set())
         self._finish(xml, arc, layout, said, "arc")
-        if str(arc.kind) == "read":  # a pair of normal arcs, right for every reader; our blocks join it again
+        if str(arc.kind) == "read" and not is_test:
+            # A pair of normal arcs is right for every reader; our blocks join it again.
             self._half(arc, page, weight)
 
     def _half(self, arc: pn.Arc, page: etree._Element, weight: str) -> None:
@@ -241,7 +249,7 @@ def _indent(root: etree._Element, frozen: set[etree._Element]) -> None:
         xml, depth = stack.pop()
         if not len(xml) or xml in frozen:
             continue
-        if local(xml) in ("name", "initialMarking", "inscription") and len(xml) == 1:
+        if local(xml) in ("name", "initialMarking", "inscription", "cn") and len(xml) == 1:
             continue
         inner = list(xml)
         xml.text = "\n" + "  " * (depth + 1)

@@ -11,6 +11,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import label, node_net_of, node_nets
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files.exact import decimal_text, fraction_of
 from dineros.metamodel.files.pnml.layout import graphics_xml
 from dineros.metamodel.files.pnml.vocabulary import (
     ACTION,
@@ -141,12 +142,23 @@ class ExtensionWriter:
         if transition.clause is not None:
             said |= self._clause(block, transition.clause)
         interval = transition.interval
-        if self._version == "0.2" and kind == "timed" and interval is not None and _is_closed(interval):
+        if interval is not None and self.says_interval(transition):
             time = etree.SubElement(block, tag("time"), start=number_text(interval.earliest))
             if interval.latest is not None:
                 time.set("end", number_text(interval.latest))
             said.add("interval")
         return said
+
+    def says_interval(self, transition: pn.Transition) -> bool:
+        """Tell whether the block of a transition says its interval."""
+        interval = transition.interval
+        return (
+            self._version == "0.2"
+            and isinstance(transition, sym.Transition)
+            and str(transition.kind) == "timed"
+            and interval is not None
+            and _is_closed(interval)
+        )
 
     def _clause(self, xml: etree._Element, clause: sym.InputClause) -> set[str]:
         if _is_plain(clause.text):
@@ -262,7 +274,12 @@ def _is_plain(text: str | None) -> bool:
 
 def _is_closed(interval: pn.TimeInterval) -> bool:
     bounds = [bound for bound in (interval.earliest, interval.latest) if bound is not None]
-    return not (interval.earliestExcluded or interval.latestExcluded) and all(map(math.isfinite, bounds))
+    is_closed = not (interval.earliestExcluded or interval.latestExcluded)
+    return is_closed and all(math.isfinite(bound) and _is_decimal(bound) for bound in bounds)
+
+
+def _is_decimal(bound: float) -> bool:
+    return decimal_text(fraction_of(bound)) is not None
 
 
 def _plain_graphics(group: sym.CallbackGroup) -> etree._Element | None:

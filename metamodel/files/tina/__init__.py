@@ -1,8 +1,9 @@
 """TINA's textual format ``.net`` for place/transition and time Petri nets (LAAS-CNRS, manual page "formats").
 
 Read are all declarations (``net tr pl lb pr nt``, see `parsing`) with weights and their factors (``2K``),
-read and inhibitor arcs, intervals and priorities; several declarations of one node add up. Stopwatch arcs are
-refused: nets have none.
+read and inhibitor arcs, intervals and priorities. Several declarations of one node add up. Stopwatch arcs are
+refused: nets have none. Bounds may be decimal (``0.25``) or rational (``1/3``) and stay exact; TINA itself
+takes whole numbers only.
 
 Written are nodes and what they do. References are resolved and pages dropped; layout, notes of other tools
 and the data of tokens have no place in this format. Nodes are named by their ids and labelled by their names.
@@ -50,8 +51,7 @@ def write_net(net: pn.Net, path: Path | str) -> None:
     Raises
     ------
     ModelFileError
-        The file cannot be written, or the net has channels, clauses, or bounds of intervals that are no whole
-        numbers.
+        The file cannot be written, or the net has channels, clauses, or bounds of intervals below 0.
     DinerosError
         A reference has no target, or references run in a circle.
     """

@@ -9,7 +9,8 @@ r"""The grammar of TINA's ``.net``, as its manual page "formats" describes it: f
     lbdesc    ::= 'lb' name name
     prdesc    ::= 'pr' name+ ('<' | '>') name+
     ntdesc    ::= 'nt' name name name
-    interval  ::= ('[' | ']') number ',' number ('[' | ']')  |  ('[' | ']') number ',' 'w' '['
+    interval  ::= ('[' | ']') bound ',' bound ('[' | ']')  |  ('[' | ']') bound ',' 'w' '['
+    bound     ::= number  |  digits '.' digits  |  digits '/' digits
     arc       ::= name [('*' | '?' | '?-' | '!' | '!-') number]
     number    ::= digits ['K' | 'M' | 'G' | 'T' | 'P' | 'E']
     name      ::= letters, digits, ' and _  |  '{' anything, with \{ \} \\ '}'
@@ -51,6 +52,7 @@ _OTHER_TOOLS = (
     "this is TINA's format, and .net files of GreatSPN, SYNET and others are not: export PNML there"
 )
 _NUMBER = re.compile(r"[0-9]+[KMGTPE]?")
+_DIGITS = re.compile(r"[0-9]+")
 _ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 _ODD_NAMES = re.compile(rf"^[ \t]*(?:pl|tr)[ \t]+({'|'.join(KEY_WORDS)})(?![A-Za-z0-9_'])", re.MULTILINE)
 
@@ -197,10 +199,10 @@ class Parser:
 
     def _interval(self) -> list[Token]:
         start = self._advance()
-        low = self._number()
+        low = self._bound()
         self._expect(",")
         unbounded = self._token.kind == "word" and self._token.text == "w"
-        high = self._advance() if unbounded else self._number()
+        high = self._advance() if unbounded else self._bound()
         if self._token.kind != "sign" or self._token.text not in ("[", "]"):
             raise self._unexpected("expected [, ]")
         return [start, low, high, self._advance()]
@@ -243,6 +245,20 @@ class Parser:
         if self._token.kind != "word" or not _NUMBER.fullmatch(self._token.text):
             raise self._unexpected(f"expected a number, such as 3 or 2K; factors are {', '.join(FACTORS)}")
         return self._advance()
+
+    def _bound(self) -> Token:
+        """Return a number, which may be decimal or rational, as one token."""
+        first = self._number()
+        if not self._follows(first) or self._token.text not in (".", "/"):
+            return first
+        point = self._advance()
+        if not self._follows(point) or not _DIGITS.fullmatch(self._token.text) or not first.text.isdigit():
+            raise self._unexpected("a bound is a number such as 3, 0.25 or 1/3")
+        return Token("word", first.text + point.text + self._advance().text, first.at)
+
+    def _follows(self, before: Token) -> bool:
+        """Tell whether no white space is between a token and the next one."""
+        return self._token.at == before.at + len(before.text)
 
     def _take(self, sign: str) -> bool:
         if self._token.kind == "sign" and self._token.text == sign:

@@ -10,6 +10,7 @@ from typing import Any
 
 from dineros.metamodel import pn
 from dineros.metamodel.errors import ModelFileError, near_matches
+from dineros.metamodel.files.exact import exact_number, fraction_of, nearest
 from dineros.metamodel.files.schema import read_integer
 from dineros.metamodel.files.tina.parsing import FACTORS, Arc, Declaration, Parser, Text, Token
 from dineros.metamodel.positions import remember
@@ -129,16 +130,26 @@ class _Reader:
 
     def _interval(self, parts: list[Token]) -> tuple[float, float | None, bool, bool]:
         start, earliest, latest, end = parts
-        low, low_open, high_open = float(self._integer(earliest, 0)), start.text == "]", end.text == "["
+        low, low_open, high_open = self._bound(earliest), start.text == "]", end.text == "["
         if latest.text == "w":
             if not high_open:
                 raise self._text.error(latest, "an unbounded interval ends with w[")
             return low, None, low_open, False
-        high = float(self._integer(latest, 0))
-        if high < low or (high == low and (low_open or high_open)):
+        high = self._bound(latest)
+        exact_low, exact_high = fraction_of(low), fraction_of(high)
+        if exact_high < exact_low or (exact_high == exact_low and (low_open or high_open)):
             shown = f"{start.text}{earliest.text},{latest.text}{end.text}"
             raise self._text.error(earliest, f"the interval {shown} is empty")
         return low, high, low_open, high_open
+
+    def _bound(self, token: Token) -> float:
+        text = token.text
+        try:
+            if text[-1] in FACTORS:
+                return nearest(fraction_of(exact_number(text[:-1])) * FACTORS[text[-1]])
+            return exact_number(text)
+        except ValueError as error:
+            raise self._text.error(token, f"the bound {text[:40]!r} is not understood: it {error}") from None
 
     def _integer(self, token: Token, least: int) -> int:
         text = token.text

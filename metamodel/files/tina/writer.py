@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from math import isfinite
 from pathlib import Path
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import arcs, label, places, resolve, transitions
 from dineros.metamodel.errors import Location, ModelFileError
+from dineros.metamodel.files.exact import exact_text, fraction_of
 
 _PLAIN = re.compile(r"[A-Za-z0-9_']+")
 _KEYWORDS = frozenset({"net", "tr", "pl", "lb", "pr", "nt"})
@@ -29,7 +31,7 @@ def net_text(net: pn.Net, path: Path | None = None) -> str:
             location=location,
             hint="flatten it first",
         )
-    flows = _flows(net)
+    flows = flows_of(net)
     lines = [f"net {_name(label(net))}"]
     for place in places(net):
         if place.capacity is not None:
@@ -64,8 +66,16 @@ Flow = dict[tuple[pn.Place, str], int]
 """Weight by place and kind of arc: the kinds of arcs, and "output" for normal arcs to the place."""
 
 
-def _flows(net: pn.Net) -> defaultdict[pn.Transition, Flow]:
-    """Return the arcs of each transition with references resolved; parallel ones are added up."""
+def flows_of(net: pn.Net) -> defaultdict[pn.Transition, Flow]:
+    """Return the arcs of each transition with references resolved; parallel ones are added up.
+
+    Raises
+    ------
+    ModelFileError
+        An arc does not join a place and a transition.
+    DinerosError
+        A reference has no target, or references run in a circle.
+    """
     flows: defaultdict[pn.Transition, Flow] = defaultdict(dict)
     for arc in arcs(net):
         source, target = resolve(arc.source), resolve(arc.target)
@@ -105,19 +115,24 @@ def _interval(transition: pn.Transition, location: Location) -> str:
     interval = transition.interval
     if interval is None:
         return ""
-    bounds = [interval.earliest, *([] if interval.latest is None else [interval.latest])]
-    if not all(bound.is_integer() and bound >= 0 for bound in bounds):
+    start = "]" if interval.earliestExcluded else "["
+    earliest = _bound(interval.earliest, transition, location)
+    if interval.latest is None:
+        return f" {start}{earliest},w["
+    end = "[" if interval.latestExcluded else "]"
+    return f" {start}{earliest},{_bound(interval.latest, transition, location)}{end}"
+
+
+def _bound(bound: float, transition: pn.Transition, location: Location) -> str:
+    """Return the text of a bound, exactly: TINA itself takes whole numbers."""
+    if not isfinite(bound) or bound < 0:
         raise ModelFileError(
-            f"the interval of transition {transition.id!r} has a bound that is no whole number",
+            f"the interval of transition {transition.id!r} has the bound {bound}",
             location=location,
             element=transition.id,
-            hint="multiply all intervals by a common factor",
+            hint="bounds are numbers from 0",
         )
-    start = "]" if interval.earliestExcluded else "["
-    if interval.latest is None:
-        return f" {start}{interval.earliest:.0f},w["
-    end = "[" if interval.latestExcluded else "]"
-    return f" {start}{interval.earliest:.0f},{interval.latest:.0f}{end}"
+    return exact_text(fraction_of(bound))
 
 
 def _label(node: pn.Node) -> str:

@@ -15,7 +15,7 @@ from dineros.metamodel.files import load
 
 FOLDER = Path(__file__).resolve().parents[1] / "bad_input"
 EXPECTED = tomllib.loads((FOLDER.parent / "bad_input.toml").read_text(encoding="utf-8"))
-SUFFIXES = ("xmi", "pnml", "net")
+SUFFIXES = ("xmi", "pnml", "net", "xml")
 
 
 def refusal(path: Path) -> DinerosError:

@@ -17,7 +17,7 @@ from dineros.metamodel.files import load_any, save
 from dineros.metamodel.pn import Net, Transition
 from tests.support.systems.small import small_net, small_system
 
-SUFFIXES = ["xmi", "pnml", "net"]
+SUFFIXES = ["xmi", "pnml", "net", "xml"]
 quick = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 
 
@@ -94,7 +94,7 @@ def originals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-NAMES = ["plain.xmi", "plain.pnml", "plain.net", "system.xmi", "system.pnml"]
+NAMES = ["plain.xmi", "plain.pnml", "plain.net", "plain.xml", "system.xmi", "system.pnml"]
 
 
 @pytest.mark.parametrize("name", NAMES)

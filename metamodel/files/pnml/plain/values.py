@@ -12,6 +12,7 @@ from typing import NamedTuple
 from lxml import etree
 
 from dineros.metamodel.errors import ModelFileError, with_article
+from dineros.metamodel.files.exact import fraction_of
 from dineros.metamodel.files.pnml.layout import is_inhibitor_mark
 from dineros.metamodel.files.pnml.plain.known import TEXTS
 from dineros.metamodel.files.pnml.source import Source, children, local, shortened
@@ -219,7 +220,7 @@ def interval_of(transition: etree._Element, source: Source) -> Interval | None:
     if closure not in _OPEN or len(bounds) != 2:
         hint = f"closures are {', '.join(_OPEN)}, and it holds two numbers"
         raise source.error("<interval> is not understood", xml, hint=hint)
-    low, high = ((local(bound), (bound.text or "").strip()) for bound in bounds)
+    low, high = ((local(bound), _bound_text(bound)) for bound in bounds)
     low_open, high_open = _OPEN[closure]
     earliest = source.number(low[1], bounds[0], "the earliest time")
     latest = None
@@ -227,11 +228,19 @@ def interval_of(transition: etree._Element, source: Source) -> Interval | None:
         latest = source.number(high[1], bounds[1], "the latest time")
     elif high[0] == "ci" and high[1].lower() not in ("infty", "inf", "infinity", "w"):
         raise source.error(f"the latest time {shortened(high[1])} is not a number", bounds[1])
-    empty = latest is not None and (latest < earliest or (latest == earliest and (low_open or high_open)))
+    low_exact, high_exact = fraction_of(earliest), None if latest is None else fraction_of(latest)
+    empty = high_exact is not None and (
+        high_exact < low_exact or (high_exact == low_exact and (low_open or high_open))
+    )
     if earliest < 0 or empty:
         raise source.error("the interval is empty or begins before 0", xml)
-    source.note("<delay> taken as firing interval")
     return Interval(earliest, latest, low_open, high_open and latest is not None)
+
+
+def _bound_text(xml: etree._Element) -> str:
+    """Return the text of a MathML number; ``1<sep/>3`` is ``1/3``."""
+    parts = [xml.text or "", *(part.tail or "" for part in xml)]
+    return "/".join(part.strip() for part in parts)
 
 
 def _count(text: str, where: etree._Element, what: str, least: int, source: Source) -> int:

@@ -12,7 +12,7 @@ from dineros.metamodel.files.tina import net_from_text, net_text, read_net, writ
 from dineros.metamodel.positions import location_of
 from tests.support.equality import differences
 from tests.support.systems.models import plain_nets
-from tests.support.systems.small import small_net, small_system
+from tests.support.systems.small import small_system
 
 PATH = Path("example.net")
 
@@ -200,6 +200,14 @@ def test_declarations_may_share_a_line() -> None:
         ("tr t [1,2 p -> q", "unexpected 'p' (expected [, ])"),
         ("tr t [1,w] p -> q", "an unbounded interval ends with w["),
         ("tr t [K,2] p -> q", "unexpected 'K'"),
+        ("tr t [-1,2] p -> q", "1:7: unexpected '-' (expected a number"),
+        ("tr t [1.,2] p -> q", "1:9: unexpected ',' (a bound is a number such as 3, 0.25 or 1/3)"),
+        ("tr t [1. 5,2] p -> q", "1:10: unexpected '5' (a bound is"),
+        ("tr t [1K.5,2] p -> q", "unexpected '5' (a bound is"),
+        ("tr t [1/0,2] p -> q", "1:7: the bound '1/0' is not understood: it takes a number"),
+        ("tr t [1/3,0.3333] p -> q", "the interval [1/3,0.3333] is empty"),
+        ("tr t ]0.5,1/2] p -> q", "the interval ]0.5,1/2] is empty"),
+        ("tr t [nan,2] p -> q", "unexpected 'nan'"),
         ("pl p (w)", "unexpected 'w'"),
         ("pr t u", "unexpected the end of the file (expected <, >, a name)"),
         ("pr > u", "1:4: unexpected '>' (expected a name)"),
@@ -266,8 +274,9 @@ def test_what_has_no_place_in_the_format_is_refused(tmp_path: Path) -> None:
     silent.channels.clear()
     with pytest.raises(ModelFileError, match="'take' has a clause"):
         write_net(silent, path)
-    with pytest.raises(ModelFileError, match=r"'start' has a bound that is no whole number \(multiply"):
-        write_net(small_net(), path)
+    below = pn.Transition(id="start", interval=pn.TimeInterval(earliest=-1.0))
+    with pytest.raises(ModelFileError, match=r"transition 'start' has the bound -1.0 \(bounds are numbers"):
+        write_net(pn.Net(id="n", pages=[pn.Page(id="page", objects=[below])]), path)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,0 +1,57 @@
+"""Romeo's format ``.xml`` for time Petri nets (LS2N Nantes): places, transitions with intervals, and arcs.
+
+Read are initial markings, intervals with open and closed bounds, weights, read and logical inhibitor arcs,
+and priorities. What a time Petri net cannot say is refused with its line: stopwatches and timed inhibitor arcs,
+speeds, processors, parameters, flush arcs, coloured tokens, guards, updates, and intervals of places. Costs,
+and which transitions can be observed or controlled, change no behaviour and are not kept.
+
+Where a transition takes tokens from a place that it also reads, Romeo compares the marking with the weight of
+the read arc alone and DiNeROS with the sum; reading and writing convert, as for TINA.
+
+In Romeo, a transition with a higher number goes before all with a lower one. Relations between single
+transitions are written if such numbers can say them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from dineros.metamodel import pn
+from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.files.reading import collector_paused, read_bytes
+from dineros.metamodel.files.romeo.reader import net_from_content
+from dineros.metamodel.files.romeo.writer import net_content
+from dineros.metamodel.positions import remember_file
+
+__all__ = ["net_content", "net_from_content", "read_romeo", "write_romeo"]
+
+
+def read_romeo(path: Path | str) -> pn.Net:
+    """Return the net in a Romeo file, on one page.
+
+    Ids are the identifiers in the file, or labels where a file of an old version has none.
+
+    Raises
+    ------
+    ModelFileError
+        The file cannot be read, is not in this format, or holds what a time Petri net cannot; with line.
+    """
+    content = read_bytes(path)
+    with collector_paused():
+        net = net_from_content(content, Path(path))
+    remember_file(net, Path(path))
+    return net
+
+
+def write_romeo(net: pn.Net, path: Path | str) -> None:
+    """Write a net; equal nets give equal bytes, and a crash leaves the old file.
+
+    Raises
+    ------
+    ModelFileError
+        The file cannot be written, or the net holds what the format cannot say.
+    DinerosError
+        A reference has no target, or references run in a circle.
+    """
+    write_atomically(path, net_content(net, Path(path)))
+    remember_file(net, Path(path))
