@@ -28,6 +28,8 @@ def models(folder: Path, suffix: str) -> list[bytes]:
     plain = small_net()
     if suffix == "net":
         find(plain, "start", Transition).interval = None
+    if suffix == "xml":
+        find(plain, "stop", Transition).overrides.clear()
     save(plain, folder / f"plain.{suffix}")
     if suffix in ("net", "xml"):
         made("flatten", _saved(folder, "talker"), "-o", folder / f"flat.{suffix}")

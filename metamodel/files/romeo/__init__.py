@@ -1,7 +1,7 @@
 """Romeo's format ``.xml`` for time Petri nets (LS2N Nantes): places, transitions with intervals, and arcs.
 
 Read are initial markings, intervals with open and closed bounds, weights, read and logical inhibitor arcs,
-and priorities. What a time Petri net cannot say is refused with its line: stopwatches and timed inhibitor arcs,
+and priorities. What a time Petri net cannot say is refused with its line: stopwatches, timed inhibitor arcs,
 speeds, processors, parameters, flush arcs, coloured tokens, guards, updates, and intervals of places. Costs,
 and which transitions can be observed or controlled, change no behaviour and are not kept.
 

@@ -35,7 +35,7 @@ def test_a_plain_net_goes_through_all_formats(tmp_path: Path) -> None:
     ).read_bytes().splitlines()[1:]
 
 
-@pytest.mark.parametrize("name", ["model", "model.xml", "model.pnm1", ".xmi"])
+@pytest.mark.parametrize("name", ["model", "model.txt", "model.pnm1", ".xmi"])
 def test_an_unknown_suffix_is_refused_with_the_known_ones(tmp_path: Path, name: str) -> None:
     for work in (load, lambda path: save(small_net(), path)):
         with pytest.raises(ModelFileError, match=r"suffix.*(did you mean|known are)"):

@@ -88,6 +88,8 @@ def originals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     plain, system = small_net(), small_system()
     find(plain, "start", Transition).interval = None
     for suffix in SUFFIXES:
+        if suffix == "xml":  # Romeo's priorities order all transitions
+            find(plain, "stop", Transition).overrides.clear()
         save(plain, folder / f"plain.{suffix}")
     for suffix in ("xmi", "pnml"):
         save(system, folder / f"system.{suffix}")
