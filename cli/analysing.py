@@ -156,7 +156,7 @@ def _say_steps(steps: Sequence[Step], before: int) -> None:
     """Print firings, which come after so many others."""
     from dineros.analysis.witnesses.folding import folded
 
-    lines = [f"{step.text}{'' if step.time is None else f', {step.time}'}" for step in steps]
+    lines = [step.shown for step in steps]
     for block in folded(lines):
         first = before + block.start + 1
         if block.times > 1:

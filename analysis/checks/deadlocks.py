@@ -14,7 +14,7 @@ the kind `end`; in a node without such a place, all from which nothing takes tok
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
@@ -118,8 +118,13 @@ def deadlock_groups(
     DiagramMemoryError
         If memory runs out.
     """
+    return merged(subject, _groups(subject, space, final))
+
+
+def merged(subject: Subject, groups: Iterable[DeadlockGroup]) -> list[DeadlockGroup]:
+    """Return groups of dead markings, those with the same causes as one."""
     found: dict[object, DeadlockGroup] = {}
-    for group in _groups(subject, space, final):
+    for group in groups:
         key = (
             group.is_rest,
             group.is_final,

@@ -12,6 +12,7 @@ from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.model.wording import outcome_words
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
+from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import holds_thread, runs_callbacks, threads_of
@@ -106,9 +107,12 @@ class Goals(Question):
                 unheard(checked, client)
                 self._results(checked, client)
                 self._overtaking(checked, client)
+        is_timed = isinstance(checked.subject, TimedSubject)
         if checked.firings is not None:
             if not checked.recurs:
-                reason = checked.firings.why_open or "the markings were not all seen"
+                reason = checked.firings.why_open or (
+                    "it is not asked with times" if is_timed else "the markings were not all seen"
+                )
                 checked.leave_open("whether goals can wait for ever", reason)
             return
         try:
@@ -134,6 +138,10 @@ class Goals(Question):
     def _overtaking(self, checked: Checked, client: _Client) -> None:
         """Look for two goals of a client of which the later one ends first."""
         if client.port.outstanding < 2 or len(client.works) < 2:
+            return
+        if isinstance(checked.subject, TimedSubject):
+            question = f"whether goals of {client.words} can overtake each other"
+            checked.leave_open(question, "it is not asked with times", may_be_fault=False)
             return
         places, index = checked.subject.place_index, checked.subject.transition_index
         first, second = sorted(client.works)[:2]

@@ -73,7 +73,7 @@ def to_sarif(
                             }
                             for unknown in report.unknown
                         ]
-                        + _times(model),
+                        + _times(report, model),
                     }
                 ],
                 "artifacts": [{"location": {"uri": _uri(path)}}],
@@ -84,12 +84,10 @@ def to_sarif(
     }
 
 
-def _times(model: pn.Net) -> list[dict[str, Any]]:
-    """Return the notification that firing intervals are left out, if the model has such."""
-    times = left_out_times(model)
-    if times is None:
-        return []
-    return [{"level": "note", "message": {"text": f"{times}; {times.of_check}"}}]
+def _times(report: Report, model: pn.Net) -> list[dict[str, Any]]:
+    """Return the notification of what a report says of times, if it says anything."""
+    text = report.text_of_times(left_out_times(model))
+    return [{"level": "note", "message": {"text": text}}] if text else []
 
 
 def _rule(rule: str, severity: str, faults: Mapping[str, Fault]) -> dict[str, Any]:
@@ -206,7 +204,7 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
 
     A note passes, with its message as output: as for the exit status of `dineros check`. What is suppressed
     or stands in the baseline is skipped, too, with the reason. The property ``times`` of the suite says that
-    firing intervals are left out, and which answers hold all the same, if the model has such.
+    firing intervals are taken into account, or left out, and which answers hold all the same.
 
     Parameters
     ----------
@@ -232,8 +230,8 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
     root = etree.Element("testsuites", {"name": name, **counts})
     suite = etree.SubElement(root, "testsuite", {"name": _clean(str(path)), **counts})
 
-    if (times := left_out_times(model)) is not None:
-        value = _clean(f"{times}; {times.of_check}")
+    if (times := report.text_of_times(left_out_times(model))) is not None:
+        value = _clean(times)
         etree.SubElement(etree.SubElement(suite, "properties"), "property", {"name": "times", "value": value})
 
     def case(name: str, kind: str) -> etree._Element:
@@ -276,7 +274,7 @@ def _change(step: Step) -> str:
 
 
 def _step_text(witness: Witness, number: int) -> str:
-    text = witness.steps[number].text
+    text = witness.steps[number].shown
     return f"for ever: {text}" if _repeats(witness, number) else text
 
 

@@ -11,6 +11,7 @@ from dineros.analysis.covering.firings import FEW_MARKINGS
 from dineros.analysis.logic.verdicts.verdict import moves
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
+from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.analysis.witnesses.findings import Witness, witness_of
 from dineros.analysis.witnesses.folding import in_rounds
 
@@ -46,7 +47,10 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     subject, known = checked.subject, checked.firings
     if known is not None:
         numbers = [subject.transition_index[each] for each in transitions]
-        return witness_of(subject, in_rounds(subject.net, known.way_to(numbers)))
+        way = known.way_to(numbers)
+        if isinstance(subject, TimedSubject):
+            return witness_of(subject, way)  # in another order it may have no schedule
+        return witness_of(subject, in_rounds(subject.net, way))
     number = subject.transition_index[next(each for each in transitions if checked.space.enabled(each))]
     trace = find_firing(subject.net, number, checked.budget.share(most_bytes=NEAR)).trace
     if trace is None:

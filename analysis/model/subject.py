@@ -163,10 +163,25 @@ def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subje
     """
     if not isinstance(model, sym.SystemModel):
         return subject_of(model)
+    flattened, blocked = flattened_without_signals(model, overflow)
+    return Subject(model, compile_net(flattened.net), flattened, blocked)
+
+
+def flattened_without_signals(
+    model: sym.SystemModel, overflow: OverflowVariant = "weighted"
+) -> tuple[Flattened, tuple[str, ...]]:
+    """Flatten a system model without signals and without transitions whose clause can never be true.
+
+    Returns
+    -------
+    flattened : Flattened
+    blocked : tuple of str
+        Ids of the transitions that were left out.
+    """
     blocked = [found.transition for found in unsatisfiable_clauses(model)]
-    if not blocked:
-        return subject_of(model, "none", overflow)
     flattened = flatten(model, "none", overflow)
+    if not blocked:
+        return flattened, ()
     gone: set[pn.Element] = {
         link.target
         for link in flattened.trace.links
@@ -180,5 +195,4 @@ def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subje
     for part in gone:
         (page.arcs if isinstance(part, pn.Arc) else page.objects).remove(part)  # type: ignore[arg-type]
     trace = Trace(link for link in flattened.trace.links if link.target not in gone)
-    net = compile_net(flattened.net)
-    return Subject(model, net, Flattened(flattened.net, trace), tuple(str(t.id) for t in blocked))
+    return Flattened(flattened.net, trace), tuple(str(t.id) for t in blocked)

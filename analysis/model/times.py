@@ -75,6 +75,33 @@ class LeftOutTimes:
         return f"firing intervals are left out ({counted(self.count, 'transition')}, such as {self.example})"
 
 
+@dataclass(frozen=True)
+class UsedTimes:
+    """Firing intervals that an answer takes into account.
+
+    Attributes
+    ----------
+    count : int
+        How many transitions of the net have an interval that says something.
+    example : str
+        One of them, with its interval.
+    unit : str
+        The length of time of which every bound is a multiple.
+    """
+
+    count: int
+    example: str
+    unit: str
+
+    def __str__(self) -> str:
+        many = f"{counted(self.count, 'transition')}, such as {self.example}, unit {self.unit}"
+        return f"firing intervals are taken into account ({many})"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return them for JSON."""
+        return {"taken_into_account": str(self), "transitions": self.count, "unit": self.unit}
+
+
 def left_out_times(net: pn.Net) -> LeftOutTimes | None:
     """Return the intervals that are left out; None where there is nothing to say.
 

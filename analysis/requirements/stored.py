@@ -27,12 +27,13 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.model.fairness import fair_transitions
 from dineros.analysis.model.subject import Subject, base_subject, subject_of
-from dineros.analysis.questions.engines import ENGINES, Branching, Linear, Question
+from dineros.analysis.questions.engines import ENGINES, Branching, Linear, Question, Timed
 from dineros.analysis.requirements.patterns import Reading, read_pattern
 from dineros.analysis.symbolic.order_cache import OrderCache
+from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subject, timed_subject_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import label
-from dineros.metamodel.errors import near_matches
+from dineros.metamodel.errors import DinerosError, near_matches
 from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 VARIANTS: dict[str, SignalVariant] = {
@@ -42,6 +43,8 @@ VARIANTS: dict[str, SignalVariant] = {
     "ioEnabled": "io-enabled",
 }
 """From what a property says of the signals to the net that is asked."""
+
+UNFAIR = "a run violates it, and whether runs with times are fair is not known"
 
 _SEEN_AT_ONCE = {(ForAll, Globally), (Exists, Finally), (ForAll, Next), (Exists, Next)}
 """What a beginning of a run shows: every beginning goes on as a fair run (Apt, Francez and Katz, 1988)."""
@@ -84,8 +87,23 @@ class Asked:
         return replace(outcome, status=other.get(outcome.status, outcome.status))
 
     def answer(self, budget: Budget, orders: OrderCache | None = None) -> Outcome:
-        """Decide the property, with whichever engine suits it."""
-        return self.verdict(ENGINES["auto"].answer(self.question(orders), budget))
+        """Decide the property, with whichever engine suits it; with times, if the net has them."""
+        question = self.question(orders)
+        if not isinstance(self.subject, TimedSubject):
+            return self.verdict(ENGINES["auto"].answer(question, budget))
+        is_fair = bool(self.weak or self.strong)
+        if is_fair and isinstance(question, Linear):
+            question = replace(question, weak=(), strong=())
+        try:
+            found = Timed(self.subject.timed).answer(question, budget)
+        except FormulaError:
+            raise
+        except DinerosError as error:
+            return Outcome("unknown", reason=error.message)
+        if is_fair and found.status == "violated":
+            # Whether the run is fair, or goes on as a fair one, is not known.
+            return Outcome("unknown", reason=UNFAIR, states=found.states, seconds=found.seconds)
+        return self.verdict(found)
 
 
 def properties_of(model: pn.Net) -> Sequence[sym.Property]:
@@ -115,7 +133,10 @@ def property_named(model: pn.Net, name: str) -> sym.Property:
 
 
 def asked(
-    property: sym.Property, subject: Subject | None = None, overflow: OverflowVariant = "weighted"
+    property: sym.Property,
+    subject: Subject | None = None,
+    overflow: OverflowVariant = "weighted",
+    is_timed: bool = False,
 ) -> Asked:
     """Read a property and what it may assume.
 
@@ -127,6 +148,8 @@ def asked(
         The net without signals, where it is there already.
     overflow : str, optional
         How queues lose messages in the net.
+    is_timed : bool
+        Whether it is asked with the firing intervals of the model; so it is if the net given has them.
 
     Raises
     ------
@@ -137,10 +160,11 @@ def asked(
     assert isinstance(model, sym.SystemModel)
     reading = read(property)
     variant = VARIANTS[str(property.signals)]
+    is_timed |= isinstance(subject, TimedSubject)
     if variant != "none":
-        subject = subject_of(model, variant, overflow)
+        subject = (timed_subject_of if is_timed else subject_of)(model, variant, overflow)
     elif subject is None:
-        subject = base_subject(model, overflow)
+        subject = (timed_base_subject if is_timed else base_subject)(model, overflow)
     weak: list[str] = []
     strong: list[str] = []
     never: list[Formula] = []

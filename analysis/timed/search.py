@@ -259,9 +259,10 @@ class ClassSearch:
         )
         return size
 
-    def markings(self, first: int = 0) -> Int64Array:
-        """Return the markings found, from a row on, places in the order of the net."""
-        found: Int64Array = self._known.markings[first : int(self._known.control[MARKINGS])].astype(np.int64)
+    def markings(self, first: int = 0, end: int | None = None) -> Int64Array:
+        """Return the markings found, from a row on, up to another one, places in the order of the net."""
+        end = int(self._known.control[MARKINGS]) if end is None else end
+        found: Int64Array = self._known.markings[first:end].astype(np.int64)
         return found
 
     def dead(self) -> NDArray[np.bool_]:
@@ -305,6 +306,15 @@ class ClassSearch:
         edge, classes = int(edges[0]), self.classes
         holds = (known.edge_first[:classes] <= edge) & (edge < known.edge_last[:classes])
         return int(np.flatnonzero(holds)[0]), int(known.edge_label[edge])
+
+    def first_sources(self) -> dict[int, int]:
+        """Return by transition that fires the class in which it was first seen to fire, if edges are kept."""
+        known = self._known
+        labels, edges = np.unique(known.edge_label[: self.edges], return_index=True)
+        classes = np.flatnonzero(known.edge_last[: self.classes] > known.edge_first[: self.classes])
+        classes = classes[np.argsort(known.edge_first[classes], kind="stable")]
+        at = np.searchsorted(known.edge_first[classes], edges, side="right") - 1
+        return dict(zip(labels.tolist(), classes[at].tolist(), strict=True))
 
     def arrays(self) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array, Int64Array]:
         """Return the graph, if edges are kept and classes are compared by equality.

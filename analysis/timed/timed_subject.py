@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from dineros.analysis.model.subject import FiringTime, Subject
-from dineros.analysis.timed.nets import TimedNet, compile_timed_net
+from dineros.analysis.model.subject import FiringTime, Subject, flattened_without_signals
+from dineros.analysis.model.times import UsedTimes
+from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net
 from dineros.analysis.timed.schedules import schedule
 from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import transitions
 from dineros.transformations.flattening.bounding import bounded
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
@@ -33,6 +35,15 @@ class TimedSubject(Subject):
             for one in schedule(self.timed, trace)
         ]
 
+    @property
+    def used_times(self) -> UsedTimes:
+        """The intervals, as reports name them; an example has a latest bound if any has one."""
+        named = list(zip(self.timed.untimed.transitions, self.timed.intervals, strict=True))
+        timed = [pair for pair in named if not pair[1].is_free]
+        bounded = [pair for pair in timed if pair[1].latest is not None]
+        name, interval = (bounded or timed or named)[0]
+        return UsedTimes(len(timed), f"{name} {interval}", str(self.timed.unit))
+
 
 def timed_subject_of(
     model: pn.Net,
@@ -49,3 +60,34 @@ def timed_subject_of(
     flattened = flatten(model, signals, overflow) if isinstance(model, sym.SystemModel) else None
     timed = compile_timed_net(bounded(model) if flattened is None else flattened.net)
     return TimedSubject(model, timed.untimed, flattened, timed=timed)
+
+
+def timed_base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> TimedSubject:
+    """Compile what a check asks about: the net without signals where these change nothing in time.
+
+    A signal may change at any time. So a transition with a clause and without an interval or a priority fires
+    at the same moments without signals. Where another transition has a clause, its clock starts and stops
+    with the signals: then they are part of the net, and may change at any time (``fully-enabled``).
+
+    Raises
+    ------
+    DinerosError
+        An interval is empty or negative; see `compile_timed_net`.
+    """
+    if not isinstance(model, sym.SystemModel):
+        return timed_subject_of(model)
+    if signals_matter(model):
+        return timed_subject_of(model, "fully-enabled", overflow)
+    flattened, blocked = flattened_without_signals(model, overflow)
+    timed = compile_timed_net(flattened.net)
+    return TimedSubject(model, timed.untimed, flattened, blocked, timed=timed)
+
+
+def signals_matter(model: sym.SystemModel) -> bool:
+    """Whether a transition that has a clause also has an interval or a priority."""
+    return any(
+        transition.clause is not None
+        and (not Interval.of(transition.interval).is_free or bool(transition.overrides))
+        for transition in transitions(model)
+        if isinstance(transition, sym.Transition)
+    )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.model.subject import FiringTime, Subject
+from dineros.analysis.model.times import LeftOutTimes, UsedTimes
 from dineros.analysis.nets.coverability import Pumping
 
 if TYPE_CHECKING:
@@ -38,6 +39,11 @@ class Step:
     text: str
     change: dict[str, int]
     time: FiringTime | None = None
+
+    @property
+    def shown(self) -> str:
+        """The words, and when it fires where the net has times."""
+        return self.text if self.time is None else f"{self.text}, {self.time}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the step for JSON; without a time, it has no such field."""
@@ -264,6 +270,8 @@ class Report:
         Errors inside questions, which are among what is not decided.
     open_rules : set of str
         Rules of the questions of which something was not decided.
+    times : UsedTimes or None
+        The firing intervals that the answers take into account; None if they leave times out.
     """
 
     findings: list[Finding] = field(default_factory=list)
@@ -278,12 +286,25 @@ class Report:
     gone: int = 0
     failures: list[Exception] = field(default_factory=list, compare=False, repr=False)
     open_rules: set[str] = field(default_factory=set, compare=False, repr=False)
+    times: UsedTimes | None = None
 
     def with_accepted(
         self, findings: list[Finding], suppressed: list[Suppressed], known: list[Finding]
     ) -> Report:
         """Return a copy in which these findings count, are suppressed, and are known."""
         return replace(self, findings=findings, suppressed=list(suppressed), known=list(known))
+
+    def text_of_times(self, left_out: LeftOutTimes | None) -> str | None:
+        """Return what the report says of firing intervals; None for a model that has none.
+
+        Parameters
+        ----------
+        left_out : LeftOutTimes or None
+            The intervals of the model, as a report that leaves them out names them.
+        """
+        if self.times is not None:
+            return f"{self.times}; answered by: {self.by}"
+        return None if left_out is None else f"{left_out}; {left_out.of_check}"
 
     @property
     def consequences(self) -> list[Finding]:

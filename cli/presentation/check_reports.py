@@ -26,14 +26,12 @@ def write_check_report(
     report: Report, net: pn.Net, output: Path, model: Path, settings: Sequence[str]
 ) -> None:
     """Write what a check found as a page, as a whole or not at all; one line says why it lacks pictures."""
-    from dineros.analysis.model.times import left_out_times
     from dineros.metamodel.files.atomic import write_atomically
     from dineros.views.reports.check_report import CheckContent, check_page
 
     search().stage("counting the state spaces")
     spaces = _spaces(net, search().limits)
     search().stage("drawing")
-    times = left_out_times(net)
     content = CheckContent(
         title=net.name or net.id,
         source=str(model),
@@ -43,12 +41,24 @@ def write_check_report(
         spaces=spaces,
         settings=tuple(settings),
         accepted=_accepted(report),
-        notes=[] if times is None else [f"{times}; {times.of_check}; {times.of_counts}"],
+        notes=_notes(report, net),
     )
     page, failure = check_page(content, net)
     write_atomically(output, page.encode())
     if failure is not None:
         warn(f"{output}: without pictures: {failure}")
+
+
+def _notes(report: Report, net: pn.Net) -> list[str]:
+    """Return what the page says of times: of the answers, and of the state spaces, which leave them out."""
+    from dineros.analysis.model.times import left_out_times
+
+    left_out = left_out_times(net)
+    text = report.text_of_times(left_out)
+    counts = [] if left_out is None else [left_out.of_counts]
+    if report.times is not None and counts:
+        counts = [f"the state spaces below leave them out; {counts[0]}"]
+    return ["; ".join([text, *counts])] if text else []
 
 
 def _accepted(report: Report) -> list[tuple[str, str, str]]:
@@ -68,7 +78,7 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
 
         builder = witness_builder(finding.witness, source)
         view = TraceCoder(builder, finding.rule).snapshot()
-        steps, loop = [step.text for step in finding.witness.steps], finding.witness.loop
+        steps, loop = [step.shown for step in finding.witness.steps], finding.witness.loop
     consequences = [(each.message, each.rule) for each in finding.consequences]
     return FindingEntry(
         finding.severity, finding.rule, finding.message, finding.elements, view, steps, loop, consequences

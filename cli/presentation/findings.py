@@ -31,15 +31,19 @@ def print_report(
     format: str,
     witnesses: bool,
     faults: Mapping[str, Fault] | None = None,
+    command: str = "check",
 ) -> None:
     """Print what was found: as ``text``, ``json``, ``sarif`` or ``junit``.
 
-    `faults` are the kinds of what can be found, by name, where they are not those of a check.
+    `faults` are the kinds of what can be found, by name, where they are not those of a check; `command` is
+    what found it.
     """
     from dineros.analysis.model.times import left_out_times
 
+    left_out = left_out_times(net) if report.times is None else None
     if format == "json":
-        say_json({**report.to_dict(str(model)), **rules_of(net), **times_fields(left_out_times(net), False)})
+        used = {} if report.times is None else {"times": {**report.times.to_dict(), "engine": report.by}}
+        say_json({**report.to_dict(str(model)), **rules_of(net), **times_fields(left_out, False), **used})
     elif format == "sarif":
         from dineros.analysis.checks.report_formats import to_sarif
 
@@ -47,10 +51,9 @@ def print_report(
     elif format == "junit":
         from dineros.analysis.checks.report_formats import to_junit
 
-        command = "check" if faults is None else "diff"
         say_lines(to_junit(report, net, model, f"dineros {command}").decode())
     else:
-        _print_text(report, model, witnesses, left_out_times(net))
+        _print_text(report, model, witnesses, left_out)
 
 
 class Coming:
@@ -128,7 +131,9 @@ def _print_text(report: Report, model: Path, witnesses: bool, times: LeftOutTime
         say(f"unknown: {unknown}", "magenta")
     for proved in report.proved:
         note(f"proved: {proved}")
-    if report.by:
+    if report.times is not None:
+        say(f"note: {report.times}; answered by: {report.by}")
+    elif report.by:
         note(f"answered by: {report.by}")
     if times is not None:
         say_times(times, times.of_check)

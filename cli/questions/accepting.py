@@ -61,10 +61,10 @@ class Acceptance:
 
     def apply(self, report: Report) -> Report:
         """Return a report with what is accepted set apart, and the worst findings first."""
-        from dineros.analysis.checks.check import FAULTS
+        from dineros.analysis.timed_checks.timed_check import TIMED_FAULTS
         from dineros.analysis.witnesses.findings import worst_first
 
-        report = self._suppressions.apply(report, FAULTS)
+        report = self._suppressions.apply(report, TIMED_FAULTS)
         report = self._baseline.apply(report) if self._baseline is not None else report
         return report.with_accepted(worst_first(report.findings), report.suppressed, report.known)
 

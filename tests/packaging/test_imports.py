@@ -94,6 +94,7 @@ FOLDERS = {
         "questions",
         "requirements",
         "checks",
+        "timed_checks",
         "suggestions",
         "consequences",
         "evidence",

@@ -198,7 +198,7 @@ def _plain_net(
         if isinstance(node, pn.Place):
             made[node] = pn.Place(id=id_of(node), name=node.name, tokens=node.tokens)
         elif isinstance(node, pn.Transition):
-            made[node] = pn.Transition(id=id_of(node), name=node.name)
+            made[node] = pn.Transition(id=id_of(node), name=node.name, interval=_copied(node.interval))
     page.objects.extend(made.values())  # type: ignore[arg-type]
     for original, copied in list(made.items()):
         if isinstance(original, pn.Transition) and isinstance(copied, pn.Transition):
@@ -214,6 +214,18 @@ def _plain_net(
         joined.append(joint)
     page.arcs.extend(joined)
     return made
+
+
+def _copied(interval: pn.TimeInterval | None) -> pn.TimeInterval | None:
+    """Return a copy of a firing interval, which has one owner."""
+    if interval is None:
+        return None
+    return pn.TimeInterval(
+        earliest=interval.earliest,
+        latest=interval.latest,
+        earliestExcluded=interval.earliestExcluded,
+        latestExcluded=interval.latestExcluded,
+    )
 
 
 def _image(arc: pn.Arc, end: pn.Node, made: dict[EObject, pn.Element]) -> pn.Node:

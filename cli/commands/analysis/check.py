@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,6 +39,7 @@ from dineros.cli.presentation.findings import Coming, print_report, show_failure
 from dineros.cli.presentation.scheduling import check_on_workers
 from dineros.cli.questions.accepting import Acceptance, baseline_options
 from dineros.cli.questions.suggesting import suggest
+from dineros.cli.questions.timed import time_option
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
     "dineros check robot.sym.xmi --suggest-callback-groups",
     "dineros check camera.sym.xmi --suggest-start-order",
     "dineros check sorting.sym.xmi -o report.html",
+    "dineros check handler.net --time --witnesses",
     "dineros check sorting.sym.xmi --write-baseline known.json",
 )
 @model_argument()
@@ -77,6 +80,7 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Decide liveness, reversibility and home markings, however long it takes.",
 )
+@time_option("Take firing intervals into account; each finding has a schedule.")
 @click.option("--witnesses", is_flag=True, help="Print how each finding comes about, step by step.")
 @output_option(
     "Write a report (.html); or how the findings come about to OUT, OUT with .2, .3 ... (JSON Lines)."
@@ -101,6 +105,7 @@ def check(
     suggest_callback_groups: bool,
     suggest_start_order: bool,
     behaviour: bool,
+    timed: bool,
     witnesses: bool,
     output: Path | None,
     certificate: Path | None,
@@ -120,6 +125,7 @@ def check(
     start_quickly()
     from dineros.analysis.checks.check import check as check_model
     from dineros.analysis.consequences.folding import fold_consequences
+    from dineros.analysis.timed_checks.timed_check import TIMED_FAULTS, check_timed
     from dineros.analysis.witnesses.findings import Report, Unknown
 
     format = "json" if as_json else format
@@ -130,9 +136,19 @@ def check(
     }
     suggests = [option for option, is_asked in asked.items() if is_asked]
     if suggests:
-        written = {"-o": output, "--certificate": certificate, "--scheduler": scheduler}
+        written: dict[str, object] = {"-o": output, "--certificate": certificate, "--scheduler": scheduler}
         written |= {"--baseline": baseline, "--write-baseline": write_baseline}
+        written |= {"--time": timed or None}
         _refuse_beside(suggests, format, [option for option, value in written.items() if value is not None])
+    if timed:
+        _refuse_with_time(
+            {
+                "--behaviour": behaviour,
+                "--confirm": confirm,
+                "--scheduler": scheduler,
+                "--certificate": certificate,
+            }
+        )
     if certificate is not None:
         refuse_certificates(certificate, also_folder=True)
     net = load_valid(model, settings)
@@ -142,9 +158,9 @@ def check(
     run, report = search(), Report()
 
     def so_far(ending: str) -> int:
-        rest = Report(report.findings, report.proved, [*report.unknown, Unknown("everything else", ending)])
+        rest = replace(report, unknown=[*report.unknown, Unknown("everything else", ending)])
         rest = acceptance.apply(rest)
-        print_report(rest, net, model, format, witnesses)
+        print_report(rest, net, model, format, witnesses, TIMED_FAULTS)
         if write_baseline is not None:
             warn(f"{write_baseline} is not written: {ending}")
         return _status(rest)
@@ -153,7 +169,9 @@ def check(
     if format == "text":
         run.follow(Coming(report, acceptance.apply))
     confirmation, budget = None, run.budget().begun()
-    if scheduler is None:
+    if timed:
+        check_timed(net, budget, report, orders_beside(model, no_cache))
+    elif scheduler is None:
         check_model(net, budget, report, behaviour, orders_beside(model, no_cache))
         if confirm and report.space is not None:
             from dineros.analysis.evidence.confirmation import confirm_space
@@ -166,12 +184,13 @@ def check(
         )
     if confirmation is not None:
         add_confirmation(report, confirmation)
-    fold_consequences(net, report, budget, orders_beside(model, no_cache))
+    if report.times is None:
+        fold_consequences(net, report, budget, orders_beside(model, no_cache))
     report = acceptance.apply(report)
     with run.answer():
         report = acceptance.write(report)
         show_failures(report)
-        print_report(report, net, model, format, witnesses)
+        print_report(report, net, model, format, witnesses, TIMED_FAULTS)
         if confirm:
             say_confirmation(confirmation, format != "text")
     status = _status(report)
@@ -213,6 +232,13 @@ def _refuse_beside(options: Sequence[str], format: str, others: Sequence[str]) -
         raise click.UsageError(f"--scheduler does not go with {options[0]}")
     if others:
         raise click.UsageError(f"{what} are no findings: {others[0]} does not go with {options[0]}")
+
+
+def _refuse_with_time(options: Mapping[str, object]) -> None:
+    """Refuse what does not go with times."""
+    for option, value in options.items():
+        if value:
+            raise click.UsageError(f"--time does not go with {option}")
 
 
 def _status(report: Report) -> int:

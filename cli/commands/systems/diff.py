@@ -57,5 +57,13 @@ def diff(
     report = compared(source.system(lambda seen: bool(compared(seen).findings)))
     report.findings = worst_first(report.findings)
     with search().answer():
-        print_report(report, system, model, "json" if as_json else format, witnesses=False, faults=FAULTS)
+        print_report(
+            report,
+            system,
+            model,
+            "json" if as_json else format,
+            witnesses=False,
+            faults=FAULTS,
+            command="diff",
+        )
     return VIOLATED if any(finding.severity != "note" for finding in report.findings) else HOLDS

@@ -1,0 +1,130 @@
+"""What a time Petri net can do: which transitions fire, where it ends, and what takes no time.
+
+Classes are compared by inclusion, so only the largest ones are kept. They have the markings and firings of
+all classes; a class in which nothing can fire holds no state in which something can.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from dineros.analysis.answers.budget import RAN_OUT, Budget
+from dineros.analysis.nets.compiled import Int64Array
+from dineros.analysis.nets.coverability import Pumping
+from dineros.analysis.timed.classes import Kind
+from dineros.analysis.timed.graph import enabling
+from dineros.analysis.timed.growth import growing_loop
+from dineros.analysis.timed.nets import TimedNet
+from dineros.analysis.timed.search import ClassSearch
+
+FIRST_LOOK = 500
+"""Classes after which it is asked whether tokens grow for ever, and again with four times as many."""
+
+_REASONS = {
+    **RAN_OUT,
+    "states": "there are too many state classes",
+    "tokens": "a place holds too many tokens",
+}
+
+Trace = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Explored:
+    """What was found.
+
+    Attributes
+    ----------
+    net : TimedNet
+    search : ClassSearch
+        Ended.
+    growth : Pumping or None
+        A loop by which tokens grow for ever; then the search ended early.
+    """
+
+    net: TimedNet
+    search: ClassSearch
+    growth: Pumping | None = None
+
+    @property
+    def kind(self) -> Kind:
+        """Which classes were built."""
+        return self.search.kind
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all markings and firings are known."""
+        return self.search.is_done
+
+    @property
+    def reason(self) -> str:
+        """Why not all is known; empty if it is."""
+        if self.is_complete:
+            return ""
+        reason = self.search.reason or "tokens grow without bound, so the search has no end"
+        return _REASONS.get(reason, reason)
+
+    @cached_property
+    def markings(self) -> Int64Array:
+        """The markings found, one a row, places in the order of the net."""
+        return self.search.markings()
+
+    @cached_property
+    def ways(self) -> dict[int, Trace]:
+        """By transition that was seen to fire: a sequence that ends with it, with as few firings as found."""
+        return {
+            transition: (*self.search.trace(number), transition)
+            for transition, number in self.search.first_sources().items()
+        }
+
+    @cached_property
+    def ends(self) -> list[tuple[int, Trace]]:
+        """The markings in which nothing can fire any more, by row, with a way there; if all are known."""
+        dead = np.flatnonzero(self.search.dead()) if self.is_complete else np.zeros(0, dtype=np.int64)
+        first: dict[int, int] = {}
+        for number in dead.tolist():
+            first.setdefault(int(self.search.marking_of[number]), number)
+        return [(row, self.search.trace(number)) for row, number in first.items()]
+
+    def way_to(self, row: int) -> Trace:
+        """Return a way to a marking that was found."""
+        return self.search.trace(int(np.flatnonzero(self.search.marking_of == row)[0]))
+
+    def enabled_at(self, transition: int) -> Int64Array:
+        """Return the rows of the markings with the tokens for a transition."""
+        held = enabling(self.net.untimed, self.net, transition, self.markings)
+        return np.flatnonzero(held)
+
+
+def explore_timed(net: TimedNet, budget: Budget) -> Explored:
+    """Build the largest state classes of a net, or find out that tokens grow for ever.
+
+    The strong classes (E) are built if the net has priorities, else the linear ones (M).
+    """
+    kind: Kind = "E" if net.has_priorities else "M"
+    search = ClassSearch(net, kind, budget, keeps_parents=True, is_breadth_first=True)
+    found: list[Pumping] = []
+    next_look = FIRST_LOOK
+
+    def grows() -> bool:
+        nonlocal next_look
+        while not found and (search.classes >= next_look or search.reason == "tokens"):
+            pumping = growing_loop(net, search.trace(_fullest(search, next_look)))
+            found.extend([pumping] if pumping is not None else [])
+            if search.reason == "tokens":
+                break
+            next_look *= 4
+        return bool(found)
+
+    search.run(grows)
+    return Explored(net, search, found[0] if found else None)
+
+
+def _fullest(search: ClassSearch, among: int) -> int:
+    """Return a class with the most tokens, of so many that were found first."""
+    chosen = search.marking_of[:among]
+    sums = search.markings(0, int(chosen.max()) + 1).sum(axis=1)
+    return int(sums[chosen].argmax())

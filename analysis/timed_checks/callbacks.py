@@ -1,0 +1,136 @@
+"""Callbacks that can wait for ever in a net with times.
+
+A state class from which no class without the callback can be reached holds only states in which it waits for
+ever. Linear classes do not tell the converse, so that every callback can end is proved in another way: no
+run stays in it for ever.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+import numpy as np
+
+from dineros.analysis.callbacks.blocking import MOST_PARTS, Blocked
+from dineros.analysis.callbacks.circles import Circle
+from dineros.analysis.callbacks.waiting import Callback
+from dineros.analysis.checks.blocking import Callbacks
+from dineros.analysis.checks.question import Checked
+from dineros.analysis.nets.graph_parts import numbered_parts
+from dineros.analysis.timed.graph import WAITING, Flags, TimedGraph, timed_graph
+from dineros.analysis.timed_checks.timed_checked import with_times
+
+GRAPH_SHARE = 0.5
+"""Part of the time that is left for the graph of all classes."""
+
+
+class TimedCallbacks(Callbacks):
+    """Whether callbacks can wait for ever with times."""
+
+    needs_space: ClassVar[bool] = True
+
+    def ask(self, checked: Checked) -> None:
+        """Look for classes that no way out leads from."""
+        known = with_times(checked)
+        callbacks = list(checked.waiting.callbacks.values())
+        if not callbacks:
+            return
+        if not known.explored.is_complete:
+            checked.leave_open(self.asks, known.explored.reason)
+            return
+        net = known.timed.timed
+        graph = timed_graph(net, "S" if net.has_priorities else "W", checked.budget.share(GRAPH_SHARE))
+        found = self._report(checked, _blocked(graph, known.waiting.circle, callbacks))
+        others = "every other callback that has begun ends" if found else "every callback that has begun ends"
+        if all(_always_ends(graph, callback) or _doomed(graph, callback).any() for callback in callbacks):
+            checked.report.proved.append(others)
+        else:
+            asks = "which other callbacks can wait for ever" if found else self.asks
+            checked.leave_open(asks, "some run stays in one for ever, and linear classes tell no more")
+
+
+def _blocked(graph: TimedGraph, circle_of: object, callbacks: list[Callback]) -> Iterator[Blocked]:
+    """Yield the callbacks that wait for ever: each circle once, and each other callback once."""
+    assert callable(circle_of)
+    known: set[Circle] = set()
+    for callback in callbacks:
+        doomed = _doomed(graph, callback)
+        if not doomed.any():
+            continue
+        lasts = _last_classes(graph, doomed)
+        is_alone = True
+        for number in lasts:
+            circle: Circle | None = circle_of(graph.markings[graph.marking_of[number]].tolist())
+            is_alone &= circle is None
+            if circle is not None and circle not in known:
+                known.add(circle)
+                yield Blocked(callback.waiter, circle, _way(graph, number))
+        if is_alone:
+            yield Blocked(callback.waiter, None, _way(graph, lasts[0]))
+
+
+def _runs(graph: TimedGraph, callback: Callback) -> Flags:
+    """Return by class whether a callback has begun and not ended."""
+    tokens = graph.markings[:, list(callback.places)].max(axis=1)
+    return np.asarray(tokens > 0)[graph.marking_of]
+
+
+def _doomed(graph: TimedGraph, callback: Callback) -> Flags:
+    """Return the classes from which no class without a callback can be reached."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import breadth_first_order
+
+    ended = np.flatnonzero(~_runs(graph, callback))
+    # Backwards, from one more node that leads to all classes without it.
+    source = np.concatenate([graph.target, np.full(len(ended), graph.classes)])
+    target = np.concatenate([graph.source, ended])
+    size = graph.classes + 1
+    matrix = csr_array((np.ones(len(source), dtype=np.int8), (source, target)), shape=(size, size))
+    doomed = np.ones(size, dtype=np.bool_)
+    doomed[breadth_first_order(matrix, graph.classes, return_predecessors=False)] = False
+    return doomed[:-1]
+
+
+def _always_ends(graph: TimedGraph, callback: Callback) -> bool:
+    """Whether no run stays for ever in classes with a callback."""
+    runs = _runs(graph, callback)
+    inside = runs[graph.source] & runs[graph.target]
+    source, target = graph.source[inside], graph.target[inside]
+    if (source == target).any():
+        return False
+    _, part = numbered_parts(graph.classes, source.astype(np.int32), target.astype(np.int32))
+    has_after = np.zeros(graph.classes, dtype=np.bool_)
+    has_after[graph.source] = True
+    return bool((part[source] != part[target]).all() and has_after[runs].all())
+
+
+def _last_classes(graph: TimedGraph, among: Flags) -> list[int]:
+    """Return a class of each part that is never left, of some classes that are never left together."""
+    inside = among[graph.source]
+    source, target = graph.source[inside], graph.target[inside]
+    _, part = numbered_parts(graph.classes, source.astype(np.int32), target.astype(np.int32))
+    leaves = np.zeros(int(part.max(initial=0)) + 1, dtype=np.bool_)
+    leaves[part[source[part[source] != part[target]]]] = True
+    numbers = np.flatnonzero(among & ~leaves[part])
+    _, first = np.unique(part[numbers], return_index=True)
+    return [int(numbers[at]) for at in np.sort(first)[:MOST_PARTS]]
+
+
+def _way(graph: TimedGraph, goal: int) -> tuple[int, ...]:
+    """Return a shortest firing sequence to a class."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import breadth_first_order
+
+    fires = np.flatnonzero(graph.label != WAITING)
+    source, target = graph.source[fires], graph.target[fires]
+    size = graph.classes
+    matrix = csr_array((np.ones(len(source), dtype=np.int8), (source, target)), shape=(size, size))
+    _, before = breadth_first_order(matrix, 0, return_predecessors=True)
+    way: list[int] = []
+    while goal != 0:
+        previous = int(before[goal])
+        edge = np.flatnonzero((source == previous) & (target == goal))[0]
+        way.append(int(graph.label[fires[edge]]))
+        goal = previous
+    return tuple(reversed(way))

@@ -1,0 +1,211 @@
+"""Faults that only nets with times have: time that stops, and transitions that always come too late."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from dineros.analysis.checks.question import Checked, Question
+from dineros.analysis.checks.unused import TRANSITION
+from dineros.analysis.nets.compiled import Int64Array
+from dineros.analysis.nets.graph_parts import numbered_parts
+from dineros.analysis.timed.exploring import Explored, Trace
+from dineros.analysis.timed.graph import enabling, timed_graph
+from dineros.analysis.timed.nets import TimedNet
+from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
+from dineros.analysis.witnesses.findings import Fault, witness_of
+
+GRAPH_SHARE = 0.3
+"""Part of the time for the graph of strong classes, which only nets with priorities need here."""
+
+Edges = tuple[Int64Array, Int64Array, Int64Array]
+"""Sources, targets and transitions."""
+
+
+class NeverInTime(Question):
+    """Whether a transition gets its tokens, but never fires, because others always come first."""
+
+    TOO_LATE = Fault(
+        "never-in-time",
+        "warning",
+        "A transition gets its tokens, but never fires: others always come before its interval begins.",
+        "transition {transition} gets its tokens, but never fires: others always come before its interval "
+        "{interval} begins",
+    )
+    faults = (TOO_LATE,)
+    asks = "which transitions never fire in time"
+
+    def ask(self, checked: Checked) -> None:
+        """Look for markings that enable what never fires. What is said so is not said to be dead, too."""
+        known = with_times(checked)
+        explored, subject = known.explored, known.timed
+        if not explored.is_complete:
+            return  # what never fires is open then, and said to be
+        names = subject.net.transitions
+        firing = {subject.transition_element(t) for t in explored.ways}
+        found: set[str] = set()
+        for t in range(len(names)):
+            element, link = subject.transition_element(t), subject.link_of(names[t])
+            if element in firing or element in found or (link is not None and link.maker is not None):
+                continue
+            rows = explored.enabled_at(t)
+            if len(rows):
+                found.add(element)
+                witness = witness_of(subject, explored.way_to(int(rows[0])))
+                words = {"transition": subject.transition_text(t), "interval": explored.net.intervals[t]}
+                checked.report.findings.append(self.TOO_LATE.found(element, witness=witness, **words))
+        checked.report.findings = [
+            one
+            for one in checked.report.findings
+            if one.rule != TRANSITION.rule or found.isdisjoint(one.elements)
+        ]
+
+
+class TimeStops(Question):
+    """Whether infinitely many firings can happen in no time, or priorities keep time from going on.
+
+    A transition with the interval ``[0,0]`` fires before time goes on. A loop of such transitions never lets
+    time go on. A loop with other transitions may: each of them is enabled anew in each round, and waits then.
+    """
+
+    STOPS = Fault(
+        "time-stops",
+        "error",
+        "Infinitely many firings can happen in no time.",
+        "time can stop: {loop} can fire again and again in no time",
+    )
+    LOCKED = Fault(
+        "time-lock",
+        "error",
+        "A state can be reached in which something has to fire, and priorities forbid it.",
+        "time can come to an end: {transitions} have priority over each other, so none of them fires",
+    )
+    faults = (STOPS, LOCKED)
+    asks = "whether time can stop"
+
+    def ask(self, checked: Checked) -> None:
+        """Look for loops of transitions that fire at once."""
+        known = with_times(checked)
+        explored = known.explored
+        self._find_locks(known)
+        loop = _pumped(explored) or _loop(known)
+        if loop is not None:
+            stem, repeated = loop
+            witness = witness_of(known.subject, [*stem, *repeated], len(stem))
+            ids = dict.fromkeys(known.subject.transition_element(t) for t in repeated)
+            words = ", ".join(dict.fromkeys(known.subject.transition_text(t) for t in repeated))
+            known.report.findings.append(self.STOPS.found(*ids, witness=witness, loop=words))
+        elif explored.is_complete:
+            known.report.proved.append("no loop of firings happens in no time")
+        else:
+            checked.leave_open(self.asks, explored.reason)
+
+    def _find_locks(self, known: TimedChecked) -> None:
+        """Find ends in which transitions with priority over themselves, through others, are enabled."""
+        net = known.explored.net
+        circular = [t for t, above in enumerate(net.above) if t in above]
+        if not circular:
+            return
+        for row, trace in known.explored.ends:
+            held = [t for t in circular if row in known.explored.enabled_at(t)]
+            if held:
+                ids = [known.subject.transition_element(t) for t in held]
+                words = ", ".join(known.subject.transition_text(t) for t in held)
+                witness = witness_of(known.subject, trace)
+                known.report.findings.append(self.LOCKED.found(*ids, witness=witness, transitions=words))
+                return
+
+
+def immediate(net: TimedNet) -> list[int]:
+    """Return the transitions that fire as soon as they are enabled: their interval is ``[0,0]``."""
+    return [t for t, interval in enumerate(net.intervals) if interval.latest == 0]
+
+
+def _pumped(explored: Explored) -> tuple[Trace, Trace] | None:
+    """Return a loop that makes tokens grow, if all of it happens at once."""
+    growth = explored.growth
+    if growth is None or not set(growth.suffix) <= set(immediate(explored.net)):
+        return None
+    return growth.prefix, growth.suffix
+
+
+def _loop(known: TimedChecked) -> tuple[Trace, Trace] | None:
+    """Return a way to a loop of firings that happen at once, and the loop."""
+    explored = known.explored
+    net = explored.net
+    if not immediate(net):
+        return None
+    if net.has_priorities:
+        graph = timed_graph(net, "S", known.budget.share(GRAPH_SHARE))
+        kept = np.isin(graph.label, immediate(net))
+        edges = graph.source[kept], graph.target[kept], graph.label[kept]
+        loop = _circle(graph.classes, edges)
+        if loop is None:
+            return None
+        return explored.way_to(_row(explored, graph.markings[graph.marking_of[loop[0]]])), loop[1]
+    # Without priorities, what is enabled with [0,0] can fire in each state of its marking.
+    loop = _circle(len(explored.markings), _moves(net, explored.markings))
+    return None if loop is None else (explored.way_to(loop[0]), loop[1])
+
+
+def _row(explored: Explored, marking: Int64Array) -> int:
+    return int(np.flatnonzero((explored.markings == marking).all(axis=1))[0])
+
+
+def _moves(net: TimedNet, markings: Int64Array) -> Edges:
+    """Return the firings that happen at once, from marking to marking."""
+    row_of = {row.tobytes(): number for number, row in enumerate(np.ascontiguousarray(markings))}
+    sources: list[int] = []
+    targets: list[int] = []
+    labels: list[int] = []
+    for t in immediate(net):
+        change = np.zeros(markings.shape[1], dtype=np.int64)
+        for place, tokens in net.untimed.delta[t].items():
+            change[place] = tokens
+        for row in np.flatnonzero(enabling(net.untimed, net, t, markings)).tolist():
+            target = row_of.get((markings[row] + change).tobytes())
+            if target is not None:  # of a search that ended early, not all are known
+                sources.append(row)
+                targets.append(target)
+                labels.append(t)
+    made = (np.array(column, dtype=np.int64) for column in (sources, targets, labels))
+    return next(made), next(made), next(made)
+
+
+def _circle(size: int, edges: Edges) -> tuple[int, Trace] | None:
+    """Return a node of a circle, and the labels of the shortest circle from it; None if there is none."""
+    source, target, label = edges
+    if not len(source):
+        return None
+    _, part = numbered_parts(size, source.astype(np.int32), target.astype(np.int32))
+    inside = np.flatnonzero(part[source] == part[target])
+    if not len(inside):
+        return None
+    start = int(source[inside].min())
+    return start, tuple(_round(start, source[inside], target[inside], label[inside]))
+
+
+def _round(start: int, source: Int64Array, target: Int64Array, label: Int64Array) -> Sequence[int]:
+    """Return the labels of a shortest way from a node of a circle back to it."""
+    after: dict[int, list[tuple[int, int]]] = {}
+    for a, b, t in zip(source.tolist(), target.tolist(), label.tolist(), strict=True):
+        after.setdefault(a, []).append((b, t))
+    before: dict[int, tuple[int, int]] = {}
+    queue = deque([start])
+    while queue:
+        here = queue.popleft()
+        for there, fired in after.get(here, ()):
+            if there == start:
+                return [*reversed(list(_back(here, start, before))), fired]
+            if there not in before:
+                before[there] = here, fired
+                queue.append(there)
+    raise AssertionError("a node of a strongly connected part is on a circle")
+
+
+def _back(here: int, start: int, before: dict[int, tuple[int, int]]) -> Iterator[int]:
+    while here != start:
+        here, fired = before[here]
+        yield fired

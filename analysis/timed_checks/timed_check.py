@@ -1,0 +1,107 @@
+"""Every question of a check that can be asked of a net with its firing intervals.
+
+The largest state classes are built once. They tell all markings and all firings, so they answer what queues
+lose, what never happens and where the net ends. Stored properties are asked one by one. What cannot be
+decided with times stays unknown, with its reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.checks.check import FAULTS, check
+from dineros.analysis.checks.clauses import Clauses
+from dineros.analysis.checks.goals import Goals
+from dineros.analysis.checks.matching import Matching
+from dineros.analysis.checks.overflow import Overflow, Presence
+from dineros.analysis.checks.properties import Properties
+from dineros.analysis.checks.question import Checked, Question
+from dineros.analysis.checks.unused import Use
+from dineros.analysis.symbolic.order_cache import OrderCache
+from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subject
+from dineros.analysis.timed_checks.boundedness import TimedBoundedness, TimedPlaces
+from dineros.analysis.timed_checks.callbacks import TimedCallbacks
+from dineros.analysis.timed_checks.endings import TimedDeadlock
+from dineros.analysis.timed_checks.faults_of_time import NeverInTime, TimeStops
+from dineros.analysis.timed_checks.timed_checked import TimedChecked
+from dineros.analysis.witnesses.findings import Report
+from dineros.metamodel import pn
+
+TIMED_QUESTIONS: tuple[Question, ...] = (
+    Clauses(),
+    Matching(),
+    TimedBoundedness(),
+    Overflow(),
+    Presence(),
+    Use(),
+    NeverInTime(),
+    TimedDeadlock(),
+    TimeStops(),
+    TimedCallbacks(),
+    Goals(),
+    TimedPlaces(),
+    Properties(),
+)
+"""All questions, in the order they are asked."""
+
+TIMED_FAULTS = FAULTS | {
+    fault.rule: fault for question in (NeverInTime, TimeStops) for fault in question.faults
+}
+"""All that a check with times may find, by its rule."""
+
+
+def check_timed(
+    model: pn.Net,
+    budget: Budget = UNLIMITED,
+    report: Report | None = None,
+    orders: OrderCache | None = None,
+    questions: Sequence[Question] | None = None,
+) -> Report:
+    """Ask everything that can be asked of a model with its firing intervals.
+
+    A model without intervals is checked as `check` does.
+
+    Parameters
+    ----------
+    model : pn.Net
+        A system model, or any place/transition net.
+    budget : Budget, optional
+        What it may cost; running out of time or memory leaves questions unknown.
+    report : Report, optional
+        Where to put the answers as they come.
+    orders : OrderCache, optional
+        For a model without intervals, where orders of levels are kept.
+    questions : sequence of Question, optional
+        Which ones, `TimedBoundedness` among them; all by default.
+
+    Raises
+    ------
+    DinerosError
+        An interval is empty or negative.
+    """
+    report = Report() if report is None else report
+    subject = timed_base_subject(model)
+    if not subject.timed.has_times:
+        return check(model, budget, report, orders=orders)
+    report.times = subject.used_times
+    checked = _checked(model, subject, report, budget)
+    for question in TIMED_QUESTIONS if questions is None else questions:
+        if checked.is_closed and question.needs_space:
+            report.open_rules |= {fault.rule for fault in question.faults}
+            continue
+        before = len(report.unknown)
+        checked.budget.stage(question.asks)
+        with checked.guarded(partial(question.leave_open, checked)):
+            checked.budget.check_time()
+            question.ask(checked)
+        if len(report.unknown) > before:
+            report.open_rules |= {fault.rule for fault in question.faults}
+    return report
+
+
+def _checked(model: pn.Net, subject: TimedSubject, report: Report, budget: Budget) -> Checked:
+    checked = TimedChecked(model, report, budget.begun(), None, None)
+    checked.subject = subject
+    return checked

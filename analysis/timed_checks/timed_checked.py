@@ -1,0 +1,34 @@
+"""What is checked with times, and what is known of it so far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from dineros.analysis.checks.question import Checked
+from dineros.analysis.timed.exploring import Explored
+from dineros.analysis.timed.timed_subject import TimedSubject
+
+
+@dataclass
+class TimedChecked(Checked):
+    """A model under a check with times.
+
+    Attributes
+    ----------
+    explored : Explored
+        Its state classes; there once `TimedBoundedness` has been asked.
+    """
+
+    explored: Explored = field(init=False)
+
+    @property
+    def timed(self) -> TimedSubject:
+        """The net with its times."""
+        assert isinstance(self.subject, TimedSubject)
+        return self.subject
+
+
+def with_times(checked: Checked) -> TimedChecked:
+    """Return what is checked as such with times; questions of a check with times ask only of those."""
+    assert isinstance(checked, TimedChecked)
+    return checked
