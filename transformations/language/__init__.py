@@ -15,7 +15,7 @@ from dineros.transformations.language.functions import (
     number,
     position,
 )
-from dineros.transformations.language.patterns import Absent, Index, Made, Node
+from dineros.transformations.language.patterns import Absent, Index, Made, Node, Pattern
 from dineros.transformations.language.rule import Rule
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "New",
     "Node",
     "Path",
+    "Pattern",
     "Rule",
     "RuleError",
     "ancestor",

@@ -146,6 +146,19 @@ class Made(Variable):
         return Member(self, name, fragment.class_of(name, rule_line()))
 
 
+class Pattern:
+    """Left-hand side elements that several rules match, written once.
+
+    A subclass makes them in its constructor, as attributes; a subclass of that extends them. A rule has such
+    a pattern among its own elements: it matches them in their order, in the place of the pattern, and
+    placeholders name them as if they were its own.
+    """
+
+    def elements(self) -> dict[str, Node | Made | Index]:
+        """Return the elements by name, in the order they were made."""
+        return {name: value for name, value in vars(self).items() if isinstance(value, (Node, Made, Index))}
+
+
 class Absent:
     """A forbidden pattern: a match is rejected where these nodes can be matched as well."""
 

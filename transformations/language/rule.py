@@ -13,7 +13,7 @@ from dineros.metamodel.errors import near_matches, with_article
 from dineros.transformations.language.creation import Copy, ForAll, Fragment, Maker, New
 from dineros.transformations.language.errors import RuleError, UnknownRoleError, rule_line
 from dineros.transformations.language.expressions import Expression, Text, Variable
-from dineros.transformations.language.patterns import Absent, Context, Index, Made, Node
+from dineros.transformations.language.patterns import Absent, Context, Index, Made, Node, Pattern
 
 
 class RuleType(type):
@@ -38,8 +38,8 @@ class Rule(Maker, metaclass=RuleType):
     Attributes
     ----------
     lhs : sequence of Node, Made or Index, optional
-        What to match; by default, all such elements of the class body, in their order, but those that stand
-        in `Absent` or `ForAll`.
+        What to match; by default, all such elements of the class body and of its patterns, in their order,
+        but those that stand in `Absent` or `ForAll`.
     rhs : sequence of Node, Made, Index, New, Copy or ForAll, optional
         What there is afterwards; by default, the left-hand side and all that the class body makes, in its
         order.
@@ -63,12 +63,13 @@ class Rule(Maker, metaclass=RuleType):
         super().__init_subclass__(**kwargs)
         if is_base:
             return
-        names = {
-            name: value
-            for base in reversed(cls.__mro__)
-            for name, value in vars(base).items()
-            if not name.startswith("_")
-        }
+        names: dict[str, Any] = {}
+        for base in reversed(cls.__mro__):
+            for name, value in vars(base).items():
+                if isinstance(value, Pattern):
+                    names.update(value.elements())
+                elif not name.startswith("_"):
+                    names[name] = value
         if "lhs" not in names:
             cls.lhs = list(_matched(cls, names))
         if "rhs" not in names:

@@ -15,7 +15,7 @@ from dineros.transformations.language.creation import Fragment, New
 from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import ancestor, count
 from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Absent, Index, Made, Node
+from dineros.transformations.language.patterns import Absent, Index, Made, Node, Pattern
 from dineros.transformations.rules.histories import R3
 from dineros.transformations.rules.notation import arc, place, read
 from dineros.transformations.rules.phases import Phase, StandardRule
@@ -93,6 +93,20 @@ class E1(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     )
 
 
+class FreeThreads(Pattern):
+    """The node around a place or page, and the free threads of its executor.
+
+    Parameters
+    ----------
+    inside : Expression
+        The place or page.
+    """
+
+    def __init__(self, inside: Expression) -> None:
+        self.node = Node(sym.NodeNet, of=ancestor(inside, sym.NodeNet))
+        self.threads = Made(E1.threads, of=self.node)
+
+
 class E2(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """An exclusive callback group runs one callback at a time."""
 
@@ -125,17 +139,33 @@ class E3(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     where = [HoldsThread(page)]
 
 
+class Execution(FreeThreads):
+    """The threads that a callback needs, and how often it runs."""
+
+    def __init__(self, page: Node) -> None:
+        super().__init__(page)
+        self.running = Made(E3.running, of=page)
+
+
+class InstanceCallback(Pattern):
+    """The callback page of an instance of a server."""
+
+    def __init__(self) -> None:
+        self.service = Node(sym.ServiceChannel)
+        self.instance = Index(upto=instances(self.service))
+        self.copy = Made(S4.page, of=[self.service, self.instance])
+        self.page = Node(sym.CallbackPage, of=self.copy)
+
+
 class E3Take(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A subscriber's callback begins when a message is taken from the reader history."""
 
     reader = Node(sym.SubscriberPort)
     page = Node(sym.CallbackPage, of=Callback(reader.place))
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
     queue = Made(R3.queue, of=reader)
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
+    on = Execution(page)
 
-    beginning = Beginning(queue.leave, threads, running)
+    beginning = Beginning(queue.leave, on.threads, on.running)
 
 
 class E3Tick(StandardRule, phase=Phase.beginnings, middleware="ros2"):
@@ -144,11 +174,9 @@ class E3Tick(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     page = Node(sym.CallbackPage)
     begin = Node(pn.Transition, of=Beginnings(page))
     end = Node(pn.Transition, of=Ends(page))
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
+    on = Execution(page)
 
-    beginning = Beginning(begin, threads, running)
+    beginning = Beginning(begin, on.threads, on.running)
 
     absent = [Absent(end, where=[end == begin])]
 
@@ -156,16 +184,11 @@ class E3Tick(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 class E3Serve(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A server's callback begins when its instance takes a request, a late one too."""
 
-    service = Node(sym.ServiceChannel)
-    instance = Index(upto=instances(service))
-    copy = Made(S4.page, of=[service, instance])
-    page = Node(sym.CallbackPage, of=copy)
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    serving = Made(Serving, of=[service, instance])
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
+    server = InstanceCallback()
+    serving = Made(Serving, of=[server.service, server.instance])
+    on = Execution(server.page)
 
-    beginning = Beginning(serving.t_call, threads, running)
+    beginning = Beginning(serving.t_call, on.threads, on.running)
 
 
 class E3Once(StandardRule, phase=Phase.exclusion, middleware="ros2"):
@@ -174,10 +197,9 @@ class E3Once(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     page = Node(sym.CallbackPage)
     move = Node(pn.Transition, of=Beginnings(page))
     end = Node(pn.Transition, of=Ends(page))
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    threads = Made(E1.threads, of=node)
+    on = FreeThreads(page)
 
-    needs_thread = read(threads, move)
+    needs_thread = read(on.threads, move)
 
     where = [end == move]
 
@@ -198,11 +220,9 @@ class E4(StandardRule, phase=Phase.endings, middleware="ros2"):
     page = Node(sym.CallbackPage)
     end = Node(pn.Transition, of=Ends(page))
     begin = Node(pn.Transition, of=Beginnings(page))
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
+    on = Execution(page)
 
-    ending = Ending(end, threads, running)
+    ending = Ending(end, on.threads, on.running)
 
     absent = [Absent(begin, where=[begin == end])]
 
@@ -210,16 +230,11 @@ class E4(StandardRule, phase=Phase.endings, middleware="ros2"):
 class E4Reply(StandardRule, phase=Phase.endings, middleware="ros2"):
     """A server's callback ends with its response, be it to nobody."""
 
-    service = Node(sym.ServiceChannel)
-    instance = Index(upto=instances(service))
-    copy = Made(S4.page, of=[service, instance])
-    page = Node(sym.CallbackPage, of=copy)
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    answering = Made(Answering, of=[service, instance])
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
+    server = InstanceCallback()
+    answering = Made(Answering, of=[server.service, server.instance])
+    on = Execution(server.page)
 
-    ending = Ending(answering.t_return, threads, running)
+    ending = Ending(answering.t_return, on.threads, on.running)
 
 
 class E4Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
@@ -249,11 +264,10 @@ class E5(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """A response is taken between callbacks, by a thread that is free."""
 
     client = Node(sym.ClientPort)
-    node = Node(sym.NodeNet, of=ancestor(client.response, sym.NodeNet))
     t_res = Made(S1.t_res, of=client)
-    threads = Made(E1.threads, of=node)
+    on = FreeThreads(client.response)
 
-    needs_thread = read(threads, t_res)
+    needs_thread = read(on.threads, t_res)
 
     where = [~BeginsCallback(client), ~Awaited(client)]
 
@@ -275,12 +289,10 @@ class E6(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.response))
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
     t_res = Made(S1.t_res, of=client)
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
+    on = Execution(page)
 
-    beginning = Beginning(t_res, threads, running)
+    beginning = Beginning(t_res, on.threads, on.running)
 
     where = [BeginsCallback(client)]
 
@@ -307,20 +319,25 @@ class E7(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     awaiting = place("{page.id}.awaiting", means=Meaning("{callback} awaits a response", part="awaiting"))
 
 
+class AwaitingExecution(Execution):
+    """The same of a callback that may await a response."""
+
+    def __init__(self, page: Node) -> None:
+        super().__init__(page)
+        self.awaiting = Made(E7.awaiting, of=page)
+
+
 class E7Call(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """A callback that awaits gives its thread back when it asks, and takes one when it goes on."""
 
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.request))
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
     t_req = Made(S1.t_req, of=client)
     t_res = Made(S1.t_res, of=client)
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
-    awaiting = Made(E7.awaiting, of=page)
+    on = AwaitingExecution(page)
 
-    asks = [arc(running, t_req), arc(t_req, threads), arc(t_req, awaiting)]
-    goes_on = [arc(awaiting, t_res), arc(threads, t_res), arc(t_res, running)]
+    asks = [arc(on.running, t_req), arc(t_req, on.threads), arc(t_req, on.awaiting)]
+    goes_on = [arc(on.awaiting, t_res), arc(on.threads, t_res), arc(t_res, on.running)]
 
     where = [Awaited(client)]
 
@@ -331,11 +348,12 @@ class E7GiveUp(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.request))
     given = Made(GiveUp, of=client)
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
-    awaiting = Made(E7.awaiting, of=page)
+    on = AwaitingExecution(page)
 
-    goes_on = [arc(awaiting, given.give_up), arc(threads, given.give_up), arc(given.give_up, running)]
+    goes_on = [
+        arc(on.awaiting, given.give_up),
+        arc(on.threads, given.give_up),
+        arc(given.give_up, on.running),
+    ]
 
     where = [Awaited(client)]

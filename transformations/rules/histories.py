@@ -13,7 +13,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.matching import are_matched, is_best_effort
 from dineros.metamodel.records import Drop, Publish, Take
-from dineros.transformations.language.creation import ForAll, Fragment, New, image
+from dineros.transformations.language.creation import ForAll, Fragment, New
 from dineros.transformations.language.datatypes import TRUTH
 from dineros.transformations.language.errors import LANGUAGE
 from dineros.transformations.language.expressions import Expression
@@ -22,7 +22,7 @@ from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Made, Node
 from dineros.transformations.rules.notation import Bound, OverflowQueue, arc, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.services import S4
+from dineros.transformations.rules.services import S4, CopiedPublisher
 
 LANGUAGE.add(__name__)
 
@@ -142,15 +142,10 @@ class R1(StandardRule, phase=Phase.publications, middleware="ros2"):
 class R1Instance(StandardRule, phase=Phase.publications, middleware="ros2"):
     """Each instance of a server page writes to the histories of the node's one writer."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    around = Node(pn.Page, of=enclosing(writer.place, pn.Page))
-    server = Node(sym.ServerPort, page=around)
-    page = Made(S4.page, of=server)
-    source = Node(pn.Place, of=image(writer.place, page))
+    copied = CopiedPublisher(sym.ServerPort, S4.page)
 
-    publication = Publication("{channel.id}.publisher.{source.id}.publish", source)
-    written = Made(R2.written, of=writer)
+    publication = Publication("{channel.id}.publisher.{source.id}.publish", copied.source)
+    written = Made(R2.written, of=copied.port)
     writes = ForAll([written], make=[arc(publication.publish, written)])
 
 

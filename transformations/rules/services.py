@@ -17,7 +17,7 @@ from dineros.transformations.language.creation import IMAGES, Copy, Fragment, Ne
 from dineros.transformations.language.expressions import Expression, Match
 from dineros.transformations.language.functions import count, either, enclosing, greatest
 from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.patterns import Index, Made, Node, Pattern
 from dineros.transformations.rules.notation import arc, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 
@@ -77,6 +77,39 @@ class S4(StandardRule, phase=Phase.instances):
         named=pn.Element,
         id="{service.id}[{instance}].{original.id}",
     )
+
+
+class PagePublisher(Pattern):
+    """A publisher port on the page of a server.
+
+    Parameters
+    ----------
+    kind : type of model object
+        The server's port: of a service or an action.
+    """
+
+    def __init__(self, kind: type[sym.ServerPort] | type[sym.ActionServerPort]) -> None:
+        self.channel = Node(sym.TopicChannel)
+        self.port = Node(sym.PublisherPort, channel=self.channel)
+        self.around = Node(pn.Page, of=enclosing(self.port.place, pn.Page))
+        self.server = Node(kind, page=self.around)
+
+
+class CopiedPublisher(PagePublisher):
+    """What became of its place on each copy of that page.
+
+    Parameters
+    ----------
+    kind : type of model object
+        The server's port.
+    page : Copy
+        What makes the copies.
+    """
+
+    def __init__(self, kind: type[sym.ServerPort] | type[sym.ActionServerPort], page: Copy) -> None:
+        super().__init__(kind)
+        self.page = Made(page, of=self.server)
+        self.source = Node(pn.Place, of=image(self.port.place, self.page))
 
 
 class S4Client(StandardRule, phase=Phase.instances):

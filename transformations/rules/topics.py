@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.records import Publish, Take, Transfer
-from dineros.transformations.language.creation import image
 from dineros.transformations.language.functions import ancestor, either, enclosing, first
 from dineros.transformations.language.meaning import Meaning, QueueKind
 from dineros.transformations.language.patterns import Absent, Made, Node
 from dineros.transformations.rules.notation import History, OverflowQueue, arc, inhibit, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.services import S4
+from dineros.transformations.rules.services import S4, CopiedPublisher, PagePublisher
 
 DISPATCHER_LIMIT = 16
 """Capacity of a dispatcher queue for which the model says nothing (paper, Sect. 5.5.2)."""
@@ -59,31 +58,23 @@ class T2(StandardRule, phase=Phase.publications, middleware="ros1"):
 class T2History(StandardRule, phase=Phase.publications, middleware="ros1"):
     """Send queue of a publisher port on a server page: one for all instances."""
 
-    channel = Node(sym.TopicChannel)
-    port = Node(sym.PublisherPort, channel=channel)
-    around = Node(pn.Page, of=enclosing(port.place, pn.Page))
-    server = Node(sym.ServerPort, page=around)
-    topic = Made(T1.topic, of=channel)
+    on_page = PagePublisher(sym.ServerPort)
+    topic = Made(T1.topic, of=on_page.channel)
 
     queue = History(
-        "{channel.id}.publisher.{port.place.id}", limit=port.limit, sinks=[topic], kind="publisher"
+        "{channel.id}.publisher.{port.place.id}", limit=on_page.port.limit, sinks=[topic], kind="publisher"
     )
 
 
 class T2Instance(StandardRule, phase=Phase.publications, middleware="ros1"):
     """Each instance of a server page writes to the publisher's one send queue, or loses its message."""
 
-    channel = Node(sym.TopicChannel)
-    port = Node(sym.PublisherPort, channel=channel)
-    around = Node(pn.Page, of=enclosing(port.place, pn.Page))
-    server = Node(sym.ServerPort, page=around)
-    history = Made(T2History.queue, of=port)
-    page = Made(S4.page, of=server)
-    source = Node(pn.Place, of=image(port.place, page))
+    copied = CopiedPublisher(sym.ServerPort, S4.page)
+    history = Made(T2History.queue, of=copied.port)
 
     queue = OverflowQueue(
         "{channel.id}.publisher.{source.id}",
-        source=source,
+        source=copied.source,
         history=history,
         kind="publisher",
         enters=Publish,

@@ -15,7 +15,7 @@ from dineros.transformations.language.engine import Engine
 from dineros.transformations.language.errors import RuleError
 from dineros.transformations.language.expressions import Expression, Text
 from dineros.transformations.language.functions import ancestor, count, either, first, number, position
-from dineros.transformations.language.patterns import Absent, Index, Node
+from dineros.transformations.language.patterns import Absent, Index, Node, Pattern
 from dineros.transformations.language.rule import Rule
 from tests.support.systems.office import (
     COMPANY,
@@ -435,3 +435,51 @@ def test_the_sides_follow_from_the_body() -> None:
     assert ids(Derived.rhs) == ids([*Derived.lhs, Derived.made, Derived.each, *Derived.others])
     assert ids(Shortened.lhs) == ids([Shortened.person, Shortened.gone])
     assert ids(Shortened.deleted) == ids([Shortened.gone])
+
+
+class _Employee(Pattern):
+    def __init__(self, of: Node) -> None:
+        self.employee = Node(Person, of=of.people)
+
+
+class _Report(_Employee):
+    """Extends the other pattern."""
+
+    def __init__(self, of: Node) -> None:
+        super().__init__(of)
+        self.boss = Node(Person, of=self.employee.boss)
+
+
+def test_a_pattern_stands_for_its_elements_in_their_order() -> None:
+    class Written(Rule):
+        first = Node(Person)
+        company = Node(Company)
+        employee = Node(Person, of=company.people)
+        boss = Node(Person, of=employee.boss)
+        last = Node(Person, of=employee.friends)
+        made = badge("{employee.name} of {boss.name}, {last.name}")
+
+    class Shared(Rule):
+        first = Node(Person)
+        company = Node(Company)
+        report = _Report(company)
+        last = Node(Person, of=report.employee.friends)
+        made = badge("{employee.name} of {boss.name}, {last.name}")
+
+    class Elsewhere(Rule):
+        company = Node(Company)
+        report = _Employee(company)
+        made = badge("{employee.name}")
+
+    def run(rule: type[Rule]) -> tuple[list[str], list[list[Any]]]:
+        company = office()
+        applications = Engine(company).run([rule])
+        people = {person: person.name for person in company.people}
+        return names(company.badges), [
+            [people.get(source, "company") for source in application.sources] for application in applications
+        ]
+
+    assert [str(node) for node in Shared.lhs] == [str(node) for node in Written.lhs]
+    assert run(Shared) == run(Written)
+    assert len(run(Shared)[0]) > 1
+    assert run(Elsewhere)[0] == names(office().people)

@@ -7,12 +7,11 @@ has a thread from when the goal is accepted until it is over, or, where it await
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language.functions import ancestor
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken
-from dineros.transformations.rules.actions.slots import A6, slots
-from dineros.transformations.rules.executors import E1, E3, E7, Beginning, Lock
+from dineros.transformations.rules.actions.slots import SlotCallback
+from dineros.transformations.rules.executors import AwaitingExecution, Beginning, Execution, FreeThreads, Lock
 from dineros.transformations.rules.notation import arc, read
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.callbacks import (
@@ -30,43 +29,31 @@ from dineros.transformations.rules.queries.callbacks import (
 class E3Accept(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """What works on a goal has a thread once it is accepted."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    copy = Made(A6.page, of=[action, slot])
-    page = Node(sym.CallbackPage, of=copy)
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    accept = Made(A2.accept, of=[action, slot])
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
+    served = SlotCallback()
+    accept = Made(A2.accept, of=[served.action, served.slot])
+    on = Execution(served.callback)
 
-    begins = [arc(threads, accept), arc(accept, running)]
+    begins = [arc(on.threads, accept), arc(accept, on.running)]
 
 
 class E3AcceptAwaiting(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """Where it awaits, a thread is needed to accept the goal."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    copy = Made(A6.page, of=[action, slot])
-    page = Node(sym.CallbackPage, of=copy)
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    accept = Made(A2.accept, of=[action, slot])
-    threads = Made(E1.threads, of=node)
+    served = SlotCallback()
+    accept = Made(A2.accept, of=[served.action, served.slot])
+    on = FreeThreads(served.callback)
 
-    needs_thread = read(threads, accept)
+    needs_thread = read(on.threads, accept)
 
-    where = [~HoldsThread(page)]
+    where = [~HoldsThread(served.callback)]
 
 
 class E3AcceptExclusive(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A goal is accepted while no callback of the server's exclusive group runs."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    copy = Made(A6.page, of=[action, slot])
-    page = Node(sym.CallbackPage, of=copy)
-    accept = Made(A2.accept, of=[action, slot])
-    lock = Made(Lock, of=Group(page))
+    served = SlotCallback()
+    accept = Made(A2.accept, of=[served.action, served.slot])
+    lock = Made(Lock, of=Group(served.callback))
 
     needs_lock = read(lock.lock, accept)
 
@@ -76,50 +63,37 @@ class E3Step(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
     page = Node(sym.CallbackPage)
     move = Node(pn.Transition, of=Steps(page))
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    threads = Made(E1.threads, of=node)
+    on = FreeThreads(page)
 
-    needs_thread = read(threads, move)
+    needs_thread = read(on.threads, move)
 
 
 class E4End(StandardRule, phase=Phase.endings, middleware="ros2"):
     """What works on a goal ends with it."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    copy = Made(A6.page, of=[action, slot])
-    page = Node(sym.CallbackPage, of=copy)
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    end = Made(End, of=[action, slot])
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
+    served = SlotCallback()
+    end = Made(End, of=[served.action, served.slot])
+    on = Execution(served.callback)
 
-    ends = [arc(running, end.move), arc(end.move, threads)]
+    ends = [arc(on.running, end.move), arc(end.move, on.threads)]
 
 
 class E5Serve(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """Goals are refused, and requests to cancel taken, by a thread that is free."""
 
-    action = Node(sym.ActionChannel)
-    any_slot = Index(upto=1)
-    copy = Made(A6.page, of=[action, any_slot])
-    page = Node(sym.CallbackPage, of=copy)
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    taken = Made(Taken, of=action)
-    threads = Made(E1.threads, of=node)
+    served = SlotCallback(upto=1)
+    taken = Made(Taken, of=served.action)
+    on = FreeThreads(served.callback)
 
-    needs_thread = read(threads, taken.move)
+    needs_thread = read(on.threads, taken.move)
 
 
 class E5ServeExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """And while no callback of the server's exclusive group runs."""
 
-    action = Node(sym.ActionChannel)
-    any_slot = Index(upto=1)
-    copy = Made(A6.page, of=[action, any_slot])
-    page = Node(sym.CallbackPage, of=copy)
-    taken = Made(Taken, of=action)
-    lock = Made(Lock, of=Group(page))
+    served = SlotCallback(upto=1)
+    taken = Made(Taken, of=served.action)
+    lock = Made(Lock, of=Group(served.callback))
 
     needs_lock = read(lock.lock, taken.move)
 
@@ -128,11 +102,10 @@ class E5Answer(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """Results, refusals and feedback are taken between callbacks, by a thread that is free."""
 
     client = Node(sym.ActionClientPort)
-    node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
     heard = Made(Heard, of=client)
-    threads = Made(E1.threads, of=node)
+    on = FreeThreads(client.goal)
 
-    needs_thread = read(threads, heard.move)
+    needs_thread = read(on.threads, heard.move)
 
     where = [~BeginsAnswer(client, heard.move), ~GoesOn(client, heard.move)]
 
@@ -155,11 +128,9 @@ class E6Answer(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     client = Node(sym.ActionClientPort)
     heard = Made(Heard, of=client)
     page = Node(sym.CallbackPage, of=Callback(Told(client, heard.move)))
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
+    on = Execution(page)
 
-    beginning = Beginning(heard.move, threads, running)
+    beginning = Beginning(heard.move, on.threads, on.running)
 
     where = [BeginsAnswer(client, heard.move)]
 
@@ -182,13 +153,10 @@ class E7Send(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
     client = Node(sym.ActionClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.goal))
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
     send = Made(A1.send, of=client)
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
-    awaiting = Made(E7.awaiting, of=page)
+    on = AwaitingExecution(page)
 
-    sends = [arc(running, send), arc(send, threads), arc(send, awaiting)]
+    sends = [arc(on.running, send), arc(send, on.threads), arc(send, on.awaiting)]
 
     where = [GoalAwaited(client)]
 
@@ -199,11 +167,8 @@ class E7Answer(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     client = Node(sym.ActionClientPort)
     heard = Made(Heard, of=client)
     page = Node(sym.CallbackPage, of=Callback(client.goal))
-    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    threads = Made(E1.threads, of=node)
-    running = Made(E3.running, of=page)
-    awaiting = Made(E7.awaiting, of=page)
+    on = AwaitingExecution(page)
 
-    goes_on = [arc(awaiting, heard.move), arc(threads, heard.move), arc(heard.move, running)]
+    goes_on = [arc(on.awaiting, heard.move), arc(on.threads, heard.move), arc(heard.move, on.running)]
 
     where = [GoesOn(client, heard.move)]

@@ -10,7 +10,7 @@ from dineros.metamodel.records import Finish
 from dineros.transformations.language.creation import Fragment, New, image
 from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.patterns import Index, Made, Node, Pattern
 from dineros.transformations.rules.actions.goals import A2, A1Result
 from dineros.transformations.rules.actions.outcomes import Exits
 from dineros.transformations.rules.actions.slots import A6, A7, A7Ask, A7Cancel, slots
@@ -18,19 +18,43 @@ from dineros.transformations.rules.notation import arc, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 
 
+class EndingGoal(Pattern):
+    """A goal of a client in a slot whose page has a result for it."""
+
+    def __init__(self) -> None:
+        self.action = Node(sym.ActionChannel)
+        self.client = Node(sym.ActionClientPort, channel=self.action)
+        self._match_wish()
+        self.slot = Index(upto=slots(self.action))
+        self.exit = Node(pn.Place, of=Exits(self.action.server))
+        self.page = Made(A6.page, of=[self.action, self.slot])
+        self.output = Node(pn.Place, of=image(self.exit, self.page))
+        self.result = Made(A1Result.result, of=[self.client, self.exit])
+        self.in_use = Made(A2.in_use, of=[self.client, self.slot])
+        self.idle = Made(A7.idle, of=[self.action, self.slot])
+
+    def _match_wish(self) -> None:
+        """Any client will do."""
+
+
+class CanceledGoal(EndingGoal):
+    """A goal whose client may ask to cancel it."""
+
+    def _match_wish(self) -> None:
+        self.wish = Node(pn.Place, of=self.client.cancel)
+
+
 class End(Fragment):
     """A goal is over.
 
     Parameters
     ----------
-    id : str
-        Of its transition; may hold placeholders.
-    exit : Expression
-        The place of the result at the server.
-    state, in_use : Expression
-        Places of how far the slot is, and of whose goal it has.
-    idle, result : Expression
-        Places of the slot's idleness, and of the result for the client.
+    way : str
+        How it ends, as a part of the id of its transition.
+    goal : EndingGoal
+        The goal.
+    state : Expression
+        The place of how far the slot is.
     words : str
         How the goal ends.
     """
@@ -40,130 +64,73 @@ class End(Fragment):
 
     def __init__(
         self,
-        id: str,
-        *,
-        exit: Expression,
+        way: str,
+        goal: EndingGoal,
         state: Expression,
-        in_use: Expression,
-        idle: Expression,
-        result: Expression,
+        *,
         words: str = "the goal of {client} in slot {instance} of action {action} is {outcome}",
         part: str = "end",
     ) -> None:
         super().__init__()
+        id = f"{{action.id}}.client.{{client.client}}.{way}.{{exit.id}}[{{slot}}]"
         self.move = transition(id, Meaning(words, step=Finish, part=part))
         self.arcs = [
-            *(arc(each, self.move) for each in (exit, state, in_use)),
-            *(arc(self.move, each) for each in (idle, result)),
+            *(arc(each, self.move) for each in (goal.output, state, goal.in_use)),
+            *(arc(self.move, each) for each in (goal.idle, goal.result)),
         ]
 
 
 class A4(StandardRule, phase=Phase.outcomes):
     """A goal that is executing succeeds or is aborted."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
-    slot = Index(upto=slots(action))
-    exit = Node(pn.Place, of=Exits(action.server))
-    page = Made(A6.page, of=[action, slot])
-    output = Node(pn.Place, of=image(exit, page))
-    result = Made(A1Result.result, of=[client, exit])
-    in_use = Made(A2.in_use, of=[client, slot])
-    idle = Made(A7.idle, of=[action, slot])
-    executing = Made(A7.executing, of=[action, slot])
+    goal = EndingGoal()
+    executing = Made(A7.executing, of=[goal.action, goal.slot])
 
-    end = End(
-        "{action.id}.client.{client.client}.finish.{exit.id}[{slot}]",
-        exit=output,
-        state=executing,
-        in_use=in_use,
-        idle=idle,
-        result=result,
-    )
+    end = End("finish", goal, executing)
 
-    where = [exit != action.server.canceled]
+    where = [goal.exit != goal.action.server.canceled]
 
 
 class A4Late(StandardRule, phase=Phase.outcomes):
     """So does one that is to be canceled, where the request comes too late."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
-    wish = Node(pn.Place, of=client.cancel)
-    slot = Index(upto=slots(action))
-    exit = Node(pn.Place, of=Exits(action.server))
-    page = Made(A6.page, of=[action, slot])
-    output = Node(pn.Place, of=image(exit, page))
-    result = Made(A1Result.result, of=[client, exit])
-    in_use = Made(A2.in_use, of=[client, slot])
-    idle = Made(A7.idle, of=[action, slot])
-    asked = Made(A7Ask.asked, of=[action, slot])
+    goal = CanceledGoal()
+    asked = Made(A7Ask.asked, of=[goal.action, goal.slot])
 
     end = End(
-        "{action.id}.client.{client.client}.late.{exit.id}[{slot}]",
-        exit=output,
-        state=asked,
-        in_use=in_use,
-        idle=idle,
-        result=result,
+        "late",
+        goal,
+        asked,
         words="the goal of {client} in slot {instance} of action {action} is {outcome}: "
         "the request to cancel it comes too late",
         part="too late",
     )
 
-    where = [exit != action.server.canceled]
+    where = [goal.exit != goal.action.server.canceled]
 
 
 class A4Cancel(StandardRule, phase=Phase.outcomes):
     """One whose server knows of the request ends in any way, once the request has been taken note of."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
-    wish = Node(pn.Place, of=client.cancel)
-    slot = Index(upto=slots(action))
-    exit = Node(pn.Place, of=Exits(action.server))
-    page = Made(A6.page, of=[action, slot])
-    output = Node(pn.Place, of=image(exit, page))
-    result = Made(A1Result.result, of=[client, exit])
-    in_use = Made(A2.in_use, of=[client, slot])
-    idle = Made(A7.idle, of=[action, slot])
-    canceling = Made(A7Cancel.canceling, of=[action, slot])
-    bound = Made(A7Cancel.bound, of=[action, slot])
+    goal = CanceledGoal()
+    canceling = Made(A7Cancel.canceling, of=[goal.action, goal.slot])
+    bound = Made(A7Cancel.bound, of=[goal.action, goal.slot])
 
-    end = End(
-        "{action.id}.client.{client.client}.heeded.{exit.id}[{slot}]",
-        exit=output,
-        state=canceling,
-        in_use=in_use,
-        idle=idle,
-        result=result,
-    )
+    end = End("heeded", goal, canceling)
     was_noted = read(bound.free, end.move)
 
 
 class A4Unheeded(StandardRule, phase=Phase.outcomes):
-    """Or without that; then the request goes with its goal."""
+    """It ends although the server never reacted to the request, which goes with its goal."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
-    wish = Node(pn.Place, of=client.cancel)
-    slot = Index(upto=slots(action))
-    exit = Node(pn.Place, of=Exits(action.server))
-    page = Made(A6.page, of=[action, slot])
-    output = Node(pn.Place, of=image(exit, page))
-    noted = Node(pn.Place, of=image(action.server.cancel, page))
-    result = Made(A1Result.result, of=[client, exit])
-    in_use = Made(A2.in_use, of=[client, slot])
-    idle = Made(A7.idle, of=[action, slot])
-    canceling = Made(A7Cancel.canceling, of=[action, slot])
+    goal = CanceledGoal()
+    noted = Node(pn.Place, of=image(goal.action.server.cancel, goal.page))
+    canceling = Made(A7Cancel.canceling, of=[goal.action, goal.slot])
 
     end = End(
-        "{action.id}.client.{client.client}.unheeded.{exit.id}[{slot}]",
-        exit=output,
-        state=canceling,
-        in_use=in_use,
-        idle=idle,
-        result=result,
+        "unheeded",
+        goal,
+        canceling,
         words="the goal of {client} in slot {instance} of action {action} is {outcome}: "
         "nothing there took note of the request to cancel it",
         part="unheeded",

@@ -14,7 +14,7 @@ from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.goals import A2, Heard
-from dineros.transformations.rules.actions.slots import A6, slots
+from dineros.transformations.rules.actions.slots import A6, SlotPage, slots
 from dineros.transformations.rules.notation import (
     Bound,
     DeclaredBound,
@@ -81,10 +81,8 @@ class A5Tell(StandardRule, phase=Phase.outcomes):
 class A5Room(StandardRule, phase=Phase.rooms):
     """Feedback that waits to be told: it is handed over at once, so that of one firing."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    page = Made(A6.page, of=[action, slot])
-    source = Node(pn.Place, of=image(action.server.feedback, page))
+    served = SlotPage()
+    source = Node(pn.Place, of=image(served.action.server.feedback, served.page))
 
     bound = DeclaredBound(
         source,
@@ -98,12 +96,10 @@ class A5Room(StandardRule, phase=Phase.rooms):
 class A5First(StandardRule, phase=Phase.rooms):
     """A goal is over only when all feedback about it has been told."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    page = Made(A6.page, of=[action, slot])
-    source = Node(pn.Place, of=image(action.server.feedback, page))
+    served = SlotPage()
+    source = Node(pn.Place, of=image(served.action.server.feedback, served.page))
     bound = Made(DeclaredBound)
-    end = Made(End, of=[action, slot])
+    end = Made(End, of=[served.action, served.slot])
 
     all_told = read(bound.free, end.move, weight=bound.free.tokens)
 

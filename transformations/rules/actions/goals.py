@@ -16,7 +16,7 @@ from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
 from dineros.transformations.rules.actions.outcomes import Exits, Fetched
-from dineros.transformations.rules.actions.slots import A6, A7, A7Ask, A7Cancel, slots
+from dineros.transformations.rules.actions.slots import A6, A7, A7Ask, A7Cancel, SlotPage, slots
 from dineros.transformations.rules.notation import arc, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 
@@ -283,12 +283,10 @@ class A3Over(StandardRule, phase=Phase.goals):
 class A3Hear(StandardRule, phase=Phase.outcomes):
     """The server learns that a goal is to be canceled, and lets what works on it know."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    page = Made(A6.page, of=[action, slot])
-    noted = Node(pn.Place, of=image(action.server.cancel, page))
-    asked = Made(A7Ask.asked, of=[action, slot])
-    canceling = Made(A7Cancel.canceling, of=[action, slot])
+    served = SlotPage()
+    noted = Node(pn.Place, of=image(served.action.server.cancel, served.page))
+    asked = Made(A7Ask.asked, of=[served.action, served.slot])
+    canceling = Made(A7Cancel.canceling, of=[served.action, served.slot])
 
     hear = transition(
         "{action.id}[{slot}].cancel",

@@ -10,11 +10,11 @@ from dineros.metamodel import sym
 from dineros.metamodel.records import Drop
 from dineros.transformations.language.functions import ancestor
 from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.feedback import A5, HISTORY, A5Tell
 from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken, Wish
-from dineros.transformations.rules.actions.slots import A6, slots
+from dineros.transformations.rules.actions.slots import SlotPage
 from dineros.transformations.rules.lifecycle import L1, Configuring, Leaves
 from dineros.transformations.rules.notation import arc, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
@@ -23,11 +23,9 @@ from dineros.transformations.rules.phases import Phase, StandardRule
 class L3Accept(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It accepts no goal."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    copy = Made(A6.page, of=[action, slot])
-    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
-    accept = Made(A2.accept, of=[action, slot])
+    served = SlotPage()
+    node = Node(sym.NodeNet, of=ancestor(served.page, sym.NodeNet))
+    accept = Made(A2.accept, of=[served.action, served.slot])
     configured = Made(L1.configured, of=node)
 
     waits = read(configured, accept)
@@ -36,11 +34,9 @@ class L3Accept(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 class L3Goal(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It refuses none, and takes no request to cancel."""
 
-    action = Node(sym.ActionChannel)
-    any_slot = Index(upto=1)
-    copy = Made(A6.page, of=[action, any_slot])
-    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
-    taken = Made(Taken, of=action)
+    served = SlotPage(upto=1)
+    node = Node(sym.NodeNet, of=ancestor(served.page, sym.NodeNet))
+    taken = Made(Taken, of=served.action)
     configured = Made(L1.configured, of=node)
 
     waits = read(configured, taken.move)
@@ -49,11 +45,9 @@ class L3Goal(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 class L3Tell(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It gives no feedback."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    copy = Made(A6.page, of=[action, slot])
-    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
-    tell = Made(A5Tell.tell, of=[action, slot])
+    served = SlotPage()
+    node = Node(sym.NodeNet, of=ancestor(served.page, sym.NodeNet))
+    tell = Made(A5Tell.tell, of=[served.action, served.slot])
     configured = Made(L1.configured, of=node)
 
     waits = read(configured, tell)
@@ -62,11 +56,9 @@ class L3Tell(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 class L3End(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """It ends no goal."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    copy = Made(A6.page, of=[action, slot])
-    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
-    end = Made(End, of=[action, slot])
+    served = SlotPage()
+    node = Node(sym.NodeNet, of=ancestor(served.page, sym.NodeNet))
+    end = Made(End, of=[served.action, served.slot])
     configured = Made(L1.configured, of=node)
 
     waits = read(configured, end.move)

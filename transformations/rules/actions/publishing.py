@@ -2,46 +2,38 @@
 
 from __future__ import annotations
 
-from dineros.metamodel import pn, sym
+from dineros.metamodel import sym
 from dineros.metamodel.records import Publish
-from dineros.transformations.language.creation import ForAll, image
-from dineros.transformations.language.functions import enclosing
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language.creation import ForAll
+from dineros.transformations.language.patterns import Made
 from dineros.transformations.rules.actions.slots import A6
 from dineros.transformations.rules.histories import R2, Publication
 from dineros.transformations.rules.notation import History, OverflowQueue, arc
 from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.services import CopiedPublisher, PagePublisher
 from dineros.transformations.rules.topics import T1
 
 
 class T2SlotHistory(StandardRule, phase=Phase.publications, middleware="ros1"):
     """Send queue of a publisher port on the page of an action's server: one for all slots."""
 
-    channel = Node(sym.TopicChannel)
-    port = Node(sym.PublisherPort, channel=channel)
-    around = Node(pn.Page, of=enclosing(port.place, pn.Page))
-    server = Node(sym.ActionServerPort, page=around)
-    topic = Made(T1.topic, of=channel)
+    on_page = PagePublisher(sym.ActionServerPort)
+    topic = Made(T1.topic, of=on_page.channel)
 
     queue = History(
-        "{channel.id}.publisher.{port.place.id}", limit=port.limit, sinks=[topic], kind="publisher"
+        "{channel.id}.publisher.{port.place.id}", limit=on_page.port.limit, sinks=[topic], kind="publisher"
     )
 
 
 class T2Slot(StandardRule, phase=Phase.publications, middleware="ros1"):
     """Each slot writes to the publisher's one send queue, or loses its message."""
 
-    channel = Node(sym.TopicChannel)
-    port = Node(sym.PublisherPort, channel=channel)
-    history = Made(T2SlotHistory.queue, of=port)
-    around = Node(pn.Page, of=enclosing(port.place, pn.Page))
-    server = Node(sym.ActionServerPort, page=around)
-    page = Made(A6.page, of=server)
-    source = Node(pn.Place, of=image(port.place, page))
+    copied = CopiedPublisher(sym.ActionServerPort, A6.page)
+    history = Made(T2SlotHistory.queue, of=copied.port)
 
     queue = OverflowQueue(
         "{channel.id}.publisher.{source.id}",
-        source=source,
+        source=copied.source,
         history=history,
         kind="publisher",
         enters=Publish,
@@ -51,13 +43,8 @@ class T2Slot(StandardRule, phase=Phase.publications, middleware="ros1"):
 class R1Slot(StandardRule, phase=Phase.publications, middleware="ros2"):
     """Each slot of an action's server writes to the histories of the node's one writer."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    around = Node(pn.Page, of=enclosing(writer.place, pn.Page))
-    server = Node(sym.ActionServerPort, page=around)
-    page = Made(A6.page, of=server)
-    source = Node(pn.Place, of=image(writer.place, page))
+    copied = CopiedPublisher(sym.ActionServerPort, A6.page)
 
-    publication = Publication("{channel.id}.publisher.{source.id}.publish", source)
-    written = Made(R2.written, of=writer)
+    publication = Publication("{channel.id}.publisher.{source.id}.publish", copied.source)
+    written = Made(R2.written, of=copied.port)
     writes = ForAll([written], make=[arc(publication.publish, written)])

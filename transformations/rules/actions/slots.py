@@ -11,7 +11,7 @@ from dineros.transformations.language.creation import Copy, New, image
 from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import count, either, enclosing
 from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.patterns import Index, Made, Node, Pattern
 from dineros.transformations.rules.notation import Bound, place
 from dineros.transformations.rules.phases import Phase, StandardRule
 
@@ -24,6 +24,20 @@ def slots(action: Node) -> Expression:
 def asking(action: Node) -> Expression:
     """Return whether a client of an action may ask to cancel a goal."""
     return count(action.clients.cancel) > 0
+
+
+class Slot(Pattern):
+    """A slot of an action.
+
+    Parameters
+    ----------
+    upto : Expression or int, optional
+        The number of the last slot that matches; by default all slots do.
+    """
+
+    def __init__(self, upto: Expression | int | None = None) -> None:
+        self.action = Node(sym.ActionChannel)
+        self.slot = Index(upto=slots(self.action) if upto is None else upto)
 
 
 class A6(StandardRule, phase=Phase.instances):
@@ -67,11 +81,26 @@ class A6Client(StandardRule, phase=Phase.instances):
     where = [around == server.page]
 
 
+class SlotPage(Slot):
+    """A slot of an action, and its copy of the server's page."""
+
+    def __init__(self, upto: Expression | int | None = None) -> None:
+        super().__init__(upto)
+        self.page = Made(A6.page, of=[self.action, self.slot])
+
+
+class SlotCallback(SlotPage):
+    """The same where that copy is a callback page."""
+
+    def __init__(self, upto: Expression | int | None = None) -> None:
+        super().__init__(upto)
+        self.callback = Node(sym.CallbackPage, of=self.page)
+
+
 class A7(StandardRule, phase=Phase.goals):
     """Whether a slot works on a goal."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
+    served = Slot()
 
     idle = place(
         "{action.id}[{slot}].idle",
@@ -87,8 +116,7 @@ class A7(StandardRule, phase=Phase.goals):
 class A7Ask(StandardRule, phase=Phase.goals):
     """Whether a request to cancel its goal is under way, where a client may ask."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
+    served = Slot()
 
     asked = place(
         "{action.id}[{slot}].asked",
@@ -97,16 +125,14 @@ class A7Ask(StandardRule, phase=Phase.goals):
         ),
     )
 
-    where = [asking(action)]
+    where = [asking(served.action)]
 
 
 class A7Cancel(StandardRule, phase=Phase.goals):
     """Whether its goal is to be canceled, where the server lets that happen, which it learns once."""
 
-    action = Node(sym.ActionChannel)
-    slot = Index(upto=slots(action))
-    page = Made(A6.page, of=[action, slot])
-    noted = Node(pn.Place, of=image(action.server.cancel, page))
+    served = SlotPage()
+    noted = Node(pn.Place, of=image(served.action.server.cancel, served.page))
 
     canceling = place(
         "{action.id}[{slot}].canceling",
@@ -120,4 +146,4 @@ class A7Cancel(StandardRule, phase=Phase.goals):
         ),
     )
 
-    where = [asking(action)]
+    where = [asking(served.action)]
