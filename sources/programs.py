@@ -58,20 +58,22 @@ class Reading:
         Its packages.
     idioms : mapping of str to Idiom
         The table of library idioms.
-    overrides : mapping
-        Values of parameters, by the names of nodes.
+    given : mapping
+        Values of parameters that launch files give, by programs: ``package/executable``.
+    is_launched : bool
+        Whether these values hold; else only where the code has none.
     """
 
     folder: SourceFolder
     packages: list[Package]
     idioms: Mapping[str, Idiom]
-    overrides: dict[str, dict[str, Any]] = field(default_factory=dict)
+    given: dict[str, dict[str, Any]] = field(default_factory=dict)
+    is_launched: bool = False
 
 
-def read_programs(reading: Reading) -> Facts:
+def read_programs(reading: Reading, modules: Modules) -> Facts:
     """Return what the programs of a folder say."""
     folder = reading.folder
-    modules = Modules(folder, [package.path for package in reading.packages])
     facts = Facts(folder.root.resolve().name)
     with _deep():
         programs = programs_of(reading, modules)
@@ -193,7 +195,8 @@ def _spins(body: list[ast.stmt], *, is_deep: bool = False) -> bool:
 def _interpreter(modules: Modules, program: str, reading: Reading) -> tuple[Interpreter, RosLibrary]:
     machine = Interpreter(modules, program)
     library = RosLibrary(machine, reading.idioms)
-    library.maker.overrides = reading.overrides
+    library.maker.given = reading.given.get(program, {})
+    library.maker.is_launched = reading.is_launched
     machine.library = library
     return machine, library
 

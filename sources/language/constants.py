@@ -110,8 +110,10 @@ def call_built_in(name: str, args: list[Value], text: str) -> Value | None:
             return Const((min if name == "min" else max)(*values), origin)
         if name == "os.path.join":
             return Const(posixpath.join(*map(str, values)), origin)
-        if name == "os.path.basename":
-            return Const(posixpath.basename(str(values[0])), origin)
+        if name in ("os.path.basename", "os.path.dirname"):
+            return Const(getattr(posixpath, name[8:])(str(values[0])), origin)
+        if name in ("os.path.abspath", "os.path.realpath", "os.path.normpath"):
+            return Const(values[0], origin)
     except (TypeError, ValueError):
         return Open(text)
     return None

@@ -82,6 +82,8 @@ class Operations(Machine):
     def combined(self, op: ast.operator, left: Value, right: Value, text: str) -> Value:
         """Return the value of an operation."""
         if isinstance(left, Const) and isinstance(right, Const):
+            if isinstance(op, ast.Div) and isinstance(left.value, str) and isinstance(right.value, str):
+                return Const(f"{left.value}/{right.value}", left.origin or right.origin)  # of paths
             function = _OPERATORS.get(type(op))
             if function is not None and _is_small(left.value, op) and _is_small(right.value, op):
                 try:

@@ -210,6 +210,7 @@ class Statements(Imports):
         is_setting = origin.startswith(("parameter", "environment"))
         before = dict(frame.names)
         after: list[dict[str, Value]] = []
+        off: dict[str, Value] = {}
         ends: set[str] = set()
         parts = [(True, node.body), (False, node.orelse)]
         if is_setting:
@@ -222,6 +223,7 @@ class Statements(Imports):
             with self.perhaps(is_disabled=is_off):
                 found = self.execute(body, frame)
             if is_off:
+                off = dict(frame.names)  # of use where the same setting is asked again
                 if found != {FALLS}:
                     del frame.returns[count:]
                 continue
@@ -229,6 +231,8 @@ class Statements(Imports):
             if FALLS in found:
                 after.append(dict(frame.names))
         merge(frame, after, before)
+        for name, value in off.items():
+            frame.names.setdefault(name, value)
         return ends
 
     def _run_Match(self, node: ast.Match, frame: Frame) -> set[str]:  # noqa: N802

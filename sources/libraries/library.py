@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Callable
 from collections.abc import Mapping as AnyMapping
 
 from dineros.sources.facts import NodeFact
@@ -61,6 +62,8 @@ class RosLibrary:
         self.doer = Doer(self.maker)
         self.executors = Executors(self.doer)
         self.idioms = Idioms(self.doer, idioms)
+        self.substitute: Callable[[Value], Value] = lambda value: Open(text_of(value))
+        self.load: Callable[[str], Value | None] = lambda path: None
 
     # ---------------------------------------------------------------------------------------------- functions
 
@@ -120,8 +123,13 @@ class RosLibrary:
             return Made(path, args, {}, made.at) if isinstance(args[0], (Made, Outside)) else args[0]
         if path in ("os.environ.get", "os.getenv"):
             return self._environment(args)
-        if path == "threading.Timer":
-            return made
+        if last in ("get_package_share_directory", "get_package_share_path") and args:
+            return Const(f"$(find {text_of(args[0])})")
+        if path in ("pathlib.Path", "os.fspath") and args and isinstance(args[0], (Const, Text)):
+            return args[0]
+        if path in ("yaml.safe_load", "yaml.load", "yaml.full_load") and args and isinstance(args[0], Made):
+            opened = text_of(args[0].argument(0, "file"))
+            return self.load(opened) or Open(f"{path}({opened})")
         if path.startswith("subprocess.") and last in _WAITS:
             given = keys.get("timeout")
             effect("work", path, node, frame, timeout=seconds(given))
@@ -135,6 +143,28 @@ class RosLibrary:
         ):
             return join(args) if len(args) == 1 else Open(path)
         return call_built_in(path, args, path)
+
+    def _of_launch(self, value: Made, name: str, args: list[Value]) -> Value | None:
+        """Call a method of an action or a substitution of a launch file."""
+        if name in ("add_action", "add_entity") and args:
+            action = args[0]
+            activity = self.machine.activity
+            if activity.disabled or activity.conditional:
+                word = "launch.never" if activity.disabled else "launch.perhaps"
+                action = Made(word, [action], {}, value.at)
+            slot = value.slots.get("added actions")
+            if slot is None:
+                self.machine.write_slot(value, "added actions", Items([action]))
+            elif isinstance(slot.current, Items):
+                slot.current.items.append(action)
+            return NONE
+        if name == "perform":
+            return self.substitute(value)
+        if name == "perform_substitution" and args:
+            return self.substitute(args[0])
+        if name == "find" and args:
+            return Const(f"$(find {text_of(args[0])})")
+        return None
 
     def _environment(self, args: list[Value]) -> Value:
         name = text_of(args[0] if args else None)
@@ -193,6 +223,8 @@ class RosLibrary:
         if name == "setattr":
             self.machine.activity.fact.is_open = True
             return NONE
+        if name == "open":
+            return Made("builtins.open", args, keys, self.machine.place(node, frame))
         if name == "input":
             self.machine.effect("input", "terminal", node, frame)
         if name == "map" and len(args) > 1:
@@ -310,6 +342,8 @@ class RosLibrary:
         found = self.doer.lock(value, name, args, keys, node, frame)
         if found is not None:
             return found
+        if value.path.startswith("launch"):
+            return self._of_launch(value, name, args)
         if value.path == "rclpy.timer.Rate" and name == "sleep":
             rate = seconds(value.argument(0, "frequency"))
             what = f"{1 / rate:g}" if rate else "open"

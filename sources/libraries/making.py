@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Mapping
 from typing import Any
 
 from dineros.sources.facts import OPEN, CallbackFact, Entity, NodeFact, Place
@@ -13,6 +14,7 @@ from dineros.sources.language.values import (
     Frame,
     Goal,
     Holder,
+    Items,
     Made,
     Object,
     Open,
@@ -45,7 +47,8 @@ class Maker:
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
         self.parameters: dict[int, dict[str, Value]] = {}
-        self.overrides: dict[str, dict[str, Any]] = {}
+        self.given: Mapping[str, Any] = {}
+        self.is_launched = False
 
     # -------------------------------------------------------------------------------------------------- nodes
 
@@ -126,9 +129,8 @@ class Maker:
         text = text_of(name)
         known = self.parameters[id(fact)]
         value = default if default is not None else Open(f"parameter {text}")
-        given = self._given(fact, text)
-        if given is not None:
-            value = given
+        if text in self.given and (self.is_launched or default is None):
+            value = _given(self.given[text], text)
         elif text in known:
             value = known[text]
         value = _parameter(value, text)
@@ -144,10 +146,6 @@ class Maker:
         text = text_of(name)
         found = self.parameters[id(fact)].get(text)
         return found if found is not None else Open(f"parameter {text}")
-
-    def _given(self, fact: NodeFact, name: str) -> Value | None:
-        given = self.overrides.get(fact.name, {})
-        return Const(given[name], f"parameter {name}") if name in given else None
 
     # ----------------------------------------------------------------------------------------------- entities
 
@@ -365,6 +363,13 @@ def type_of(value: Value | None) -> str:
         return f"open: {value.path}"
     text = text_of(value)
     return text if text.startswith(OPEN) else f"open: {text}"
+
+
+def _given(value: Any, name: str) -> Value:
+    """Return a parameter that a launch file gives."""
+    if isinstance(value, list):
+        return Items([_given(each, name) for each in value])
+    return Const(value, f"parameter {name}")
 
 
 def _parameter(value: Value, name: str) -> Value:

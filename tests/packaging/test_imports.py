@@ -131,8 +131,9 @@ FOLDERS = {
         "wheels",
     ],
     "sources": [
-        *("facts", "folders", "packages", "language", "libraries", "programs", "reading"),
+        *("facts", "folders", "packages", "language", "libraries", "launch", "programs", "reading"),
     ],
+    "sources/launch": [*("yaml_text", "parameters", "substitutions", "description", "markup", "reading")],
     "sources/language": [
         *("modules", "values", "constants", "machine", "operations", "gathering", "expressions", "importing"),
         *("statements", "calls"),

@@ -1,0 +1,59 @@
+"""Files of parameters: what they say for a node."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from typing import Any
+
+from dineros.sources.launch.yaml_text import UnreadableError, parts_of
+
+
+def parameters_for(text: str, node: str) -> dict[str, Any]:
+    r"""Return the parameters that a file gives to a node, by its full name; later entries come last.
+
+    Raises
+    ------
+    UnreadableError
+        The text is no YAML.
+
+    Examples
+    --------
+    >>> parameters_for("/**:\n  ros__parameters: {rate: 3}\narm:\n  ros__parameters: {a: {b: 1}}", "/arm")
+    {'rate': 3, 'a.b': 1}
+    """
+    found: dict[str, Any] = {}
+    plain = parts_of(text).plain()
+    if isinstance(plain, dict):
+        _collect(plain, "", node, found)
+    return found
+
+
+def _collect(table: dict[str, Any], path: str, node: str, found: dict[str, Any]) -> None:
+    for key, value in table.items():
+        if not isinstance(value, dict):
+            continue
+        if key == "ros__parameters":
+            if _fits(path, node):
+                found |= _flat(value, "")
+        else:
+            _collect(value, f"{path}/{key.strip('/')}" if key.strip("/") else path, node, found)
+
+
+def _fits(pattern: str, node: str) -> bool:
+    """Tell whether a key of the file means a node: ``/**`` stands for any namespaces, ``*`` for one."""
+    pattern = pattern or "/"
+    if pattern.endswith("/**"):
+        return True if pattern == "/**" else node.startswith(f"{pattern[:-3]}/")
+    if pattern.startswith("/**/"):
+        return fnmatchcase(node, f"*/{pattern[4:]}")
+    return fnmatchcase(node, pattern)
+
+
+def _flat(table: dict[str, Any], prefix: str) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        found |= _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+    return found
+
+
+__all__ = ["UnreadableError", "parameters_for"]

@@ -1,0 +1,220 @@
+"""Substitutions of launch files: texts that arguments, packages and the environment give."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from dineros.sources.language.values import (
+    Const,
+    Either,
+    Items,
+    Made,
+    Open,
+    OutsideMethod,
+    Text,
+    Value,
+    constant,
+    hole,
+    is_none,
+    text_of,
+)
+
+
+@dataclass
+class Scope:
+    """What holds for the actions that follow.
+
+    Attributes
+    ----------
+    values : dict of str to str
+        Of launch arguments and other configurations.
+    namespace : str
+        Of all nodes.
+    """
+
+    values: dict[str, Value] = field(default_factory=dict)
+    namespace: str = ""
+    remappings: dict[str, str] = field(default_factory=dict)
+    parameters: dict[str, Any] = field(default_factory=dict)
+    when: tuple[str, ...] = ()
+    is_enabled: bool = True
+    file: str = ""
+
+    def copy(self) -> Scope:
+        """Return a scope whose changes stay in it."""
+        return replace(
+            self,
+            values=dict(self.values),
+            remappings=dict(self.remappings),
+            parameters=dict(self.parameters),
+        )
+
+
+class Substitutions:
+    """Turns substitutions into texts.
+
+    Parameters
+    ----------
+    given : mapping of str to str
+        Values of launch arguments.
+    """
+
+    def __init__(self, given: Mapping[str, str]) -> None:
+        self.given = dict(given)
+
+    def scalar(self, value: Value | None, scope: Scope) -> Any:
+        """Return a value of a parameter: a substitution is read as YAML reads it."""
+        if isinstance(value, Const):
+            return value.value
+        if isinstance(value, Items) and all(isinstance(each, Const) for each in value.items):
+            return [constant(each) for each in value.items]
+        if isinstance(value, Made) and value.path.endswith("ParameterValue"):
+            return self.scalar(value.argument(0, "value"), scope)
+        return typed(self.text(value, scope))
+
+    def text(self, value: Value | None, scope: Scope) -> str:
+        """Return the text of a substitution; what is unknown stands in braces."""
+        if value is None or is_none(value):
+            return ""
+        if isinstance(value, (Const, Text)):
+            return hole(value)
+        if isinstance(value, Items):
+            return "".join(self.text(each, scope) for each in value.items)
+        if isinstance(value, Either):
+            return hole(Open(" or ".join(self.text(each, scope) for each in value.options)))
+        if isinstance(value, Made):
+            return self._substituted(value, scope)
+        return hole(value if isinstance(value, (Open, OutsideMethod)) else Open("?"))
+
+    def _substituted(self, made: Made, scope: Scope) -> str:
+        last, first = (
+            made.path.rpartition(".")[2],
+            made.argument(0, "text", "variable_name", "name", "package"),
+        )
+        if last in ("LaunchConfiguration", "var"):
+            name = self.text(first, scope)
+            known = scope.values.get(name)
+            if known is None and name in self.given:
+                known = Const(self.given[name])
+            if known is None and made.argument(1, "default") is not None:
+                return self.text(made.argument(1, "default"), scope)
+            return hole(known) if known is not None else hole(Open(f"argument {name}"))
+        if last in ("TextSubstitution",):
+            return self.text(made.argument(0, "text"), scope)
+        if last == "PathJoinSubstitution":
+            parts = made.args[0].items if made.args and isinstance(made.args[0], Items) else []
+            return "/".join(self.text(each, scope) for each in parts)
+        if last in ("FindPackageShare", "FindPackage", "FindPackagePrefix"):
+            return f"$(find {self.text(first, scope)})"
+        if last in ("EnvironmentVariable", "EnvVar"):
+            default = made.argument(1, "default_value")
+            return (
+                self.text(default, scope)
+                if default is not None
+                else hole(Open(f"environment {self.text(first, scope)}"))
+            )
+        if last == "PythonExpression":
+            return self._expression(self.text(made.argument(0, "expression"), scope))
+        if last in (
+            "NotSubstitution",
+            "AndSubstitution",
+            "OrSubstitution",
+            "EqualsSubstitution",
+            "NotEqualsSubstitution",
+        ):
+            return self._logic(last, [self.text(each, scope) for each in made.args])
+        if last in ("ThisLaunchFileDir", "dirname"):
+            return scope.file.rpartition("/")[0] or "."
+        if last in ("PythonLaunchDescriptionSource", "AnyLaunchDescriptionSource", "Path", "ParameterFile"):
+            return self.text(first, scope)
+        return hole(Open(last))
+
+    @staticmethod
+    def _logic(name: str, texts: list[str]) -> str:
+        if name in ("EqualsSubstitution", "NotEqualsSubstitution") and len(texts) == 2:
+            if any("{" in each for each in texts):
+                return hole(Open(name))
+            return str((texts[0] == texts[1]) == name.startswith("Equals")).lower()
+        values = [truth_of(each) for each in texts]
+        if name == "NotSubstitution" and values and values[0] is not None:
+            return str(not values[0]).lower()
+        if name == "AndSubstitution":
+            return "false" if False in values else "true" if None not in values else hole(Open(name))
+        return "true" if True in values else "false" if None not in values else hole(Open(name))
+
+    @staticmethod
+    def _expression(text: str) -> str:
+        """Return the value of an expression over constants, without executing it."""
+        try:
+            value = _worth(ast.parse(text.strip(), mode="eval").body, 0)
+        except (SyntaxError, ValueError, RecursionError, MemoryError, TypeError):
+            return hole(Open(text))
+        return str(value)
+
+
+def known_or_open(text: str) -> Value:
+    """Return a text as a value: a constant, unless a part of it is unknown."""
+    return Text(text) if "{" in text else Const(text)
+
+
+def typed(text: str) -> Any:
+    """Return a text as YAML reads it: a number, a truth value, or the text."""
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    for kind in (int, float):
+        try:
+            return kind(text) if len(text) < 40 else text
+        except ValueError:
+            continue
+    return text
+
+
+def _worth(node: ast.expr, depth: int) -> Any:
+    """Return the value of a small expression; raises ValueError for anything else."""
+    if depth > 20:
+        raise ValueError
+    if isinstance(node, ast.Constant):
+        return node.value
+    if isinstance(node, ast.Name) and node.id in ("true", "false"):
+        return node.id == "true"
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        return not _worth(node.operand, depth + 1)
+    if isinstance(node, ast.BoolOp):
+        values = [_worth(each, depth + 1) for each in node.values]
+        return all(values) if isinstance(node.op, ast.And) else any(values)
+    if isinstance(node, ast.Compare) and len(node.ops) == 1:
+        left, right = _worth(node.left, depth + 1), _worth(node.comparators[0], depth + 1)
+        compared = {ast.Eq: left == right, ast.NotEq: left != right}
+        if type(node.ops[0]) in compared:
+            return compared[type(node.ops[0])]
+        if isinstance(node.ops[0], ast.In) and isinstance(right, (str, list)):
+            return left in right
+    if isinstance(node, ast.IfExp):
+        return _worth(node.body if _worth(node.test, depth + 1) else node.orelse, depth + 1)
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+        left, right = _worth(node.left, depth + 1), _worth(node.right, depth + 1)
+        return left + right
+    if isinstance(node, ast.List):
+        return [_worth(each, depth + 1) for each in node.elts]
+    raise ValueError
+
+
+def truth_of(text: str) -> bool | None:
+    """Tell whether the text of a condition is true; None: not known."""
+    if "{" in text:
+        return None
+    return text.strip().lower() in ("true", "1")
+
+
+def words_of(value: Value | None) -> str:
+    """Return what a condition asks, for people."""
+    if isinstance(value, Made):
+        if value.path.endswith("LaunchConfiguration"):
+            return text_of(value.argument(0))
+        return " ".join(words_of(each) for each in value.args)
+    if isinstance(value, Items):
+        return "".join(words_of(each) for each in value.items)
+    return hole(value)
