@@ -18,7 +18,7 @@ from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import sym
 from dineros.metamodel.elements import label
 
-FIRST_SECONDS, FIRST_SHARE = 5.0, 0.05
+FIRST_SECONDS, FIRST_SHARE = 5.0, 0.08
 """Seconds at most, and part of the time that is left, for each property before all other questions."""
 
 

@@ -35,11 +35,14 @@ class Limited:
         By transition: the one of the original net that it fires.
     place : dict of int to int
         By place of the original net: the place that stands for it. Places that left the net have none.
+    added : frozenset of int
+        Transitions by which a full place stays full though tokens are taken from it.
     """
 
     net: CompiledNet
     origin: tuple[int, ...]
     place: Mapping[int, int]
+    added: frozenset[int] = frozenset()
 
     @classmethod
     def same(cls, net: CompiledNet) -> Limited:
@@ -102,11 +105,22 @@ def without_growth(net: CompiledNet, compared: Mapping[int, int] | None = None) 
     return limited(net, {place: max(weights[place], compared.get(place, 0)) for place in growing})
 
 
-def limited(net: CompiledNet, limits: Mapping[int, int]) -> Limited:
+def limited(net: CompiledNet, limits: Mapping[int, int], *, is_open: bool = False) -> Limited:
     """Let places hold no more than a limit each; what comes on top is lost.
 
     A transition that can meet a limit becomes several: one that puts all, and one for each smaller number
     that there is room for. Exactly one of them is enabled where it was.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    limits : mapping of int to int
+        By place: how many tokens it holds at most.
+    is_open : bool
+        Whether a full place stands for any number of tokens from its limit on: then it may stay full when
+        tokens are taken from it. Such a net can do all that the net can, and more, if no limit is less than a
+        weight with which a transition looks at the place.
     """
     names = list(net.places)
     left = [place for place in range(len(names)) if limits.get(place) != 0]
@@ -117,20 +131,31 @@ def limited(net: CompiledNet, limits: Mapping[int, int]) -> Limited:
         tokens[free[place]] = limits[place] - tokens[names[place]]
     rows: list[Transition] = []
     origin: list[int] = []
+    added: set[int] = set()
     taken_names: set[str] = set()
     for t, name in enumerate(net.transitions):
-        for number, row in enumerate(_rows(net, t, limits, names, free)):
+        kept = _rows(net, t, limits, names, free, is_open=False)
+        every = _rows(net, t, limits, names, free, is_open=True) if is_open else []
+        more = [row for row in every if row not in kept]
+        added.update(range(len(rows) + len(kept), len(rows) + len(kept) + len(more)))
+        for number, row in enumerate([*kept, *more]):
             made_name = unused(name if number == 0 else f"{name}.{number}", taken_names)
             taken_names.add(made_name)
             rows.append(row._replace(name=made_name))
             origin.append(t)
     made = CompiledNet.build(tokens, rows)
     index = {name: place for place, name in enumerate(made.places)}
-    return Limited(made, tuple(origin), {place: index[names[place]] for place in left})
+    place_of = {place: index[names[place]] for place in left}
+    return Limited(made, tuple(origin), place_of, frozenset(added))
 
 
 def _rows(
-    net: CompiledNet, t: int, limits: Mapping[int, int], names: Sequence[str], free: Mapping[int, str]
+    net: CompiledNet,
+    t: int,
+    limits: Mapping[int, int],
+    names: Sequence[str],
+    free: Mapping[int, str],
+    is_open: bool,
 ) -> list[Transition]:
     """Return what a transition becomes: one for each way in which the limits of its places may be met."""
     inputs, outputs = dict(net.pre.row(t)), dict(net.post.row(t))
@@ -146,7 +171,7 @@ def _rows(
             return []
         if weight is not None and weight <= limit:
             reads[free[place]] = limit - weight + 1
-        choices.append(_choices(place, free[place], limit, taken, put))
+        choices.append(_choices(place, free[place], limit, taken, put, is_open))
     result = []
     for picked in product(*choices):
         row_inputs = {names[p]: w for p, w in inputs.items()}
@@ -170,11 +195,13 @@ def _rows(
     return result
 
 
-def _choices(place: int, free: str, limit: int, taken: int, put: int) -> list[_Choice]:
+def _choices(place: int, free: str, limit: int, taken: int, put: int, is_open: bool) -> list[_Choice]:
     """Return arcs to a place and to its complement, for each number of tokens that there may be room for."""
     gain = put - taken
     if gain <= 0:
-        return [({place: taken}, {place: put}, {}, {free: -gain})]
+        left = range(-gain) if is_open else ()
+        stays: list[_Choice] = [({place: limit}, {place: limit - loss}, {}, {free: loss}) for loss in left]
+        return [({place: taken}, {place: put}, {}, {free: -gain}), *stays]
     result: list[_Choice] = []
     if put <= limit:
         result.append(({place: taken}, {place: put}, {free: gain}, {}))

@@ -192,8 +192,8 @@ class Search:
         self.budget.stage("explicit search")
         try:
             self._run()
-        except KeyboardInterrupt:
-            self.reason = "interrupted"
+        except KeyboardInterrupt:  # who watches over the time asks a search to end in this way, too
+            self.reason = "time" if self.budget.is_over else "interrupted"
         except MemoryError:  # the system gives less than was counted on; what was seen is kept
             self.reason = "memory"
         finally:

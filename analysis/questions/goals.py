@@ -2,7 +2,7 @@
 
 1. the markings that are near, which is all there is of small nets;
 2. structure: the state equation and traps, which exclude goals without a state space;
-3. walks, which meet what is far away but not rare;
+3. walks, which meet what is far away but not rare; diagrams of a net with limits where tokens may grow;
 4. side by side and by turns, until one knows: explicit search, also of the reduced net; decision diagrams;
    bounded model checking with k-induction, and property directed reachability.
 
@@ -12,12 +12,13 @@ Where a shortest way is asked for and a longer one is known, the shortest is sea
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.beside import first_of_two
-from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.turns import HEAD_START, Member, first_answer
 from dineros.analysis.covering.goals import with_goals
@@ -60,6 +61,9 @@ STRUCTURE_SECONDS = 2.0
 
 SHORTEST_SHARE, SHORTEST_SECONDS = 0.3, 20.0
 """Part of the time, and seconds at most, for the search for a shortest way where a longer one is known."""
+
+LIMITS_SHARE, FIRST_WORK = 0.6, 3_000_000
+"""Part of the time, and cache misses of saturation, about a second, for a net with limits before others."""
 
 WALKS = "walks"
 EXPLICIT, REDUCED, DIAGRAMS = "explicit search", "explicit search of the reduced net", "decision diagrams"
@@ -246,6 +250,10 @@ class _Road:
         if budget.states is not None and budget.states <= NEAR_STATES:
             return near
         if not self.is_shortest and self.goals is not None:
+            with suppress(BudgetExceededError):
+                known = self._with_limits(budget.share(LIMITS_SHARE), FIRST_WORK)
+                if known is not None:
+                    return known
             # What is met everywhere far away is met at once.
             deep = replace(self, order="depth-first")._search(budget.share(most_states=NEAR_STATES))
             if _is_answer(deep) or deep.reason == INTERRUPTED or budget.is_over:
@@ -335,9 +343,12 @@ class _Road:
         return answer if _is_answer(answer) else None
 
     def _drawn(self, budget: Budget) -> Outcome | None:
-        """Ask the decision diagram of all markings."""
+        """Ask the decision diagram of all markings, or where these may have no end of a net with limits."""
         from dineros.analysis.logic.ctl.checking import check_ctl
 
+        known = self._with_limits(budget)
+        if known is not None:
+            return known
         way = Exists(Finally(self.condition))
         answer = check_ctl(self.net, way, self.names, budget, engine="symbolic")
         if answer.status == "holds" and answer.trace is not None and not answer.reason.startswith("a run"):
@@ -345,6 +356,16 @@ class _Road:
         if answer.status == "violated":
             return Outcome("unreachable", states=answer.states, by=DIAGRAMS)
         return None
+
+    def _with_limits(self, budget: Budget, most_work: int | None = None) -> Outcome | None:
+        """Ask the decision diagram of a net in which what may grow without bound has limits."""
+        from dineros.analysis.logic.ctl.limits import decide_with_limits
+
+        way = Exists(Finally(self.condition))
+        known = decide_with_limits(self.net, way, self.names, budget, most_work)
+        if known is None or known.trace is not None:
+            return known and self._reached(known.stem, known.by)
+        return replace(known, status="unreachable")
 
     def _reached(self, trace: Sequence[int], by: str) -> Outcome:
         """Replay a trace, and leave out what the condition does not need."""

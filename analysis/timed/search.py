@@ -212,8 +212,8 @@ class ClassSearch:
                 self._look()
                 if is_met is not None and is_met():
                     return
-        except KeyboardInterrupt:
-            self.reason = "interrupted"
+        except KeyboardInterrupt:  # who watches over the time asks a search to end in this way, too
+            self.reason = "time" if self._budget.is_over else "interrupted"
         except MemoryError:
             self.reason = "memory"
 

@@ -141,7 +141,7 @@ class _Round:
                 return
             if any(place in known.places for known in self.found.pumpings):
                 continue
-            counts = firings(nothing, [({place: 1}, 1)])
+            counts = firings(nothing, [({place: 1}, 1)], is_loop=True)
             if counts is None:
                 continue
             self.scout.taken()

@@ -11,6 +11,7 @@ temporal logic specifications*, TOPLAS 8(2), 1986.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING, Literal
@@ -49,6 +50,9 @@ if TYPE_CHECKING:
     from dineros.analysis.symbolic.order_cache import OrderCache
 
 Engine = Literal["auto", "explicit", "symbolic"]
+
+LIMITS_SHARE, FIRST_WORK = 0.6, 3_000_000
+"""Part of the time, and cache misses of saturation, about a second, for nets with limits before others."""
 
 #: Markings up to which `check_ctl` stores them one by one.
 FEW_STATES = 500_000
@@ -206,6 +210,18 @@ def check_ctl(
     budget = budget.begun()
     if engine == "explicit":
         return _explicitly(net, tree, atoms, budget)
+
+    def with_limits(share: Budget, most_work: int | None = None) -> Outcome | None:
+        from dineros.analysis.logic.ctl.limits import decide_with_limits
+
+        return decide_with_limits(net, tree, names or NetNames(net), share, most_work)
+
+    if engine == "auto":
+        with suppress(BudgetExceededError):
+            # Where markings may have no end, storing them one by one comes to none as a rule.
+            answer = with_limits(budget.share(LIMITS_SHARE), FIRST_WORK)
+            if answer is not None:
+                return answer
     if engine == "auto" and (budget.states is None or budget.states > FEW_STATES):
         answer = _explicitly(net, tree, atoms, budget.share(most_states=FEW_STATES))
         if answer.status != "unknown":
@@ -226,6 +242,7 @@ def check_ctl(
     found = first_of_two(
         [
             Member(by_diagrams, head_start=HEAD_START),
+            Member(with_limits),
             Member(lambda share: _explicitly(net, tree, atoms, share)),
         ],
         budget,

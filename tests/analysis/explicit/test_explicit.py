@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 
 import pytest
 from hypothesis import given
@@ -235,6 +236,16 @@ def test_progress_may_interrupt(monkeypatch: pytest.MonkeyPatch) -> None:
 
     space = explore(classic.kanban(4), Budget(progress=stop))
     assert space.reason == "interrupted" and len(reports) == 3 and 0 < space.markings < 454_475
+
+
+def test_a_search_that_is_asked_to_end_after_its_time_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "PROGRESS_SECONDS", 0.0)
+
+    def stop(_: Progress) -> None:
+        time.sleep(0.05)
+        raise KeyboardInterrupt  # as the process that watches over the time has it
+
+    assert explore(classic.kanban(4), Budget(seconds=0.04, progress=stop)).reason == "time"
 
 
 def test_stubborn_sets_are_small_where_nothing_conflicts() -> None:

@@ -319,3 +319,21 @@ def test_fairness_to_what_is_enabled_again_and_again() -> None:
         fewer = [[each for each in names if each != name] for names in (needed.weak, needed.strong)]
         weaker = replace(question, weak=tuple(fewer[0]), strong=tuple(fewer[1]))
         assert weaker.decided(LIMITS).status == "violated"
+
+
+def test_goals_are_answered_where_something_grows_behind_an_inhibitor(near: int) -> None:
+    """Of a net without bounds: a goal that is never met, and one that always stays possible."""
+    rows = [
+        Transition("ask", {"idle": 1}, {"idle": 1, "pile": 1}, {}),
+        Transition("begin", {"idle": 1, "pile": 1}, {"busy": 1}, {"held": 1}),
+        Transition("end", {"busy": 1}, {"idle": 1}, {}),
+        Transition("hold", {"free": 1}, {"held": 1}, {"busy": 1}),
+        Transition("release", {"held": 1}, {"free": 1}, {}),
+    ]
+    net = CompiledNet.build({"idle": 1, "pile": 0, "busy": 0, "free": 1, "held": 0}, rows)
+    names = NetNames(net)
+    never = find_marking(net, "busy >= 1 & held >= 1", names, LIMITS)
+    assert never.status == "unreachable"
+    assert verify_linear(net, "G !(busy >= 1 & held >= 1)", names, (), (), LIMITS).status == "holds"
+    possible = verify_branching(net, "AG EF busy >= 1", names, LIMITS)
+    assert (possible.status, possible.by) == ("holds", "decision diagrams of a net with limits")

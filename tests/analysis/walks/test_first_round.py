@@ -11,6 +11,7 @@ from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.coverability import can_repeat, coverability
 from dineros.analysis.nets.witness import replay
+from dineros.analysis.walks import firing_counts
 from dineros.analysis.walks.first_round import first_round
 from dineros.analysis.walks.scouting import Scout, short_pumping, short_way
 from tests.analysis.strategies import nets
@@ -66,6 +67,29 @@ def test_a_place_that_grows_only_by_a_long_loop_is_met() -> None:
     assert pumping.places == (log,)
     assert [net.transitions[t] for t in pumping.suffix] == [f"t{k}" for k in range(10)]
     assert not pumping.prefix
+
+
+def test_a_loop_takes_away_what_inhibits_one_of_its_firings() -> None:
+    # "ask" needs work under way, "dock" needs that there is none: only a loop with "end" and "begin" repeats.
+    rows = [
+        Transition("ask", {"work": 1, "low": 1}, {"work": 1, "leaving": 1, "asked": 1}),
+        Transition("dock", {"leaving": 1}, {"docked": 1}, {"work": 1}),
+        *[move(f"t{k}", f"p{k}", f"p{k + 1}") for k in range(12)],
+        Transition("ready", {"docked": 1, "p12": 1}, {"low": 1, "p0": 1}),
+        move("end", "work", "rest"),
+        move("begin", "rest", "work"),
+        Transition("hear", {"asked": 2}, {"asked": 1}),
+    ]
+    tokens = {"work": 0, "rest": 1, "low": 1, "leaving": 0, "docked": 0, "asked": 0, "p0": 1}
+    net = CompiledNet.build(tokens | {f"p{k}": 0 for k in range(1, 13)}, rows)
+    asked = net.places.index("asked")
+    nothing = net.with_initial(dict.fromkeys(net.places, 0))
+    counts = firing_counts.firings(nothing, [({asked: 1}, 1)], is_loop=True)
+    assert counts is not None
+    fired = {net.transitions[t] for t, count in enumerate(counts.tolist()) if count}
+    assert fired >= {"ask", "dock", "end", "begin"}
+    (pumping,) = first_round(net, LIMITS, growing=[asked]).pumpings
+    assert pumping.places == (asked,)
 
 
 @pytest.mark.long
