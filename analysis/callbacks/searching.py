@@ -6,6 +6,7 @@ on until the circle is closed. Callbacks of which that is not decided are looked
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from random import Random
 
@@ -30,14 +31,16 @@ class Search:
     blocked : tuple of Blocked
         Callbacks that can wait for ever: each circle once, and each other callback once.
     is_complete : bool
-        Whether all others are proved to end always.
+        Whether all others that were asked for are proved to end always.
     """
 
     blocked: tuple[Blocked, ...]
     is_complete: bool
 
 
-def searched(net: CompiledNet, waiting: Waiting, budget: Budget) -> Search:
+def searched(
+    net: CompiledNet, waiting: Waiting, budget: Budget, pages: Collection[str] | None = None
+) -> Search:
     """Search for callbacks that can wait for ever, without the state space.
 
     Parameters
@@ -48,12 +51,16 @@ def searched(net: CompiledNet, waiting: Waiting, budget: Budget) -> Search:
         What waits for what in it.
     budget : Budget
         Its time and memory.
+    pages : collection of str, optional
+        Ids of the pages whose callbacks are asked for; all by default.
     """
     walks = Walks(net, waiting)
     found: list[Blocked] = []
     left: list[Callback] = []
     endings = Endings(net)
     for callback in waiting.callbacks.values():
+        if pages is not None and callback.waiter.element not in pages:
+            continue
         ending = endings.of(callback.places, budget)
         if ending.status == "unknown":
             left.append(callback)

@@ -17,8 +17,8 @@ from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import QUESTIONS, check
 from dineros.analysis.checks.overflow import Overflow, Presence
 from dineros.analysis.checks.question import Question
-from dineros.analysis.consequences.mending import Mend, is_cause, mend_of
-from dineros.analysis.model.subject import base_subject
+from dineros.analysis.consequences.mending import Mend, is_cause, is_proved, mend_of
+from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.witness import WitnessError, replay
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.witnesses.findings import Finding, Report
@@ -56,7 +56,8 @@ def fold_consequences(
     orders : OrderCache, optional
         Where orders of levels are kept for the symbolic engine.
     """
-    causes = [finding for finding in report.findings if is_cause(finding)]
+    # Time may run out: errors first, as they explain more.
+    causes = sorted(filter(is_cause, report.findings), key=lambda finding: finding.severity != "error")
     if not isinstance(model, sym.SystemModel) or not causes or not _may_follow(report):
         return
     _Folding(model, report, _limited(budget), orders).fold(causes)
@@ -118,10 +119,11 @@ class _Folding:
             mend(mended)
         if any(problem.severity == "error" for problem in validate(mended)):
             return []
-        open_now = [each for each in self._left if not _is_lost_again(each, mended)]
+        subject = base_subject(mended)
+        open_now = [each for each in self._left if not _is_lost_again(each, subject)]
         if not open_now:
             return []
-        rules = {rule for rule, _ in causes} | {finding.rule for finding in open_now}
+        rules = {rule for rule, _ in causes if not is_proved(rule)} | {finding.rule for finding in open_now}
         again = check(mended, self._budget, orders=self._orders, questions=_asking(rules), is_shown=False)
         still = {_key(finding) for finding in again.findings if finding.severity != "note"}
         if not still.isdisjoint(causes) or not again.open_rules.isdisjoint(rule for rule, _ in causes):
@@ -131,11 +133,10 @@ class _Folding:
         return gone
 
 
-def _is_lost_again(finding: Finding, mended: sym.SystemModel) -> bool:
-    """Tell whether a run that loses a message does so in a mended model, too."""
+def _is_lost_again(finding: Finding, subject: Subject) -> bool:
+    """Tell whether a run that loses a message does so in the net of a mended model, too."""
     if finding.rule not in _LOSSES or finding.witness is None or not finding.witness.steps:
         return False
-    subject = base_subject(mended)
     names = [step.transition for step in finding.witness.steps]
     if not subject.transition_index.keys() >= set(names):
         return False

@@ -1,14 +1,15 @@
 """A model without one of its faults: what is changed so that the fault is gone, as little as possible.
 
-Ports that do not match get the quality of service that is asked for. A clause that can never be true is left
-out. Where callbacks wait for each other, groups and threads are changed, the fewest first, until none of them
-waits any more; a server that never hears of requests to cancel gets another thread.
+Ports that do not match get the quality of service that is asked for, and what is published while a subscriber
+is not there is kept for it. A clause that can never be true is left out. Where callbacks wait for each other,
+groups and threads are changed, the fewest first, until none of them waits any more; a server that never hears
+of requests to cancel gets another thread.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from itertools import count
 
 from dineros.analysis.answers.budget import Budget
@@ -20,6 +21,7 @@ from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.clauses import Clauses
 from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
+from dineros.analysis.checks.overflow import Presence
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.suggestions.changes import Changes, against_circle
@@ -64,6 +66,11 @@ def is_cause(finding: Finding) -> bool:
     return finding.rule in _MENDS
 
 
+def is_proved(rule: str) -> bool:
+    """Tell whether a mend of a fault of this kind is proved to be one while it is looked for."""
+    return rule == Callbacks.CIRCLE.rule
+
+
 def _against_mismatch(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
     channel, publisher, subscriber = finding.elements
 
@@ -75,6 +82,22 @@ def _against_mismatch(model: sym.SystemModel, finding: Finding, budget: Budget) 
             apply(copied, found.settings[0])
 
     return mend
+
+
+def _against_absence(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+    """Let the publisher keep its messages for who comes later; None where it does so already."""
+    channel, publisher, subscriber = finding.elements
+    topic = find(model, channel, sym.TopicChannel)
+    ports = {
+        "publisher": next(port for port in topic.publishers if port.place.id == publisher),
+        "subscriber": next(port for port in topic.subscribers if port.place.id == subscriber),
+    }
+    settings = [
+        f"{channel}.{kind}.{port.place.id}.qos.durability=transientLocal"
+        for kind, port in ports.items()
+        if port.qos is None or str(port.qos.durability) != "transientLocal"
+    ]
+    return _settings(settings) if settings else None
 
 
 def _against_clause(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
@@ -130,11 +153,11 @@ def _added(changes: Changes, circle: Circle, known: set[Changes], order: count[i
     return sorted((more.cost, next(order), more) for more in dict.fromkeys(found))
 
 
-def _blocked(model: sym.SystemModel, pages: Iterable[str], budget: Budget) -> list[Blocked] | None:
+def _blocked(model: sym.SystemModel, pages: set[str], budget: Budget) -> list[Blocked] | None:
     """Return the callbacks of some pages that can wait for ever; None where that is not decided."""
     subject = base_subject(model)
-    search = searched(subject.net, Waiting(subject), budget)
-    found = [each for each in search.blocked if _is_of(each, set(pages))]
+    search = searched(subject.net, Waiting(subject), budget, pages)
+    found = [each for each in search.blocked if _is_of(each, pages)]
     return found if found or search.is_complete else None
 
 
@@ -154,6 +177,7 @@ def _settings(settings: Sequence[str]) -> Mend:
 _MENDS: dict[str, Callable[[sym.SystemModel, Finding, Budget], Mend | None]] = {
     Matching.NOT_MATCHED.rule: _against_mismatch,
     Clauses.UNSATISFIABLE.rule: _against_clause,
+    Presence.MISSED.rule: _against_absence,
     Callbacks.CIRCLE.rule: _against_waiting,
     Goals.UNHEARD.rule: _against_unheard,
 }

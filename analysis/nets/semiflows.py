@@ -74,7 +74,8 @@ class _Rows:
         self._made = 0
         self._raised: defaultdict[int, set[int]] = defaultdict(set)
         self._lowered: defaultdict[int, set[int]] = defaultdict(set)
-        self._by_lowest_place: defaultdict[int, set[int]] = defaultdict(set)
+        #: Supports by number.
+        self._by_lowest_place: defaultdict[int, dict[int, int]] = defaultdict(dict)
         #: (rows that elimination adds, transition); an entry is stale when the number is another one by now.
         self._costs: list[tuple[int, int]] = []
         #: Transitions whose number is not among the costs.
@@ -88,7 +89,7 @@ class _Rows:
         number = self._made
         self._made += 1
         self._rows[number] = row
-        self._by_lowest_place[row.lowest].add(number)
+        self._by_lowest_place[row.lowest][number] = row.support
         for t, tokens in row.residual.items():
             (self._raised if tokens > 0 else self._lowered)[t].add(number)
         self._changed.update(row.residual)
@@ -136,16 +137,19 @@ class _Rows:
         return True
 
     def _holds_part_of(self, row: _Row) -> bool:
-        self._work_left -= sum(len(self._by_lowest_place[place]) for place in row.weights)
-        return any(
-            self._rows[number].support & row.support == self._rows[number].support
-            for place in row.weights
-            for number in self._by_lowest_place[place]
-        )
+        outside = ~row.support
+        near = [self._by_lowest_place[place] for place in row.weights if place in self._by_lowest_place]
+        self._work_left -= sum(map(len, near))
+        # Plain loops: millions of supports are compared.
+        for supports in near:
+            for support in supports.values():
+                if not support & outside:
+                    return True
+        return False
 
     def _take(self, number: int) -> _Row:
         row = self._rows.pop(number)
-        self._by_lowest_place[row.lowest].discard(number)
+        del self._by_lowest_place[row.lowest][number]
         for t, tokens in row.residual.items():
             (self._raised if tokens > 0 else self._lowered)[t].discard(number)
         self._changed.update(row.residual)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup
 
+from dineros.analysis.witnesses.folding import folded
 from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 from dineros.views.nets import ViewModel, around, collapse_if_large, layout, to_svg, view_of
@@ -54,6 +55,44 @@ class FindingEntry:
     steps: Sequence[str] = ()
     loop: int | None = None
     consequences: Sequence[tuple[str, str]] = ()
+
+    @property
+    def rounds(self) -> list[Round]:
+        """The steps, each block that repeats once."""
+        loop = len(self.steps) if self.loop is None else self.loop
+        found: list[Round] = []
+        for begin, part in ((0, self.steps[:loop]), (loop, self.steps[loop:])):
+            for block in folded(part):
+                first = begin + block.start + 1
+                texts = list(part[block.start : block.start + block.length])
+                last, is_loop = first + block.length * block.times - 1, begin == loop
+                made = Round(first, last, texts, block.times, is_loop)
+                if found and found[-1].times == made.times == 1 and found[-1].is_loop == is_loop:
+                    made = made._replace(first=found[-1].first, steps=[*found.pop().steps, *texts])
+                found.append(made)
+        return found
+
+
+class Round(NamedTuple):
+    """Steps of a witness that are listed once.
+
+    Attributes
+    ----------
+    first, last : int
+        Numbers of the first step, and of the last one of the last round; the first step of all is 1.
+    steps : list of str
+        Of one round, in words.
+    times : int
+        How often they come in a row.
+    is_loop : bool
+        Whether they repeat for ever.
+    """
+
+    first: int
+    last: int
+    steps: list[str]
+    times: int
+    is_loop: bool
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.elements import find
 from examples.callbacks.models import node, program, timer, topic
 from tests.support.ros2_systems.deliveries import deliveries
+from tests.support.ros2_systems.managed_systems import talk
 from tests.support.ros2_systems.waiting_models import awaiting_result, sharing_a_lock
 
 
@@ -158,3 +159,21 @@ def test_a_lost_message_is_no_consequence_where_its_run_goes_on() -> None:
     report = folded(model)
     assert faults(report.findings) == ["callback-deadlock", "queue-overflow", "queue-overflow"]
     assert consequences(report.findings[0]) == [("dead-transition", "NoteLevel")]
+
+
+def test_what_a_subscriber_that_comes_late_causes() -> None:
+    """A property that holds once the topic keeps its messages; not where the subscriber stays volatile."""
+    model = talk(reader=sym.Lifecycle(), tokens=1, depth=1)
+    find(model, "Hear", sym.Transition).outgoing.clear()
+    flow(find(model, "Hear", sym.Transition), sym.Place(id="Done", page=find(model, "listener", sym.NodeNet)))
+    model.properties.append(sym.Property(id="Heard1", text="Done >= 1 happens"))
+    model.assumptions.append(sym.Fairness(id="F", of="all"))
+    report = folded(model)
+    assert faults(report.findings) == ["subscriber-not-there"]
+    assert consequences(report.findings[0]) == [("property-violated", "Heard1")]
+
+
+def test_a_late_subscriber_of_a_topic_that_keeps_its_messages_is_no_cause() -> None:
+    report = folded(unrelated(talk(reader=sym.Lifecycle(), tokens=1, depth=1)))
+    assert faults(report.findings) == ["subscriber-not-there", "dead-transition"]
+    assert not report.findings[0].consequences

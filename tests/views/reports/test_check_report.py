@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -114,3 +115,21 @@ def test_pictures_of_both_themes_and_of_all_findings_keep_apart(tmp_path: Path, 
 
 def test_a_finding_about_the_whole_model_has_no_picture_of_a_part() -> None:
     assert report().count('class="net"><figcaption>') == 1
+
+
+def test_steps_that_repeat_are_listed_once() -> None:
+    steps = ["begin", *["ask", "answer"] * 6, "end", *["wait"] * 5]
+    rounds = FindingEntry("error", "rule", "message", steps=steps, loop=14).rounds
+    assert rounds == [
+        (1, 1, ["begin"], 1, False),
+        (2, 13, ["ask", "answer"], 6, False),
+        (14, 14, ["end"], 1, False),
+        (15, 19, ["wait"], 5, True),
+    ]
+    listed = [step for each in rounds for step in each.steps * each.times]
+    assert listed == steps
+    entry = FindingEntry("error", "rule", "message", steps=steps, loop=14)
+    page, _ = check_page(CheckContent("m", "m.sym.xmi", [entry], [], []))
+    text = re.sub("<[^>]*>", "", page)
+    assert text.count("answer") == 1 and "The next 2 steps 6 times, up to step 13:" in text
+    assert '<ol start="14">' in page and "Steps 15 to 19 repeat for ever." in page
