@@ -13,7 +13,8 @@ from typing import TypeVar
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.logic.ctl.checking import basic, check_ctl, satisfying
+from dineros.analysis.logic.ctl.checking import check_ctl
+from dineros.analysis.logic.ctl.fixpoints import basic, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names, NetNames

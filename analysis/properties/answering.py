@@ -19,7 +19,7 @@ import numpy as np
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.evidence import Row
 from dineros.analysis.explicit.layout import Layout
-from dineros.analysis.logic.ctl.checking import basic, initially, satisfying
+from dineros.analysis.logic.ctl.fixpoints import basic, initially, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names, NetNames

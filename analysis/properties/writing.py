@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from dineros.analysis.logic.ctl.checking import basic
+from dineros.analysis.logic.ctl.fixpoints import basic
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.syntax import (

@@ -24,7 +24,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.covering.bounded_part import unbounded_places
 from dineros.analysis.covering.growing import Limited, largest_weights, limited
-from dineros.analysis.logic.ctl.checking import basic, satisfying
+from dineros.analysis.logic.ctl.fixpoints import basic, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import LimitedNames, Names

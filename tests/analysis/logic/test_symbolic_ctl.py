@@ -8,8 +8,9 @@ import pytest
 
 from case_study.build import build
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
-from dineros.analysis.logic.ctl.checking import check_ctl, satisfying
+from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.ctl.explicit_sets import ExplicitSets
+from dineros.analysis.logic.ctl.fixpoints import satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.graphs.stored import StateGraph
 from dineros.analysis.logic.language.atoms import BoundAtoms
