@@ -87,6 +87,36 @@ def schedule(net: TimedNet, trace: Sequence[int]) -> tuple[ScheduledFiring, ...]
     return tuple(made)
 
 
+def check_times(
+    net: TimedNet, trace: Sequence[int], times: Sequence[Fraction], tolerance: Fraction = Fraction(0)
+) -> None:
+    """Check that a firing sequence with these times, counted from the start, is one of the net.
+
+    Parameters
+    ----------
+    net, trace
+        The net, and the transitions that fire.
+    times
+        When each of them fires.
+    tolerance
+        By how much a bound may be missed: clocks of runs are floating-point numbers.
+
+    Raises
+    ------
+    WitnessError
+        A transition lacks tokens, fires too early, or after the latest time of another; or time goes back.
+    """
+    moments = [Fraction(0), *times]
+    names = net.untimed.transitions
+    for bound in _bounds(net, trace):
+        gap = moments[bound.target] - moments[bound.source] - bound.least + tolerance
+        if gap < 0 or (not gap and bound.is_strict and not tolerance):
+            number = max(bound.source, bound.target)
+            raise WitnessError(
+                f"firing {number} of {names[trace[number - 1]]} at {float(moments[number]):g} is not in time"
+            )
+
+
 def _unshifted(time: Fraction, unit: Fraction) -> Fraction:
     """Return the bound that a time above it by a shift stands for."""
     return time // unit * unit

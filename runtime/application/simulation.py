@@ -7,6 +7,7 @@ same run, as long as no handler runs elsewhere.
 
 from __future__ import annotations
 
+import math
 import random
 import threading
 import time
@@ -30,6 +31,9 @@ Outcome = Literal["reached", "idle", "timeout"]
 """How a stepped run ends: the condition holds, nothing can happen any more, or time is over."""
 
 STEP_TIME = 0.001
+"""Seconds of simulated time that a move takes, unless a transition has to fire before."""
+MOST_AT_ONCE = 10_000
+"""Moves that may follow each other in no time."""
 LONGEST_WAIT = 0.05
 """Seconds of real time after which a run that keeps a pace asks again whether it is to end."""
 
@@ -94,6 +98,7 @@ class LocalApplication:
         self.nets: dict[str, Net] = {}
         self.nodes: dict[str, Node] = {}
         self._timers = Timers(self.clock)
+        self._moves_at_once = 0
         self._ticks: list[tuple[float, Callable[[float], object]]] = []
         self._threads: list[threading.Thread] = []
         self._ending = threading.Event()
@@ -101,6 +106,8 @@ class LocalApplication:
             net = Net(model, seed=self._random.getrandbits(32), policy=policy, clock=self.clock)
             if net.id in self.nets:
                 raise DinerosError(f"two of the runtime models are of the node {net.id!r}")
+            if simulated_time:
+                net.draw_times(random.Random(f"{self.seed} {net.id}"))
             self.nets[net.id] = net
             self.nodes[net.id] = Node(
                 net,
@@ -189,13 +196,26 @@ class LocalApplication:
             if end is not None and clock.now >= end:
                 return "timeout"
             if self.step():
-                clock.now += STEP_TIME
+                self._pass_step(clock)
             elif not self._let_time_pass(end):
                 return "idle"
             if speed is not None:
                 self._wait(until, really + (clock.now - begun) / speed)
             self._timers.run_due()
         return "reached"
+
+    def _pass_step(self, clock: SimulatedClock) -> None:
+        """Let a move take its time, but not pass the moment by which a transition has to fire.
+
+        Moves that take no time may go on for ever. After many of them, time passes all the same.
+        """
+        deadlines = [each for net in self.nets.values() if (each := net.deadline) is not None]
+        latest = min(deadlines, default=math.inf)
+        if latest <= clock.now and self._moves_at_once < MOST_AT_ONCE:
+            self._moves_at_once += 1
+            return
+        self._moves_at_once = 0
+        clock.now = clock.now + STEP_TIME if latest <= clock.now else min(clock.now + STEP_TIME, latest)
 
     def _wait(self, until: Callable[[LocalApplication], bool], moment: float) -> None:
         """Wait for a moment of real time, or until a condition holds."""

@@ -70,8 +70,9 @@ class Chooser:
 
     def _allowed(self, engine: Engine) -> list[int]:
         """Return the ready transitions that priorities and time let fire."""
-        allowed = [number for number in engine.ready if not engine.is_overridden(number)]
-        return self._timing.of(engine, allowed) if self._timing else allowed
+        if self._timing:
+            return self._timing.of(engine, engine.ready)
+        return [number for number in engine.ready if not engine.is_overridden(number)]
 
     def _selected(self, engine: Engine, selection: SelectionFunction) -> tuple[int, Tokens] | None:
         allowed = sorted(self._allowed(engine))

@@ -122,6 +122,7 @@ class Execution:
             self.firings += 1
             if self.timing:
                 self.timing.began(transition)
+                self.timing.observe(engine)
         return True
 
     def _selection_failed(self, error: BaseException) -> None:
@@ -323,6 +324,8 @@ class Execution:
         kept: Mapping[str, Json] = MappingProxyType({}),
     ) -> None:
         self.engine.commit(taken, made)
+        if self.timing:
+            self.timing.observe(self.engine)
         for name, value in kept.items():
             if value is None:
                 self.kept.pop(name, None)

@@ -1,15 +1,21 @@
 """Time in a net: firing intervals (Merlin's time Petri nets) and the periods of timer callbacks.
 
-A transition with an interval fires only when it has been ready for its earliest time without a break; one
-that has been so for its latest time goes before others. The callback of a timer begins at most once in each
-period, and a tick that comes before it has begun is gone (rule C1). Ticks come at multiples of the period: a
-late one delays no other. They are those of the loop's clock, or of the timers that a transport has, such as
-those of rclpy. Both only delay: every marking is one of the net without time.
+A transition with an interval has a clock, which starts when the transition becomes ready. After another
+firing the clock goes on if the transition stays ready while tokens are taken and after tokens are put: a read
+arc does not disturb it, a loop does. The transition fires when its clock is within the interval; where it has
+reached the latest bound, the transition goes before others. A priority counts while the higher transition
+could fire.
+
+The callback of a timer begins at most once in each period, and a tick that comes before it has begun is gone
+(rule C1). Ticks come at multiples of the period: a late one delays no other. They are those of the loop's
+clock, or of the timers that a transport has, such as those of rclpy. Both only delay: every marking is one of
+the net without time.
 """
 
 from __future__ import annotations
 
 import math
+from random import Random
 
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import TimerPort
@@ -18,14 +24,24 @@ from dineros.runtime.scheduling.loop import Loop
 
 
 class Timing:
-    """Which of the ready transitions may fire by now."""
+    """Which of the ready transitions may fire by now.
+
+    Attributes
+    ----------
+    draws : Random or None
+        Draws when a clock is ripe, uniformly from the interval; None: at its earliest time, and so are those
+        of transitions with priority, for which others would wait past their latest times.
+    """
 
     def __init__(self, structure: Structure, loop: Loop) -> None:
+        self.draws: Random | None = None
         self._loop = loop
         self._intervals = {
             number: interval for number, interval in enumerate(structure.intervals) if interval is not None
         }
-        self._ready_since: dict[int, float] = {}
+        self._above = {above for all_above in structure.superiors for above in all_above}
+        self._since: dict[int, float] = {}
+        self._ripe_at: dict[int, float] = {}
         self._timers = structure.ports.timers
         self._timer_of = {
             number: timer
@@ -39,26 +55,60 @@ class Timing:
         """Whether the net has any time in it."""
         return bool(self._intervals or self._timers)
 
+    @property
+    def deadline(self) -> float | None:
+        """By when, at the latest, some transition has to fire; None if none has to."""
+        latest = (self._latest(number) for number in self._since)
+        return min((each for each in latest if each is not None), default=None)
+
     def of(self, engine: Engine, ready: list[int]) -> list[int]:
         """Return which of some ready transitions may fire now; those that must, if there are any."""
-        now = self._loop.clock()
+        self.observe(engine)
         if not self._is_ticking:
             self._is_ticking = True
+            now = self._loop.clock()
             for timer in self._timers:
                 self._tick_at(now + timer.period, timer)
-        for number, (earliest, _) in self._intervals.items():
-            if not engine.is_ready(number):
-                self._ready_since.pop(number, None)
-            elif number not in self._ready_since:
-                self._ready_since[number] = now
-                self._loop.timers.call_later(earliest, _nothing)
-        may = [each for each in ready if self._has_ticked(each) and self._is_ripe(each, now)]
-        must = [each for each in may if self._is_late(each, now)]
+        may = [
+            each
+            for each in ready
+            if self._has_ticked(each)
+            and self._is_ripe(each)
+            and not engine.is_overridden(each, self._could_fire)
+        ]
+        now = self._loop.clock()
+        must = [each for each in may if (latest := self._latest(each)) is not None and now >= latest]
         return must or may
+
+    def observe(self, engine: Engine) -> None:
+        """Start the clocks of what has become ready; stop those of what is not, or was not for a moment."""
+        if not self._intervals:
+            return
+        broken = engine.note_breaks()
+        for number in broken:
+            self._stop(number)
+        broken.clear()
+        for number, (earliest, latest) in self._intervals.items():
+            if not engine.is_ready(number):
+                self._stop(number)
+            elif number not in self._since:
+                self._start(number, earliest, latest)
+
+    def _start(self, number: int, earliest: float, latest: float | None) -> None:
+        now = self._loop.clock()
+        wait = earliest
+        if self.draws is not None and latest is not None and number not in self._above:
+            wait = self.draws.uniform(earliest, latest)
+        self._since[number] = now
+        self._ripe_at[number] = now + wait
+        self._loop.timers.call_later(wait, _nothing)
+
+    def _stop(self, number: int) -> None:
+        self._since.pop(number, None)
 
     def began(self, number: int) -> None:
         """Note that a transition fires: its time starts anew."""
-        self._ready_since.pop(number, None)
+        self._stop(number)
         if number in self._timer_of:
             self._due.discard(self._timer_of[number])
 
@@ -74,15 +124,20 @@ class Timing:
         timer = self._timer_of.get(number)
         return timer is None or timer in self._due
 
-    def _is_ripe(self, number: int, now: float) -> bool:
-        interval = self._intervals.get(number)
-        return interval is None or now >= self._ready_since[number] + interval[0]
+    def _is_ripe(self, number: int) -> bool:
+        if number not in self._intervals:
+            return True
+        return number in self._since and self._loop.clock() >= self._ripe_at[number]
 
-    def _is_late(self, number: int, now: float) -> bool:
+    def _could_fire(self, number: int) -> bool:
+        """Tell whether time lets an enabled transition fire; one whose tokens are in flight fires already."""
+        return number not in self._since or self._is_ripe(number)
+
+    def _latest(self, number: int) -> float | None:
         interval = self._intervals.get(number)
-        if interval is None or interval[1] is None:
-            return False
-        return now >= self._ready_since[number] + interval[1]
+        if interval is None or interval[1] is None or number not in self._since:
+            return None
+        return self._since[number] + interval[1]
 
     def _tick_at(self, due: float, timer: TimerPort) -> None:
         def tick() -> None:

@@ -32,6 +32,9 @@ class Enabling:
         Places that had no room and got some, to be looked at and cleared by whoever waits for that.
     signals : list of bool
         Values of the signals.
+    broken : set of int or None
+        Transitions that were ready and then were not, if only while tokens were taken, to be looked at and
+        cleared; None: they are not noted.
     """
 
     __slots__ = (
@@ -46,6 +49,7 @@ class Enabling:
         "_transitions",
         "_true",
         "_watchers",
+        "broken",
         "due",
         "free",
         "opened",
@@ -62,6 +66,7 @@ class Enabling:
         self.total = [0] * self._places
         self.room = list(structure.limits)
         self.opened: list[int] = []
+        self.broken: set[int] | None = None
         self.ready: list[int] = []
         self.due: list[int] = []
         self._missing = [0] * self._transitions
@@ -199,6 +204,8 @@ class Enabling:
         missing = self._missing[index] = self._missing[index] + 1
         if missing == 1:
             members = self.ready if index < self._transitions else self.due
+            if self.broken is not None and index < self._transitions:
+                self.broken.add(index)
             last = members.pop()
             if last != index:
                 position = self._positions[index]

@@ -9,7 +9,7 @@ them, and nobody else takes them or fills the room.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import islice
 
 from dineros.metamodel.token_types.passing import passing
@@ -20,6 +20,10 @@ from dineros.runtime.nets.tokens import Token, TokenChecker
 
 Tokens = list[tuple[int, list[Token]]]
 """Tokens by place, in arc order."""
+
+
+def _always(transition: int) -> bool:
+    return True
 
 
 class Engine:
@@ -141,9 +145,20 @@ class Engine:
             and self._conditions_hold(transition)
         )
 
-    def is_overridden(self, transition: int) -> bool:
-        """Return whether a transition of higher priority is enabled."""
-        return any(self.is_enabled(above) for above in self.structure.superiors[transition])
+    def is_overridden(self, transition: int, could_fire: Callable[[int], bool] = _always) -> bool:
+        """Return whether a transition of higher priority is enabled, and could fire by now."""
+        return any(
+            self.is_enabled(above) and could_fire(above) for above in self.structure.superiors[transition]
+        )
+
+    def note_breaks(self) -> set[int]:
+        """Return a set that gets each transition that is ready and then not, if only within a firing.
+
+        A firing first takes all its tokens and then puts others. The set is to be cleared by the caller.
+        """
+        if self._enabling.broken is None:
+            self._enabling.broken = set()
+        return self._enabling.broken
 
     def is_allowed(self, transition: int) -> bool:
         """Return whether a transition whose input tokens are there may fire."""

@@ -55,9 +55,11 @@ class Structure:
         For each transition, how many tokens a place must hold in all (what the transition takes itself
         included), and how many it must not hold.
     superiors : tuple of tuple of int
-        For each transition, those of higher priority: while one of them is enabled, it may not fire.
+        For each transition, those of higher priority, directly or through others: while one of them is
+        enabled, it may not fire.
     intervals : tuple
-        For each transition, the earliest and latest seconds since it is ready, or None.
+        For each transition, the earliest and latest seconds since it is ready, or None; within an open
+        interval.
     timers : tuple of tuple of int
         For each timer of the ports, the transitions by which its callback begins.
     clauses : tuple of Clause
@@ -95,6 +97,10 @@ class Structure:
     initial_signals: tuple[bool, ...]
     types: tuple[TokenType, ...]
     ports: Ports
+
+
+_MARGIN = 0.001
+"""Seconds, at most, by which a run stays away from a bound that is left out."""
 
 
 class _Instance(NamedTuple):
@@ -279,7 +285,7 @@ class _Reading:
         superiors: list[list[int]] = [[] for _ in self.transitions]
         for (node, number), index in self.transitions.items():
             assert isinstance(node, pn.Transition)
-            for lower in node.overrides:
+            for lower in _overridden(node):
                 same = self.prototypes.get(lower) is self.prototypes.get(node)
                 for instance, below in copies.get(lower, ()):
                     if not same or instance == number:
@@ -364,6 +370,26 @@ def _clause(transition: pn.Node, signals: dict[sym.InputSignal, int]) -> Clause:
     )
 
 
+def _overridden(transition: pn.Transition) -> list[pn.Transition]:
+    """Return what a transition has priority over, directly or through others, each once."""
+    found: dict[pn.Transition, None] = {}
+    todo = list(transition.overrides)
+    while todo:
+        lower = todo.pop()
+        if lower not in found:
+            found[lower] = None
+            todo.extend(lower.overrides)
+    return list(found)
+
+
 def _interval(transition: pn.Node) -> tuple[float, float | None] | None:
     interval = transition.interval if isinstance(transition, pn.Transition) else None
-    return None if interval is None else (interval.earliest, interval.latest)
+    if interval is None:
+        return None
+    earliest, latest = float(interval.earliest), None if interval.latest is None else float(interval.latest)
+    margin = _MARGIN if latest is None else min(_MARGIN, (latest - earliest) / 4)
+    if interval.earliestExcluded:
+        earliest += margin
+    if latest is not None and interval.latestExcluded:
+        latest -= margin
+    return earliest, latest

@@ -427,6 +427,15 @@ class Net:
         """When a delay or time-out of the net ends, by its clock; None without one."""
         return self.core.loop.timers.next_time
 
+    @property
+    def deadline(self) -> float | None:
+        """By when some transition has to fire, by the net's clock; None if none has to."""
+        return self.core.execution.timing.deadline
+
+    def draw_times(self, source: random.Random) -> None:
+        """Draw uniformly from its interval when a transition fires, instead of taking the earliest time."""
+        self.core.execution.timing.draws = source
+
     # Lifetime.
 
     def __enter__(self) -> Net:

@@ -65,10 +65,12 @@ class ReferenceNet:
         assert touched <= set(self.room_of.values())
         self.room = Counter({room: tokens[room] for room in self.room_of.values()})
         self.overridden: dict[str, list[str]] = {t: [] for t in self.names}
-        for above in transitions(flat):
-            for below in above.overrides:
-                if below.id in self.names:
-                    self.overridden[below.id].append(above.id)
+        direct = {above.id: {below.id for below in above.overrides} for above in transitions(flat)}
+        for _ in direct:  # what has priority over something has priority over what that overrides, too
+            direct = {above: below.union(*(direct[each] for each in below)) for above, below in direct.items()}
+        for above, under in direct.items():
+            for low in sorted(under & self.names.keys()):
+                self.overridden[low].append(above)
         self.clauses = {
             t.id: parse(t.clause.text)
             for t in transitions(node)
