@@ -14,12 +14,14 @@ and time Petri nets*, International Journal of Production Research 42(14), 2004.
 from dineros.analysis.tina.digest import TinaCounts, count, read_digest
 from dineros.analysis.tina.programs import TinaBudgetError, TinaError, tool
 from dineros.analysis.tina.questions import find_enabled, find_marking, verify
+from dineros.analysis.tina.state_classes import count_classes
 
 __all__ = [
     "TinaBudgetError",
     "TinaCounts",
     "TinaError",
     "count",
+    "count_classes",
     "find_enabled",
     "find_marking",
     "read_digest",

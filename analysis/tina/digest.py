@@ -66,6 +66,17 @@ def read_counts(net: CompiledNet, printed: CompletedProcess[str]) -> TinaCounts:
     TinaError
         There is no digest, or it is that of another net.
     """
+    return read_digest(check_size(net, printed))
+
+
+def check_size(net: CompiledNet, printed: CompletedProcess[str]) -> str:
+    """Return what ``tina`` printed, if it has read a net of the right size.
+
+    Raises
+    ------
+    TinaError
+        The digest is that of another net.
+    """
     text = printed.stdout + "\n" + printed.stderr
     size = _SIZE.search(text)
     if size and (int(size[1]), int(size[2])) != (len(net.places), len(net.transitions)):
@@ -73,7 +84,7 @@ def read_counts(net: CompiledNet, printed: CompletedProcess[str]) -> TinaCounts:
             f"tina has read {size[1]} places and {size[2]} transitions,"
             f" where the net has {len(net.places)} and {len(net.transitions)}"
         )
-    return read_digest(text)
+    return text
 
 
 def read_digest(printed: str) -> TinaCounts:

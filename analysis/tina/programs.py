@@ -17,6 +17,7 @@ from pathlib import Path
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget
 from dineros.analysis.answers.processes import end_group
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 
 LONGEST_ARGUMENT = 100_000
@@ -83,12 +84,12 @@ class Workplace:
     folder: Path
     budget: Budget = UNLIMITED
 
-    def save(self, net: CompiledNet, name: str) -> None:
+    def save(self, net: CompiledNet | pn.Net, name: str) -> None:
         """Write a net as a file of a name that ends with ``.net``."""
         from dineros.analysis.nets.models import to_model
         from dineros.metamodel.files import save
 
-        save(to_model(net, "net"), self.folder / name)
+        save(to_model(net, "net") if isinstance(net, CompiledNet) else net, self.folder / name)
 
     def run(self, name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
         """Run a program.
@@ -150,12 +151,12 @@ class Workplace:
 
 
 @contextmanager
-def workplace(net: CompiledNet, budget: Budget = UNLIMITED) -> Iterator[Workplace]:
+def workplace(net: CompiledNet | pn.Net, budget: Budget = UNLIMITED) -> Iterator[Workplace]:
     """Make a folder that holds a net as ``net.net``, and leave nothing of it behind.
 
     Parameters
     ----------
-    net : CompiledNet
+    net : CompiledNet or pn.Net
         The net.
     budget : Budget, optional
         Time that all programs together may take, from now on where it has not begun, and the memory of each.

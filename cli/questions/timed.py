@@ -16,7 +16,9 @@ from dineros.cli.options import Adds
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
+    from dineros.analysis.answers.budget import Budget
     from dineros.analysis.timed.classes import Kind
+    from dineros.analysis.timed.nets import TimedNet
     from dineros.analysis.timed.state_space import TimedStateSpace
     from dineros.analysis.timed.timed_subject import TimedSubject
 
@@ -56,7 +58,7 @@ class TimedCount:
 
 def count_with_time(asked: TimedCount) -> int:
     """Count a timed state space and print it; return the exit status."""
-    from dineros.analysis.timed.state_space import timed_state_space, unfinished_timed
+    from dineros.analysis.timed.state_space import unfinished_timed
 
     run = search()
     subject = load_timed_subject(asked.model, asked.settings, asked.signals, asked.overflow)
@@ -90,16 +92,37 @@ def count_with_time(asked: TimedCount) -> int:
 
     run.draft(so_far)
     budget = run.budget()
-    space = timed_state_space(net, kind, engine, budget)  # type: ignore[arg-type]
+    space = _counted(net, kind, engine, budget)
     if asked.confirm and space.complete:
-        run.stage("confirming the count of markings")
-        again = timed_state_space(net, kind, other, budget)  # type: ignore[arg-type]
-        agrees.append(again.markings == space.markings if again.complete else None)
+        run.stage("confirming the counts")
+        again = _counted(net, kind, other, budget)
+        differing = _differing(space, again)
+        agrees.append(not differing if again.complete else None)
         if agrees[0] is False:
-            why = f"{engine} counts {space.markings} markings, {other} {again.markings}: a fault of an engine"
+            name, ours, theirs = differing[0]
+            why = f"{engine} counts {ours} {name}, {other} {theirs}: a fault of an engine"
             space = replace(space, complete=False, reason=why)
     with run.answer():
         return tell(replace(space, reason=run.reason(space.reason)))
+
+
+def _counted(net: TimedNet, kind: Kind, engine: str, budget: Budget) -> TimedStateSpace:
+    if engine == "tina":
+        from dineros.analysis.tina import count_classes
+
+        return count_classes(net, kind, budget)
+    from dineros.analysis.timed.state_space import timed_state_space
+
+    return timed_state_space(net, kind, engine, budget)  # type: ignore[arg-type]
+
+
+def _differing(space: TimedStateSpace, again: TimedStateSpace) -> list[tuple[str, int, int]]:
+    """Return what both engines count and count differently."""
+    figures = space.to_dict(), again.to_dict()
+    pairs = [
+        (name, *(each[name] for each in figures)) for name in ("markings", "classes", "edges", "deadlocks")
+    ]
+    return [each for each in pairs if None not in each and each[1] != each[2]]
 
 
 def _shown(name: str, value: object) -> str:

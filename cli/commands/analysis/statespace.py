@@ -83,8 +83,8 @@ def statespace(
     if order == "depth-first" and engine != "explicit":
         raise click.UsageError("--search depth-first goes with --engine explicit")
     if timed:
-        if reduce or engine not in ("auto", "classes", "integer"):
-            raise click.UsageError("--time goes with --engine classes or integer, and without --reduce")
+        if reduce or engine not in ("auto", "classes", "integer", "tina"):
+            raise click.UsageError("--time goes with --engine classes, integer or tina, and without --reduce")
         asked_of = TimedCount(model, settings, signals, overflow, construction, engine, confirm, as_json)
         return count_with_time(asked_of)
     if engine in ("classes", "integer") or construction is not None:

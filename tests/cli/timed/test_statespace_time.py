@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,31 @@ def test_each_construction_is_confirmed_by_counted_time(run: Run, race: Path, cl
 def test_time_as_a_counter(run: Run, race: Path) -> None:
     space = json.loads(run("statespace", str(race), "--time", "--engine", "integer", "--json").stdout)
     assert (space["engine"], space["markings"], space["classes"]) == ("integer", 2, None)
+
+
+TINA = """#!/bin/sh
+[ "$1 $2" = "-M -q" ] && grep -q 'tr fast .1,2. p -> a' "$3" || exit 9
+echo '# net race, 3 places, 2 transitions, 4 arcs'
+echo '# bounded, not live, not reversible'
+echo '# classes 2 2 2 1 2'
+echo '# transitions {edges} 2 2 0 1'
+"""
+
+
+@pytest.mark.parametrize(("edges", "status"), [(1, 0), (2, 3)])
+def test_tina_counts_and_is_confirmed(
+    run: Run, tmp_path: Path, race: Path, monkeypatch: pytest.MonkeyPatch, edges: int, status: int
+) -> None:
+    program = tmp_path / "tina"
+    program.write_text(TINA.format(edges=edges))
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    done = run("statespace", str(race), "--time", "--classes", "M", "--engine", "tina", "--confirm", "--json")
+    assert done.exit_code == status
+    space = json.loads(done.stdout)
+    assert (space["engine"], space["classes"], space["edges"]) == ("tina", 2, edges)
+    assert (space["confirmed_by"], space["agrees"]) == ("classes", edges == 1)
+    assert space["reason"] == ("" if edges == 1 else "tina counts 2 edges, classes 1: a fault of an engine")
 
 
 def test_open_intervals_are_not_counted(run: Run, tmp_path: Path) -> None:

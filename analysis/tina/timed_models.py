@@ -1,0 +1,46 @@
+"""A compiled time Petri net as a model again, so that it can be saved for another tool."""
+
+from __future__ import annotations
+
+from dineros.analysis.timed.nets import TimedNet
+from dineros.metamodel import pn
+from dineros.metamodel.build import flow, inhibit, read
+from dineros.metamodel.files.exact import nearest
+
+
+def to_timed_model(net: TimedNet, id: str) -> pn.Net:
+    """Return a time Petri net as a model of one page; its times are whole numbers, in `TimedNet.unit`.
+
+    Dividing all bounds by the same number changes no state class but the times in it.
+    """
+    made = pn.Net(id=id)
+    page = pn.Page(id=f"{id}.page", net=made)
+    initial = net.untimed.initial.tolist()
+    places = [
+        pn.Place(id=name, tokens=tokens) for name, tokens in zip(net.untimed.places, initial, strict=True)
+    ]
+    transitions = [pn.Transition(id=name) for name in net.untimed.transitions]
+    page.objects.extend([*places, *transitions])
+    for number, transition in enumerate(transitions):
+        interval = net.intervals[number]
+        if not interval.is_free:
+            transition.interval = pn.TimeInterval(
+                earliest=nearest(interval.earliest / net.unit),
+                latest=None if interval.latest is None else nearest(interval.latest / net.unit),
+                earliestExcluded=interval.is_open_below,
+                latestExcluded=interval.is_open_above and interval.latest is not None,
+            )
+        taken = dict(net.take.row(number))
+        for place, weight in taken.items():
+            flow(places[place], transition, weight=weight)
+        for place, weight in net.test.row(number):
+            if weight > taken.get(place, 0):
+                read(places[place], transition, weight - taken.get(place, 0))
+        for place, weight in net.untimed.inhibitor.row(number):
+            inhibit(places[place], transition, weight)
+        for place, weight in net.put.row(number):
+            flow(transition, places[place], weight=weight)
+    for low, above in enumerate(net.above):
+        for high in above:
+            transitions[high].overrides.append(transitions[low])
+    return made
