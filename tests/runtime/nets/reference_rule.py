@@ -67,7 +67,7 @@ class ReferenceNet:
         self.overridden: dict[str, list[str]] = {t: [] for t in self.names}
         direct = {above.id: {below.id for below in above.overrides} for above in transitions(flat)}
         for _ in direct:  # what has priority over something has priority over what that overrides, too
-            direct = {above: below.union(*(direct[each] for each in below)) for above, below in direct.items()}
+            direct = {above: under.union(*(direct[low] for low in under)) for above, under in direct.items()}
         for above, under in direct.items():
             for low in sorted(under & self.names.keys()):
                 self.overridden[low].append(above)
