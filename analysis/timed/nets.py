@@ -213,7 +213,8 @@ def compile_timed_net(net: pn.Net) -> TimedNet:
     Raises
     ------
     DinerosError
-        An interval is empty, an arc joins two nodes of a kind, or a place has a capacity that no arc obeys.
+        An interval is empty or too long to be counted, an arc joins two nodes of a kind, or a place has a
+        capacity that no arc obeys.
     """
     initial, named = initial_and_arcs(net)
     intervals = {}
@@ -222,12 +223,14 @@ def compile_timed_net(net: pn.Net) -> TimedNet:
             intervals[transition.id] = Interval.of(transition.interval)
         except DinerosError as error:
             raise DinerosError(f"transition {transition.id}: {error}", element=transition.id) from None
-    return TimedNet.build(
+    made = TimedNet.build(
         initial,
         named,
         intervals,
         [(high.id, low.id) for high in transitions(net) for low in high.overrides],
     )
+    made.scaled()  # a bound that cannot be counted is refused before anything is asked
+    return made
 
 
 def _closed(pairs: Sequence[tuple[int, int]], size: int) -> tuple[tuple[int, ...], ...]:

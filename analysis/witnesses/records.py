@@ -69,6 +69,8 @@ def witness_records(
             change=step.change,
             text=step.text if step.time is None else f"{step.text}, {step.time}",
             time=None if step.time is None else step.time.at,
+            earliest=None if step.time is None else step.time.earliest,
+            latest=None if step.time is None else step.time.latest,
             **role.fields(),  # type: ignore[arg-type]  # what its kind has
         )
 

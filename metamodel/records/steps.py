@@ -19,11 +19,16 @@ class Step(Record):
         Tokens gained or lost, by place.
     text : str or None
         What happens in the words of the model, in a witness.
+    earliest, latest : float or None
+        In a witness with times: when, from the start, the step can happen in all schedules of its sequence.
+        With an earliest time and no latest one, it can be any time later.
     """
 
     transition: str | None = None
     change: dict[str, int] = field(default_factory=dict)
     text: str | None = None
+    earliest: float | None = None
+    latest: float | None = None
 
 
 class Fire(Step, event="fire"):

@@ -252,3 +252,14 @@ def long_run(steps: int) -> Scribe:
                     Publish, 0.01, channel="UITopic", place="ResultL", message=f"executor/ResultL/{number}"
                 )
     return node
+
+
+def schedule() -> Scribe:
+    """Return a witness of a plain net with times: one moment, a window, and an open window."""
+    witness = Scribe()
+    witness.write(Header, kind="witness", model="plant", property="sent >= 1", verdict="reachable")
+    for at, name, latest in ((100.0, "tick", 100.0), (130.0, "work", 190.0), (135.0, "send", None)):
+        witness.write(
+            Fire, transition=name, time=at, earliest=at, latest=latest, change={"sent": 1}, text=name
+        )
+    return witness

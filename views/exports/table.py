@@ -8,14 +8,29 @@ import json
 
 from dineros.views.traces.building import TraceBuilder
 
-_COLUMNS = ("step", "time", "node", "event", "transition", "text", "change", "signals", "details", "loop")
+_COLUMNS = (
+    "step",
+    "time",
+    "node",
+    "event",
+    "transition",
+    "text",
+    "change",
+    "signals",
+    "details",
+    "loop",
+    "earliest",
+    "latest",
+)
 
 
 def export(builder: TraceBuilder) -> bytes:
     """Return a trace as CSV (RFC 4180, but lines end as on Unix).
 
-    ``time`` is in seconds since the epoch; ``change``, ``signals`` (all values after the step) and
-    ``details`` are JSON objects; ``loop`` tells whether the step repeats for ever.
+    ``time`` is in seconds since the epoch, or from the start of a schedule; ``change``, ``signals`` (all
+    values after the step) and ``details`` are JSON objects; ``loop`` tells whether the step repeats for ever.
+    In a schedule, the step can happen from ``earliest`` to ``latest``, which is empty if it can be any time
+    later.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
@@ -38,6 +53,7 @@ def export(builder: TraceBuilder) -> bytes:
                 json.dumps(signals, ensure_ascii=False),
                 json.dumps(step.details, ensure_ascii=False),
                 "true" if builder.loop is not None and number >= builder.loop else "false",
+                *("" if bound is None else repr(bound) for bound in step.details.get("window", (None, None))),
             ]
         )
     return text.getvalue().encode()

@@ -411,4 +411,7 @@ class TraceBuilder:
 
 def _details(record: Record) -> dict[str, Any]:
     values = {name: getattr(record, name, None) for name in _SHOWN}
-    return {name: value for name, value in values.items() if value not in (None, {}, [], False)}
+    shown = {name: value for name, value in values.items() if value not in (None, {}, [], False)}
+    if isinstance(record, StepRecord) and record.earliest is not None:
+        shown["window"] = [record.earliest, record.latest]
+    return shown

@@ -13,7 +13,7 @@ from mcap.reader import make_reader
 from perfetto.protos.perfetto.trace.perfetto_trace_pb2 import Trace, TrackEvent
 
 from dineros.views.exports import EXPORTS, export
-from tests.views.samples import lasso, run
+from tests.views.samples import lasso, run, schedule
 from tests.views.traces.test_building import built
 
 LOAD = {"LeftCellObjects.publisher.SortRed.Load": ("LeftCellObjects", "publisher", "SortRed")}
@@ -132,3 +132,26 @@ def test_a_trace_without_steps(suffix: str) -> None:
     scribe = lasso()
     scribe.records = scribe.records[:1]
     assert isinstance(export(built(scribe), suffix), bytes)
+
+
+def test_a_schedule_is_exported_with_its_windows() -> None:
+    builder = built(schedule())
+    rows = list(csv.DictReader(io.StringIO(export(builder, ".csv").decode())))
+    assert [(row["time"], row["earliest"], row["latest"]) for row in rows] == [
+        ("100.0", "100.0", "100.0"),
+        ("130.0", "130.0", "190.0"),
+        ("135.0", "135.0", ""),
+    ]
+    steps = [
+        (message.log_time, json.loads(message.data)["details"]["window"])
+        for _, channel, message in make_reader(io.BytesIO(export(builder, ".mcap"))).iter_messages()
+        if channel.topic == "/dineros/steps"
+    ]
+    assert steps == [
+        (100 * 10**9, [100.0, 100.0]),
+        (130 * 10**9, [130.0, 190.0]),
+        (135 * 10**9, [135.0, None]),
+    ]
+    _, events = perfetto(export(builder, ".perfetto-trace"))
+    times = [time for name, found in events.items() if "firings" in name for time, _ in found]
+    assert times == [100 * 10**9, 130 * 10**9, 135 * 10**9]

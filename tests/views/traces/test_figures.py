@@ -11,7 +11,7 @@ from lxml import etree
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.comparing import first_divergence
 from dineros.views.traces.figures import trace_png, trace_svg
-from tests.views.samples import lasso, long_run, run
+from tests.views.samples import lasso, long_run, run, schedule
 from tests.views.traces.test_building import built
 
 SVG = {"s": "http://www.w3.org/2000/svg"}
@@ -125,3 +125,25 @@ def test_an_empty_trace_is_drawn() -> None:
     scribe = lasso()
     scribe.records = scribe.records[:1]
     assert parsed(trace_svg([snapshot(scribe)])).tag.endswith("svg")
+
+
+def test_a_schedule_has_its_windows_on_the_axis_of_time() -> None:
+    view = snapshot(schedule())
+    assert [step["d"]["window"] for step in view["steps"]] == [[100.0, 100.0], [130.0, 190.0], [135.0, None]]
+    picture = parsed(trace_svg([view], time=True, width=1000))
+    assert {"time of the schedule", "can fire"} <= set(texts(picture))
+    windows = {
+        lane: [
+            (float(bar.get("x")), float(bar.get("width")))
+            for bar in picture.xpath(f"//s:g[@data-id='{lane}']/s:rect", namespaces=SVG)
+        ]
+        for lane in ("tick", "work", "send")
+    }
+    assert windows["tick"] == []  # it can fire at one moment only
+    (work,), (send,) = windows["work"], windows["send"]
+    # The axis ends at 190, the last time at which a step can happen, and is 1000 pixels long.
+    assert work[1] == pytest.approx(1000 * 60 / 190, abs=0.2)
+    assert send[0] - work[0] == pytest.approx(1000 * 5 / 190, abs=0.2)
+    assert send[0] + send[1] == pytest.approx(work[0] + work[1], abs=0.2)
+    by_number = parsed(trace_svg([view]))
+    assert "can fire" not in texts(by_number) and "firings" in texts(by_number)

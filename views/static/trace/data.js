@@ -24,13 +24,20 @@ export function lastAtMost(sorted, value) {
   return low - 1;
 }
 
+/** Windows are drawn up to this multiple of the last time, so that the steps stay apart. */
+const FURTHEST = 1.5;
+
 export class Data {
   /** @type {Step[]} */
   steps = [];
-  /** Seconds from the first step, never falling. @type {number[]} */
+  /** Seconds from the first step, or from the start of a schedule; never falling. @type {number[]} */
   times = [];
   /** @type {number | null} */
   start = null;
+  /** Whether it is a schedule: its steps have windows, and its times count from the start. */
+  scheduled = false;
+  /** The last of the latest times of a schedule. */
+  latest = 0;
   /** @type {FilledLane[]} */
   lanes = [];
   /** Numbers of transitions that fire. @type {Set<number | undefined>} */
@@ -64,6 +71,26 @@ export class Data {
     return this.start !== null;
   }
 
+  /**
+   * A duration in words. Schedules of plain nets have the unit of the net, whatever that is.
+   *
+   * @type {(value: number, whole?: number) => string}
+   */
+  duration(value, whole = value) {
+    return this.scheduled && !this.nodes.length ? `${+value.toFixed(9)}` : seconds(value, whole);
+  }
+
+  /** What the times are. */
+  get axisOfTime() {
+    return this.scheduled ? "time of the schedule" : "wall-clock time";
+  }
+
+  /** The last time at which a step of a schedule happens, or can happen if there is a latest one. */
+  get horizon() {
+    const last = this.length ? this.times[this.length - 1] : 0;
+    return Math.max(last, Math.min(this.latest, last * FURTHEST));
+  }
+
   /** @param {Lane} lane */
   addLane(lane) {
     this.lanes.push({ ...lane, index: this.lanes.length, at: [], marks: [], calls: [], levels: [] });
@@ -74,8 +101,12 @@ export class Data {
     const index = this.steps.length;
     this.steps.push(step);
     const before = index ? this.times[index - 1] : 0;
+    if (step.d?.window) {
+      this.scheduled = true;
+      this.latest = Math.max(this.latest, step.d.window[1] ?? 0);
+    }
     if (step.w !== undefined) {
-      this.start ??= step.w;
+      this.start ??= step.d?.window ? 0 : step.w;
       this.times.push(Math.max(step.w - this.start, before));
     } else this.times.push(before);
     if (step.e === "fire") this.fired.add(step.t);

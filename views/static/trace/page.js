@@ -2,7 +2,7 @@
 
 import { counted } from "../counting.js";
 import { byId, make } from "../elements.js";
-import { Data, laneKey, lastAtMost, seconds } from "./data.js";
+import { Data, laneKey, lastAtMost } from "./data.js";
 import { Breakpoints } from "./explaining/breakpoints.js";
 import { causeButton } from "./explaining/cause_detail.js";
 import { detailOf } from "./explaining/detail.js";
@@ -116,7 +116,7 @@ export class App {
     const { kind, model, variant } = this.views[number];
     const parts = [counted(data.length, "step")];
     if (data.loop !== null) parts.push(`loop ${data.loop + 1}–${data.length}`);
-    if (data.timed && data.length) parts.push(seconds(data.times[data.length - 1]));
+    if (data.timed && data.length) parts.push(data.duration(data.times[data.length - 1]));
     let apart = "";
     if (number === 0 && this.divergence) apart = `; first divergence at step ${this.divergence.a + 1}`;
     else if (number === 0 && this.views.length > 1) apart = "; no divergence";

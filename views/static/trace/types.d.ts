@@ -28,6 +28,8 @@ export type Mark = [letter: string, value: number, more: number];
 export interface Details {
   handlers?: string[];
   duration?: number;
+  /** In a schedule: the earliest and the latest time at which the step can happen; null: any time later. */
+  window?: [earliest: number, latest: number | null];
   taken?: Record<string, number[]>;
   made?: Record<string, [id: number, content: unknown][]>;
   data?: unknown;

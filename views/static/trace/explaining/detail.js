@@ -33,6 +33,11 @@ const signed = (value) => (value > 0 ? `+${value}` : `−${-value}`);
 /** @type {(time: number) => string} */
 const clock = (time) =>
   new Date(time * 1000).toLocaleTimeString([], { hour12: false }) + (time % 1).toFixed(3).slice(1);
+/** When a step of a schedule can happen. @type {(data: Data, window: [number, number | null]) => string} */
+const windowText = (data, [earliest, latest]) => {
+  if (latest === earliest) return `at ${data.duration(earliest)} only`;
+  return `from ${data.duration(earliest)} to ${latest === null ? "any time later" : data.duration(latest)}`;
+};
 /** @type {(literal: Literal) => string} */
 const named = ({ negated, signal }) => `${negated ? "¬" : ""}${signal}`;
 
@@ -97,6 +102,7 @@ function fields(data, step) {
     add(name, make("code", {}, JSON.stringify(content, null, 1).replace(/\n\s*/g, " ")));
   if (details.handlers) add("handlers", details.handlers.join(", "));
   if (details.duration !== undefined) add("took", seconds(details.duration));
+  if (details.window) add("possible", windowText(data, details.window));
   for (const name of FIELDS) if (details[name] !== undefined) add(name, String(details[name]));
   if (details.taken) {
     const taken = Object.entries(details.taken);
@@ -119,7 +125,8 @@ export function detailOf(app, number, step) {
   const { e: event, w: time } = data.steps[step];
   const transition = data.transition(step);
   const where = [event, data.node(step) ?? "inside a channel"];
-  if (time !== undefined) where.push(`${clock(time)} (+${seconds(data.times[step])})`);
+  if (time !== undefined && data.scheduled) where.push(`at ${data.duration(time)}`);
+  else if (time !== undefined) where.push(`${clock(time)} (+${seconds(data.times[step])})`);
   if (data.loop !== null) where.push(step >= data.loop ? "in the loop ↻" : "in the stem");
   const lines = changes(data, step).map((row) =>
     make(
@@ -155,7 +162,7 @@ export function fillTip(tip, app, step, row) {
     tip.replaceChildren("this trace has ended");
     return;
   }
-  const time = data.timed ? ` · +${seconds(data.times[step])}` : "";
+  const time = data.timed ? ` · +${data.duration(data.times[step])}` : "";
   const lines = [
     make("b", {}, `${step + 1}  ${data.text(step)}`),
     make("div", {}, `${data.node(step) ?? "inside a channel"}${time}`),

@@ -54,7 +54,7 @@ export function figure(views, options = {}) {
     const to = Math.max(data.length - 1, 0);
     return { surface, theme, data, scale: scales[number], dx: LEFT, left: LEFT, width: wide, from: 0, to };
   });
-  const axis = time ? "wall-clock time" : "firings";
+  const axis = time ? traces[0].axisOfTime : "firings";
   surface.text(LEFT - 24, y + RULER - 8, axis, { fill: theme.soft, size: 10.5, anchor: "end" });
   drawRuler(all[0], y, RULER);
   drawCauseFlag(all[0], y, RULER);
@@ -81,8 +81,12 @@ export function figure(views, options = {}) {
     surface.text(x + 4, top + 10, `first divergence: ${apart.a + 1}`, lettering);
   }
   const hasCauses = traces.some((data) => data.cause);
+  const windows = time && traces.some((data) => data.scheduled);
   const lanes = rows.filter(isLane).map((row) => row.lane);
-  const bottom = drawKey(surface, theme, MARGIN, top + height + 10, lanes, hasCauses);
+  const bottom = drawKey(surface, theme, MARGIN, top + height + 10, lanes, {
+    causes: hasCauses,
+    windows,
+  });
   return surface.picture(width, bottom + MARGIN, theme);
 }
 

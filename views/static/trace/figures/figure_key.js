@@ -43,9 +43,9 @@ export function drawNodes(surface, data, theme, left, top, wide) {
 /**
  * What the marks mean, of those that occur; returns where it ends.
  *
- * @type {(surface: Surface, theme: Theme, left: number, top: number, lanes: FilledLane[], causes: boolean) => number}
+ * @type {(surface: Surface, theme: Theme, left: number, top: number, lanes: FilledLane[], shown: { causes: boolean, windows: boolean }) => number}
  */
-export function drawKey(surface, theme, left, top, lanes, causes) {
+export function drawKey(surface, theme, left, top, lanes, { causes, windows }) {
   let x = left;
   const middle = top + 7;
   /** @type {(text: string, draw: () => void) => void} */
@@ -113,6 +113,8 @@ export function drawKey(surface, theme, left, top, lanes, causes) {
     item("fires with handlers", () => {
       surface.path(diamond(x + 7, middle), { fill: theme.handler, closed: true });
     });
+  if (windows && kinds.has("transition"))
+    item("can fire", () => surface.rect(x, middle - 3, 14, 6, { fill: theme.soft, opacity: 0.28 }));
   if (causes)
     item("brought the outcome about", () => {
       surface.rect(x, middle - 1, 14, 2.4, { fill: theme.cause });

@@ -1,6 +1,5 @@
 // How what goes through all lanes looks, ruler, node strip and minimap.
 
-import { seconds } from "../data.js";
 import { clampX } from "./lanes.js";
 import { nodeColour, nodeLetter } from "./shapes.js";
 import { points, textWidth } from "./surface.js";
@@ -55,7 +54,7 @@ function rulerOfTime(view, base) {
   for (let i = Math.max(0, Math.floor((left - dx) / scale.zoom / unit)); ; i++) {
     const x = dx + i * unit * scale.zoom;
     if (x > left + width + 40 || i * unit > scale.total * 1.0001) return;
-    drawTick(view, base, x, seconds(+(i * unit).toFixed(9), scale.total));
+    drawTick(view, base, x, view.data.duration(+(i * unit).toFixed(9), scale.total));
   }
 }
 

@@ -246,6 +246,23 @@ function served(view, lane, call, serve, top, low) {
     surface.text(Math.max(from, view.left) + 3, low - 4, text, { fill: theme.ink, size: 9.5 });
 }
 
+/**
+ * When a firing of a schedule can happen: from its earliest to its latest time, or open to the right.
+ *
+ * @type {(view: Seen, window: [number, number | null], middle: number, colour: string) => void}
+ */
+function drawWindow(view, [earliest, latest], middle, colour) {
+  const { surface, scale, dx } = view;
+  const from = clampX(view, dx + earliest * scale.zoom);
+  const to = clampX(view, dx + Math.min(latest ?? scale.total, scale.total) * scale.zoom);
+  if (to - from < 1) return;
+  surface.rect(from, middle - 3, to - from, 6, { fill: colour, opacity: 0.28 });
+  surface.path(points(from, middle - 5, from, middle + 5), { stroke: colour, width: 1 });
+  if (latest !== null && latest <= scale.total)
+    surface.path(points(to, middle - 5, to, middle + 5), { stroke: colour, width: 1 });
+  else surface.path(points(to - 5, middle - 4, to, middle, to - 5, middle + 4), { stroke: colour, width: 1 });
+}
+
 /** @type {DrawLane} */
 function transition(view, lane, y, height) {
   const { surface, theme, scale, data } = view;
@@ -257,6 +274,8 @@ function transition(view, lane, y, height) {
     else if (letter === "z") bars(surface, x, middle, theme);
     else if (letter === "u") arrow(surface, x, middle, theme);
     else {
+      const possible = scale.time && data.steps[step].d?.window;
+      if (possible) drawWindow(view, possible, middle, colour);
       const took = scale.time ? data.steps[step].d?.duration : 0;
       if (took) {
         const begun = clampX(view, x - took * scale.zoom);

@@ -33,7 +33,7 @@ export class Scale {
     this.at = [];
     if (this.time) {
       this.at = data.times;
-      this.total = (count ? data.times[count - 1] : 0) || 1;
+      this.total = data.horizon || 1;
     } else {
       let here = 0;
       let index = 0;

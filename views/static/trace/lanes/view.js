@@ -114,7 +114,7 @@ export class LanesView {
     this.total = Math.max(...this.scales.map((scale) => scale.total));
     for (const scale of this.scales) scale.total = this.total; // both traces end at the same place
     this.setZoom(before?.time === this.scale.time ? this.zoom : this.fitting());
-    this.axis.textContent = this.scale.time ? "wall-clock time" : "firings";
+    this.axis.textContent = this.scale.time ? this.app.traces[0].axisOfTime : "firings";
     this.spacer.style.height = `${height + 8}px`;
     if (before?.time === this.scale.time) scroller.scrollLeft = this.scale.left(before.step);
     // A label that is rebuilt under the mouse would lose the click, so it is not while nothing about it
