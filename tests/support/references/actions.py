@@ -146,7 +146,7 @@ class ActionPlayer:
             for number in self.phase:
                 self._end(prefix, client, count, number, outcome, place, over)
         if client.cancel is not None:
-            self._ask(prefix, client, count, ready)
+            self._ask(prefix, client, count, ready, knows)
         if action.server.feedback is not None:
             self._feedback(prefix, client, count)
 
@@ -188,7 +188,7 @@ class ActionPlayer:
             end("heeded", CANCELING, lambda s: s[noted] == 0, {})
             end("unheeded", CANCELING, lambda s: s[noted] > 0, {noted: -1})
 
-    def _ask(self, prefix: str, client: sym.ActionClientPort, count: int, ready: int) -> None:
+    def _ask(self, prefix: str, client: sym.ActionClientPort, count: int, ready: int, knows: Guard) -> None:
         play = self.play
         assert client.cancel is not None
         wish = play._place(client.cancel, 0)
@@ -203,7 +203,9 @@ class ActionPlayer:
                 here = self._is(number, count, at)
                 play._happens(
                     f"{prefix}.{word}[{number}]",
-                    lambda s, here=here: s[wish] > 0 and here(s),  # type: ignore[misc]
+                    lambda s, here=here, word=word: (  # type: ignore[misc]
+                        s[wish] > 0 and here(s) and (word == "again" or knows(s))
+                    ),
                     effect,
                 )
         for outcome, place in self.ends:

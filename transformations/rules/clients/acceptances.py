@@ -9,7 +9,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.records import Accepted
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.rules.actions.goals import A2, A1Result, Heard
+from dineros.transformations.rules.actions.goals import A2, A3, A1Result, Heard
 from dineros.transformations.rules.actions.slots import slots
 from dineros.transformations.rules.notation import Bound, arc, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
@@ -54,6 +54,16 @@ class A9Once(StandardRule, phase=Phase.outcomes):
     told = Made(A9.told, of=client)
 
     bound = Bound(told, 1, means=Meaning("no acceptance for {client} under way", rests=True))
+
+
+class A9Handle(StandardRule, phase=Phase.outcomes):
+    """Only then has it the handle by which it asks to cancel the goal."""
+
+    client = Node(sym.ActionClientPort)
+    bound = Made(A9Once.bound, of=client)
+    wish = Made(A3.asks, of=client)
+
+    waits = read(bound.free, wish.move)
 
 
 class A9First(StandardRule, phase=Phase.outcomes):
