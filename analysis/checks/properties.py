@@ -62,6 +62,15 @@ class Properties(Question):
         left = [property for property in properties_of(checked.model) if _mark(property) not in checked.told]
         for number, property in enumerate(left):
             self._ask_of(checked, property, checked.budget.share(1 / (len(left) - number)))
+        self._order(checked)
+
+    def _order(self, checked: Checked) -> None:
+        """Put what was found of properties first, as the model has them, whenever it was found."""
+        places = {str(each.id): number for number, each in enumerate(properties_of(checked.model))}
+        rules = {fault.rule for fault in self.faults}
+        checked.report.findings.sort(
+            key=lambda found: places[found.elements[0]] if found.rule in rules else len(places)
+        )
 
     def _ask_of(
         self, checked: Checked, property: sym.Property, budget: Budget, is_first: bool = False
