@@ -198,7 +198,9 @@ def _goal_role(link: Link, kind: type[GoalStep], copies: dict[tuple[EObject, int
     }
     told = of_client[kind] if kind in of_client else getattr(client, outcome or "")
     place = None if told is None else copies[told, None]
-    return StepRole(kind, _node(client.goal), channel.id, place=place, client=client.client, outcome=outcome)
+    slot = link.index if kind is Cancel else None
+    node = _node(client.goal)
+    return StepRole(kind, node, channel.id, place=place, client=client.client, instance=slot, outcome=outcome)
 
 
 def _feedback_role(

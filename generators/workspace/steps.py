@@ -100,7 +100,7 @@ class StepWriter:
     def __init__(self, model: Model, *, satisfies_clauses: bool) -> None:
         self._model = model
         self._satisfies_clauses = satisfies_clauses
-        self._waiting: dict[str, list[tuple[str, str | None]]] = {}  # channel -> clients and their requests
+        self._waiting: dict[str, list[records.Request]] = {}  # of each channel
         self._serving: dict[tuple[str, int | None], str] = {}  # channel, instance -> client
         self._goals: dict[tuple[str, str], str] = {}  # channel, goal -> client
         self._signals = {id: signal.initial for id, (_, signal) in model.signals.items()}
@@ -124,7 +124,8 @@ class StepWriter:
                     hint="take a trace in which no client gives up",
                 )
             case records.Drop(queue="request"):
-                yield ("drop", record.node or "", record.channel, record.queue, self._lost(record))
+                if lost := self._lost(record):
+                    yield ("drop", record.node or "", record.channel, record.queue, lost)
             case records.Drop(queue="publisher") if reader := self._model.reader_of(record):
                 yield ("drop", self._node(reader, record), record.channel, "subscriber", reader)
             case records.Drop():
@@ -134,6 +135,8 @@ class StepWriter:
             case ServiceStep():
                 node_id = self._node(record.place, record)
                 yield (record.event, node_id, record.channel, self._client(record), record.instance or 0)
+            case records.Cancel(message=None, instance=None):
+                yield ("cancel", record.node or "", record.channel, record.client or "", 0, "gone")
             case GoalStep():
                 client, outcome = self._sender(record), getattr(record, "outcome", "")
                 about = record.channel, client, record.instance or 0, outcome
@@ -149,13 +152,19 @@ class StepWriter:
         return record.client or self._goals.get(goal, "")
 
     def _lost(self, record: records.Drop) -> str:
-        """Return the client whose request a full history loses."""
+        """Return the client whose request is lost; empty where it was served, and its response is lost."""
         waiting = self._waiting.setdefault(record.channel, [])
-        lost = next((each for each in waiting if record.message in (each[1], None)), None)
+        if record.message is None:  # a witness, which knows the place
+            same = [each for each in waiting if each.place == record.place]
+        else:
+            same = [each for each in waiting if each.message == record.message]
+        lost = next(iter(same), None)
+        if lost is None and record.message is None:
+            return ""
         if lost is None:
             raise ScriptError(f"no client asked {record.channel} for this", location=record.location)
         waiting.remove(lost)
-        return lost[0]
+        return lost.client or ""
 
     def _client(self, record: ServiceStep) -> str:
         """Return the client of a call; servers know only the id of the message, if it has one."""
@@ -163,18 +172,18 @@ class StepWriter:
         serving = (record.channel, record.instance)
         client = record.client
         if isinstance(record, records.Request):
-            waiting.append((record.client or "", record.message))
+            waiting.append(record)
         elif isinstance(record, records.Serve):
             same = [
                 each
                 for each in waiting
-                if record.message in (each[1], None, "") and client in (each[0], None)
+                if record.message in (each.message, None, "") and client in (each.client, None)
             ]
             if not same and client is None:
                 raise ScriptError(f"no client asked {record.channel} for this", location=record.location)
             if same:
                 waiting.remove(same[0])
-            client = same[0][0] if client is None else client
+            client = same[0].client or "" if client is None else client
             self._serving[serving] = client
         elif isinstance(record, records.Reply):
             client = client or self._serving.get(serving, "")

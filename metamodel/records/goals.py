@@ -26,7 +26,7 @@ class GoalStep(Step):
     client : str or None
         The client's id, in the steps of its node.
     instance : int or None
-        The slot of the server, from 1, in the steps of its node.
+        The slot of the server, from 1, in the steps of its node, and of a request to cancel in a witness.
     place : str or None
         The place that loses or gets a token; None where the model names none.
     token : int or None
@@ -60,7 +60,10 @@ class Reject(GoalStep, event="reject"):
 
 
 class Cancel(GoalStep, event="cancel"):
-    """A client's token leaves as a request to cancel a goal; no `message`: none is under way any more."""
+    """A client's token leaves as a request to cancel a goal.
+
+    Without a `message`, and without an `instance` in a witness, it finds none, and is gone.
+    """
 
 
 class Canceling(GoalStep, event="canceling"):

@@ -3,8 +3,8 @@
 A goal is sent again until it is answered, with the same id, and its result is asked for again after a
 restart. A request to cancel is of the oldest goal that is accepted and not asked to be canceled before. Where
 all are being canceled, or none is under way any more, the request is gone; while one waits for its answer, so
-does the request. Of a client with one goal under way, it is gone before the client takes what it is told of
-that goal (rule A8).
+does the request, and of two that wait, one is gone. Of a client with one goal under way, it is gone before
+the client takes what it is told of that goal (rule A8).
 """
 
 from __future__ import annotations
@@ -102,6 +102,10 @@ class ActionClient:
         self._departure = traffic.add_departure(self.goal, self.send, port)
         if self._cancel is not None:
             self._cancel_departure = traffic.add_departure(self._cancel, self.send_cancel)
+        self._second = None
+        if self._cancel is not None and port.outstanding == 1:
+            self._second = traffic.engine.add_departure(self._cancel, least=2)
+            traffic.senders[self._second] = self.lose_cancel
         self._is_cancel_held = True  # as the engine holds all departures at first
         self._waiting: deque[FeedbackArrived] = deque()
         self._last: deque[GoalUnderWay] = deque(maxlen=max(1, port.outstanding))
@@ -118,6 +122,8 @@ class ActionClient:
             self._send(goal)
             if goal.is_canceled:
                 action_transport(self._traffic.joined).cancel_goal(self.port, goal.message.id)
+        if self._second is not None:
+            engine.unhold(self._second)
         self._look_at_cancels()
 
     def send(self) -> None:
@@ -163,15 +169,17 @@ class ActionClient:
             except Exception as error:
                 raise SendError(f"cannot cancel a goal of {port.action}: {error}") from error
             goal.is_canceled = True
-        token = traffic.engine.take(self._cancel)
-        self._emit(
-            "cancel",
-            None if goal is None else goal.message.id,
-            place=port.cancel,
-            token=token.id,
-            change={port.cancel: -1},
-        )
+        self._cancel_leaves(None if goal is None else goal.message.id)
         self._look_at_cancels()
+
+    def lose_cancel(self) -> None:
+        """Let a request to cancel be gone: another one waits, or it finds no goal."""
+        self._cancel_leaves(None)
+
+    def _cancel_leaves(self, goal: str | None) -> None:
+        assert self._cancel is not None
+        place, token = self.port.cancel, self._traffic.engine.take(self._cancel)
+        self._emit("cancel", goal, place=place, token=token.id, change={place: -1})
 
     def _cancel_first(self) -> None:
         """Let requests to cancel be gone before the end of the one goal under way is told."""

@@ -152,6 +152,12 @@ class Exchange:
                 self._engine.hold(number)
         raise DinerosError(f"nothing can depart from {place} to {channel}")
 
+    def lose_cancel(self, channel: str, place: str) -> None:
+        """Let the oldest request to cancel of a place be gone, as one that finds no goal."""
+        for port, client in self.actions.clients.items():
+            if (port.channel, port.cancel) == (channel, place):
+                client.lose_cancel()
+
     def _postpone(self, number: int, error: SendError) -> None:
         """Try again later what the transport did not take."""
         self.traffic.log_error(str(error), "retry", error.__cause__)

@@ -106,11 +106,14 @@ class Enabling:
                 self._raisers[place].append((transition, more))
                 self._missing[transition] += (self.room[place] or 0) < more
 
-    def add_departure(self, place: int) -> int:
-        """Count the tokens of a place that a port sends; return the number, which is on hold at first."""
+    def add_departure(self, place: int, least: int = 1) -> int:
+        """Count the tokens of a place that a port sends; return the number, which is on hold at first.
+
+        It is due once there are as many as `least`.
+        """
         index = len(self._missing)
-        self._consumers[place].append([index, 1])
-        self._missing.append(1 if self.free[place] else 2)
+        self._consumers[place].append([index, least])
+        self._missing.append(1 if self.free[place] >= least else 2)
         self._positions.append(-1)
         return index
 

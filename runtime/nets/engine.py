@@ -421,9 +421,12 @@ class Engine:
         self._enabling.set_signal(signal, value)
         return changed
 
-    def add_departure(self, place: int) -> int:
-        """Return the number of a new departure: of the tokens of a place, on hold until `unhold`."""
-        return self._enabling.add_departure(place)
+    def add_departure(self, place: int, least: int = 1) -> int:
+        """Return the number of a new departure: of the tokens of a place, on hold until `unhold`.
+
+        It is due once the place has as many as `least`.
+        """
+        return self._enabling.add_departure(place, least)
 
     def _remove(self, place: int, tokens: Sequence[Token]) -> None:
         queue = self._tokens[place]

@@ -199,6 +199,11 @@ class Runner(Arrivals):
         with self._loop:
             self.exchange.send_one(channel, place)
 
+    def lose_cancel(self, channel: str, place: str) -> None:
+        """Let the oldest request to cancel of a place find no goal, after `hold_departures`."""
+        with self._loop:
+            self.exchange.lose_cancel(channel, place)
+
     def run_until_idle(self, limit: int = 1_000_000) -> int:
         """Step until nothing is left to do now; return the number of steps.
 
