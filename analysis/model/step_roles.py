@@ -198,9 +198,10 @@ def _goal_role(link: Link, kind: type[GoalStep], copies: dict[tuple[EObject, int
     }
     told = of_client[kind] if kind in of_client else getattr(client, outcome or "")
     place = None if told is None else copies[told, None]
-    slot = link.index if kind is Cancel else None
-    node = _node(client.goal)
-    return StepRole(kind, node, channel.id, place=place, client=client.client, instance=slot, outcome=outcome)
+    asked, node = link.index if kind is Cancel else None, _node(client.goal)
+    return StepRole(
+        kind, node, channel.id, place=place, client=client.client, instance=asked, outcome=outcome
+    )
 
 
 def _feedback_role(
