@@ -16,7 +16,7 @@ from dineros.analysis.logic.language.names import Names, NetNames, resolved
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import Atom, Formula, Name
 from dineros.analysis.timed.classes import Kind
-from dineros.analysis.timed.graph import Flags, holding, marked_so
+from dineros.analysis.timed.graph import Flags, holding, marked_so, nothing_enabled
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.schedules import schedule
 from dineros.analysis.timed.search import ClassSearch
@@ -26,7 +26,11 @@ Found = tuple[int, tuple[int, ...]]
 
 
 def find_timed(
-    net: TimedNet, condition: str | Formula, names: Names | None = None, budget: Budget = UNLIMITED
+    net: TimedNet,
+    condition: str | Formula,
+    names: Names | None = None,
+    budget: Budget = UNLIMITED,
+    observed: TimedNet | None = None,
 ) -> Outcome:
     """Find a firing sequence to a marking that fulfils a condition, with as few firings as possible.
 
@@ -41,6 +45,8 @@ def find_timed(
         What names stand for; by default places and transitions of the net.
     budget
         Limits.
+    observed
+        The net without its observer, if `net` has one: ``deadlock`` is about that.
 
     Returns
     -------
@@ -61,7 +67,7 @@ def find_timed(
         def evaluate(atom: Atom) -> Flags:
             condition = atoms.conditions[atom]
             if isinstance(condition, NoneEnabled):
-                return dead
+                return dead if observed is None else nothing_enabled(observed, markings)
             assert isinstance(condition, Linear | SomeEnabled), "the parser lets no other atom pass"
             return marked_so(net, condition, markings)
 
@@ -83,7 +89,8 @@ def find_timed(
         return (int(np.flatnonzero(held)[0]), ()) if held.any() else None
 
     asks_for_deadlock = any(isinstance(one, NoneEnabled) for one in atoms.conditions.values())
-    return _searched(net, budget, among_classes if asks_for_deadlock else among_markings)
+    is_late = asks_for_deadlock and observed is None
+    return _searched(net, budget, among_classes if is_late else among_markings)
 
 
 def find_timed_firing(

@@ -131,6 +131,14 @@ def enabling(net: CompiledNet, timed: TimedNet, transition: int, markings: Int64
     return held
 
 
+def nothing_enabled(net: TimedNet, markings: Int64Array) -> Flags:
+    """Return by marking whether it enables nothing; further columns of other places are left out."""
+    some = np.zeros(len(markings), dtype=np.bool_)
+    for transition in range(len(net.untimed.transitions)):
+        some |= enabling(net.untimed, net, transition, markings)
+    return ~some
+
+
 def timed_graph(net: TimedNet, kind: Kind, budget: Budget) -> TimedGraph:
     """Build the graph of all state classes, by equality.
 

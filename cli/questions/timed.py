@@ -17,6 +17,8 @@ from dineros.cli.searching import search
 
 if TYPE_CHECKING:
     from dineros.analysis.answers.budget import Budget
+    from dineros.analysis.answers.outcome import Outcome
+    from dineros.analysis.model.subject import Subject
     from dineros.analysis.timed.classes import Kind
     from dineros.analysis.timed.nets import TimedNet
     from dineros.analysis.timed.state_space import TimedStateSpace
@@ -40,6 +42,19 @@ def load_timed_subject(path: Path, settings: Sequence[str], signals: str, overfl
     except DinerosError as error:
         error.location = error.location or Location(path)
         raise
+
+
+def quickest_way(subject: Subject, kind: str, goal: str) -> tuple[Outcome, dict[str, object]]:
+    """Find the quickest way to a marking, or to a firing, and what JSON says of its time."""
+    from dineros.analysis.timed.durations.quickest import quickest_firing, quickest_marking
+    from dineros.analysis.timed.timed_subject import TimedSubject
+
+    assert isinstance(subject, TimedSubject), "it goes with --time"
+    find = quickest_firing if kind == "enabled" else quickest_marking
+    run = search()
+    found = find(subject.timed, goal, subject.names, run.budget())
+    reason = str(found) or run.reason(found.outcome.reason)
+    return replace(found.outcome, reason=reason), found.to_dict()
 
 
 @dataclass(frozen=True)

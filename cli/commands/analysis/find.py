@@ -19,7 +19,7 @@ from dineros.cli.models import rules_of
 from dineros.cli.options import model_argument
 from dineros.cli.presentation.answers import say_way
 from dineros.cli.questions.asking import Asking
-from dineros.cli.questions.timed import time_option
+from dineros.cli.questions.timed import quickest_way, time_option
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -33,14 +33,16 @@ if TYPE_CHECKING:
     "dineros find sorting.sym.xmi --enabled TShowResult",
     "dineros find sorting.sym.xmi --signals none --marking 'Shown >= 1 & StateGet >= 1'",
     "dineros find race.net --time --marking 'a >= 1'",
+    "dineros find race.net --time --quickest --enabled fast",
 )
 @model_argument()
 @click.option("--enabled", metavar="TRANSITION", help="Find a marking that enables a transition.")
 @click.option("--marking", metavar="EXPR", help="Find a marking with a property, such as 'Shown >= 2'.")
 @search_order_option("Breadth first finds a shortest way, depth first often a long one sooner.")
 @time_option("Ask about the net with its firing intervals; the way has a schedule.")
+@click.option("--quickest", is_flag=True, help="With --time: the way that takes the least time.")
 @question_options
-def find(enabled: str | None, marking: str | None, order: Order, **options: Any) -> int:
+def find(enabled: str | None, marking: str | None, order: Order, quickest: bool, **options: Any) -> int:
     """Find a way to a marking: a shortest one, unless the search goes depth first or on a reduced net.
 
     With --engine tina the way is one that TINA's programs sift and pathto tell, replayed; it may be longer.
@@ -53,16 +55,19 @@ def find(enabled: str | None, marking: str | None, order: Order, **options: Any)
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")
     asking, run = Asking(**options), search()
+    if quickest and not asking.timed:
+        raise click.UsageError("--quickest goes with --time")
     asking.refuse_tina_on_workers()
     goal = f"enabled({enabled})" if enabled is not None else str(marking)
     first: dict[str, object] = {}
+    last: dict[str, Any] = {}
 
     def say(answer: Outcome) -> int:
         witness = witness_of(subject, answer.trace) if answer.trace is not None else None
         shown = partial(say_way, answer, goal, witness, asking.model, asking.output)
         told = {**first, "goal": goal}
         never = answer.status == "unreachable"
-        asking.tell(answer, witness, goal, shown, told, is_universal=never, is_timed=False)
+        asking.tell(answer, witness, goal, shown, told, is_universal=never, is_timed=False, **last)
         return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]
 
     run.draft(lambda ending: say(run.unknown(ending)))
@@ -73,6 +78,11 @@ def find(enabled: str | None, marking: str | None, order: Order, **options: Any)
         kind, text, question = "enabled", enabled, Enabled(subject.net, subject.names, enabled, order)
     else:
         kind, text, question = "marking", goal, Marking(subject.net, subject.names, goal, order)
+    if quickest:
+        with reading_formula(f"--{kind}"):
+            answer, last["quickest"] = quickest_way(subject, kind, text)
+        with run.answer():
+            return say(answer)
     with reading_formula(f"--{kind}"):
         answer = asking.answer(subject, kind, text, question, order=order)
     with run.answer():

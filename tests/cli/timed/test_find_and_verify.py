@@ -54,6 +54,16 @@ def test_a_way_has_a_schedule(run: Run, race: Path, tmp_path: Path) -> None:
     assert "time" not in untimed["witness"]["steps"][0]
 
 
+def test_the_quickest_way(run: Run, race: Path) -> None:
+    result = run("find", race, "--time", "--quickest", "--enabled", "fast")
+    assert result.exit_code == 0
+    assert "reachable: enabled(fast) (the quickest way takes 1)" in result.stdout
+    told = json.loads(run("find", race, "--time", "--quickest", "--marking", "a >= 1", "--json").stdout)
+    assert told["quickest"] == {"time": "1", "attained": True, "least": True}
+    assert run("find", race, "--time", "--quickest", "--marking", "b >= 1").exit_code == 1
+    assert run("find", race, "--quickest", "--marking", "a >= 1").exit_code == 2
+
+
 @pytest.mark.parametrize(
     "options",
     [
