@@ -17,9 +17,10 @@ def test_what_is_posted_wakes_whoever_asked_for_it() -> None:
         loop.run_actions()  # the action is there when the waker is called
 
     loop.wake_by(wake)
-    poster = threading.Thread(target=lambda: loop.post(lambda: done.append(1)), name="poster")
+    poster = threading.Thread(target=lambda: loop.post(lambda: done.append(1)), name="poster", daemon=True)
     poster.start()
-    poster.join()
+    poster.join(20)
+    assert not poster.is_alive()
     assert (woken, done) == (["poster"], [1])
     loop.wake_by(None)
     loop.post(lambda: done.append(2))
@@ -44,11 +45,12 @@ def test_a_net_that_another_loop_drives_is_woken_by_signals() -> None:
             bell.wait()
             bell.clear()
 
-    driver = threading.Thread(target=drive)
+    driver = threading.Thread(target=drive, daemon=True)
     driver.start()
     net.signal("s").set(True)
     net.wait_for(lambda state: state.count("b") == 1, timeout=20)
     is_over.set()
     bell.set()
-    driver.join()
+    driver.join(20)
+    assert not driver.is_alive()
     loop.abandon()
