@@ -20,7 +20,7 @@ _NEEDED = frozenset(
     cloudpickle colcon_common_extensions colcon_core colcon_ros dask dateutil dineros distributed
     docutils em empy highspy httpx jinja2 lark launch launch_ros launch_testing launch_testing_ros
     launch_xml launch_yaml llvmlite logger lxml markupsafe matplotlib mcap mpl_toolkits networkx numba
-    numpy osrf_pycommon packaging paho pandas perfetto pip pkg_resources pluggy py_mini_racer pyarrow
+    numpy osrf_pycommon packaging paho pandas pip pkg_resources pluggy py_mini_racer pyarrow
     pycard pyecore pyformula pylab pyparsing pysat pysolvers pytest rclpy resvg_py rich ros2cli
     ros2launch ros2node ros2param ros2pkg ros2run ros2service ros2topic rosbag2_py rosbags rosidl_adapter
     rosidl_cli rosidl_cmake rosidl_generator_c rosidl_generator_cpp rosidl_generator_py

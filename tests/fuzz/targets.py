@@ -233,7 +233,7 @@ def _trace(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     run, witness = seeds.traces(folder), seeds.witness(folder)
     model, kitchen = seeds.model(folder), folder / "kitchen.sym.xmi"
     path = folder / "case.jsonl"
-    suffixes = (".csv", ".perfetto-trace", ".mcap", ".csv", ".html", ".svg")
+    suffixes = (".csv", ".mcap", ".csv", ".html", ".svg")
 
     def attempt(content: bytes) -> Outcome:
         path.write_bytes(content)

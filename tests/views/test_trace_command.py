@@ -42,7 +42,6 @@ def greeting(tmp_path: Path) -> Path:
         (".html", b"<!doctype html>"),
         (".svg", b"<svg "),
         (".png", b"\x89PNG"),
-        (".perfetto-trace", b"\n"),
         (".mcap", b"\x89MCAP"),
         (".csv", b"step,time"),
     ],

@@ -1,4 +1,4 @@
-"""Traces for other tools: Perfetto, MCAP (Foxglove, Lichtblick, ROS), and CSV.
+"""Traces for other tools: MCAP (Foxglove, Lichtblick, ROS), and CSV.
 
 Where a trace has no times, as witnesses have none, one firing lasts a millisecond.
 """
@@ -11,7 +11,7 @@ from typing import cast
 
 from dineros.views.traces.building import TraceBuilder
 
-EXPORTS = {".perfetto-trace": "perfetto", ".pftrace": "perfetto", ".mcap": "mcap_file", ".csv": "table"}
+EXPORTS = {".mcap": "mcap_file", ".csv": "table"}
 """Module that writes each format, by suffix."""
 
 

@@ -26,10 +26,10 @@ _PICTURES = (".html", ".svg", ".png")
     "dineros trace pick.jsonl -o pick.html",
     "dineros trace pick.jsonl -o pick.svg --fold --filter 'Pick|Place|Sensor'",
     "dineros trace pick.jsonl --compare place.jsonl -o both.html",
-    "dineros trace pick.jsonl -o pick.perfetto-trace",
+    "dineros trace pick.jsonl -o pick.mcap",
 )
 @click.argument("files", type=ModelPath(), metavar="FILE...", nargs=-1, required=True)
-@output_option("A picture (.html, .svg, .png), or an export (.perfetto-trace, .mcap, .csv).")
+@output_option("A picture (.html, .svg, .png), or an export (.mcap, .csv).")
 @click.option("--follow", is_flag=True, help="Open a live page that follows a running application.")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Port of the live page.")
 @click.option("--model", "given", type=ModelPath(), metavar="MODEL", help="The model, if it has moved.")

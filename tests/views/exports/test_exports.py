@@ -5,65 +5,17 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections import Counter, defaultdict
+from collections import Counter
 from typing import Any
 
 import pytest
 from mcap.reader import make_reader
-from perfetto.protos.perfetto.trace.perfetto_trace_pb2 import Trace, TrackEvent
 
 from dineros.views.exports import EXPORTS, export
 from tests.views.samples import lasso, run, schedule
 from tests.views.traces.test_building import built
 
 LOAD = {"LeftCellObjects.publisher.SortRed.Load": ("LeftCellObjects", "publisher", "SortRed")}
-
-
-def perfetto(content: bytes) -> tuple[dict[int, str], dict[str, list[Any]]]:
-    """Return the names of the tracks, and the events of each by its name, with its process."""
-    trace = Trace()
-    trace.ParseFromString(content)
-    names: dict[int, str] = {}
-    events: dict[str, list[Any]] = defaultdict(list)
-    for packet in trace.packet:
-        if packet.HasField("track_descriptor"):
-            track = packet.track_descriptor
-            parent = names.get(track.parent_uuid)
-            own = track.process.process_name or track.name
-            names[track.uuid] = f"{parent}/{own}" if parent else own
-        else:
-            events[names[packet.track_event.track_uuid]].append((packet.timestamp, packet.track_event))
-    return names, events
-
-
-def test_perfetto_has_a_process_for_each_node_and_nested_calls() -> None:
-    names, events = perfetto(export(built(*run().values()), ".perfetto-trace"))
-    assert {"selector", "controller", "synchronizer"} <= set(names.values())
-    client, server = events["controller/GetControl client L"], events["synchronizer/GetControl instance 2"]
-    assert [event.type for _, event in client] == [
-        TrackEvent.TYPE_SLICE_BEGIN, TrackEvent.TYPE_SLICE_END,
-        TrackEvent.TYPE_SLICE_BEGIN, TrackEvent.TYPE_SLICE_END]  # fmt: skip
-    assert [event.name for _, event in client if event.name] == [
-        "GetControl C L",
-        "GetControl C L (never answered)",
-    ]
-    assert client[0][0] <= server[0][0] <= server[1][0] <= client[1][0]
-    assert client[0][1].flow_ids == server[0][1].flow_ids
-    red = [event.counter_value for _, event in events["selector/Red"]]
-    assert red == [0, 1]
-    (begin, opened), (end, _) = events["selector/SelectRed"]
-    assert end - begin == pytest.approx(50e6, rel=1e-6)
-    notes = {note.name: note.string_value or note.int_value for note in opened.debug_annotations}
-    assert notes["RedObjects"] == -1
-    assert notes["handlers"] == "['announce']"
-
-
-def test_perfetto_is_in_order_of_time() -> None:
-    trace = Trace()
-    trace.ParseFromString(export(built(*run().values()), ".pftrace"))
-    times = [packet.timestamp for packet in trace.packet if packet.HasField("track_event")]
-    assert times == sorted(times)
-    assert len(times) == 20
 
 
 def mcap(content: bytes) -> list[tuple[str, str, int, dict[str, Any]]]:

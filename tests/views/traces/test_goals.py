@@ -114,12 +114,3 @@ def test_exports_tell_how_goals_end() -> None:
     assert states == [
         "sent", "accepted", "feedback", "asked to cancel", "canceling", "heard", "finished", "canceled"
     ]  # fmt: skip
-
-
-def test_perfetto_has_slices_of_goals() -> None:
-    pytest.importorskip("perfetto")
-    from dineros.views.exports.perfetto import export
-
-    content = export(built(GOAL))
-    for words in (b"/deliver C office0 (canceled)", b"/deliver slot 1", b"asks to cancel"):
-        assert words in content
