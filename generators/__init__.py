@@ -9,7 +9,6 @@ from dineros.generators.workspace.generating import EditedError, check, generate
 from dineros.generators.workspace.manifest import Manifest, read_manifest
 from dineros.generators.workspace.notices import Change, Edit, Notice
 from dineros.generators.workspace.planning import Options
-from dineros.metamodel.moved import find_moved
 
 __all__ = [
     "Change",
@@ -24,5 +23,3 @@ __all__ = [
     "generate",
     "read_manifest",
 ]
-
-find_moved(__name__)

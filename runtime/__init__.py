@@ -4,7 +4,6 @@ Small enough for a robot: it imports neither the analysis nor the rules. `Net` i
 `Node` joins a net to a transport and a recorder.
 """
 
-from dineros.metamodel.moved import find_moved
 from dineros.runtime.firing.handlers import Firing, Given, Handler, HandlerError
 from dineros.runtime.firing.policies import Aside, Halt, Policy, Retry
 from dineros.runtime.firing.selection import Candidates, Choice, Enabled
@@ -34,5 +33,3 @@ __all__ = [
     "Signal",
     "Token",
 ]
-
-find_moved(__name__, {"signals": "nets.signals", "transport": "channels.transport"})

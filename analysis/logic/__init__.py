@@ -7,8 +7,6 @@ Importing this package imports neither Numba nor what answers; the first use doe
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from dineros.metamodel.moved import find_moved
-
 if TYPE_CHECKING:
     from dineros.analysis.answers.budget import Budget, Progress
     from dineros.analysis.answers.outcome import Outcome
@@ -48,8 +46,3 @@ def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(_MODULES[name]), "Outcome" if name == "Verdict" else name)
-
-
-find_moved(
-    __name__, {"answer": "dineros.analysis.answers.outcome", "budget": "dineros.analysis.answers.budget"}
-)

@@ -3,7 +3,3 @@
 A module imports only click and `dineros.cli` at its top, and everything else where it is used:
 ``dineros --help`` reads all modules.
 """
-
-from dineros.metamodel.moved import find_moved
-
-find_moved(__name__)

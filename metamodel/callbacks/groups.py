@@ -1,8 +1,6 @@
 """Who runs a callback: threads of an executor, callback groups, and what responses do.
 
->>> from typing import TypeAlias
-
-from dineros.metamodel import pn, sym
+>>> from dineros.metamodel import sym
 >>> threads_of(sym.NodeNet(id="node", executor="multi", threads=3)), threads_of(sym.NodeNet(id="node"))
 (3, 1)
 """

@@ -13,14 +13,11 @@ from dineros.metamodel.constraints.constraint import Constraint, Severity, Viola
 from dineros.metamodel.constraints.families import BOUNDS, OTHERS
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.files.reading import collector_paused
-from dineros.metamodel.moved import find_moved
 
 __all__ = ["CONSTRAINTS", "Constraint", "Severity", "Violation", "all_constraints", "validate"]
 
 CONSTRAINTS = (*BOUNDS, *OTHERS)
 """All constraints, by family."""
-
-find_moved(__name__)
 
 
 def all_constraints() -> list[Constraint]:

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 
 from dineros.metamodel.errors import Location, ModelFileError, near_matches, with_article
 from dineros.metamodel.files.net_formats import SUFFIXES_OF_NETS, net_format
-from dineros.metamodel.moved import find_moved
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn
@@ -29,18 +28,6 @@ __all__ = ["SUFFIXES", "load", "load_any", "save"]
 
 SUFFIXES = (".xmi", ".sym", ".rtm", ".pnm", *SUFFIXES_OF_NETS)
 """Suffixes of model files."""
-
-find_moved(
-    __name__,
-    {
-        "positions": "dineros.metamodel.positions",
-        "tina_reader": "tina.reader",
-        "tina_writer": "tina.writer",
-        "xmi_reader": "xmi.reader",
-        "xmi_tree": "xmi.tree",
-        "xmi_writer": "xmi.writer",
-    },
-)
 
 
 def load(path: Path | str) -> pn.Net:

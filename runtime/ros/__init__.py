@@ -1,5 +1,1 @@
 """ROS 2 as a transport of the engine: nodes, messages, environment (guide: docs/ros2.md)."""
-
-from dineros.metamodel.moved import find_moved
-
-find_moved(__name__)

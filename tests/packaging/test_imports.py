@@ -32,7 +32,6 @@ ROOMS = {
 FOLDERS = {
     "metamodel": [
         "errors",
-        "moved",
         "json_text",
         "limits",
         "message_ids",

@@ -6,7 +6,6 @@ draws that: by the code of the pages, `static/net`, which in a browser changes m
 
 from __future__ import annotations
 
-from dineros.metamodel.moved import find_moved
 from dineros.views.nets.contents.building import view_of
 from dineros.views.nets.contents.model import Box, Edge, Node, ViewModel
 from dineros.views.nets.contents.operations import around, collapse, collapse_if_large, expand, with_badges
@@ -41,5 +40,3 @@ __all__ = [
     "view_of",
     "with_badges",
 ]
-
-find_moved(__name__)
