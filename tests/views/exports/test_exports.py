@@ -104,6 +104,3 @@ def test_a_schedule_is_exported_with_its_windows() -> None:
         (130 * 10**9, [130.0, 190.0]),
         (135 * 10**9, [135.0, None]),
     ]
-    _, events = perfetto(export(builder, ".perfetto-trace"))
-    times = [time for name, found in events.items() if "firings" in name for time, _ in found]
-    assert times == [100 * 10**9, 130 * 10**9, 135 * 10**9]
