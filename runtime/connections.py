@@ -13,6 +13,8 @@ from logging import Logger
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import ssl
+
     from uvicorn.protocols.http.h11_impl import H11Protocol
 
 MOST = 192
@@ -126,6 +128,75 @@ def counting_protocol(clients: UnknownClients, base: type[H11Protocol] | None = 
             super().connection_lost(exc)
 
     return CountingProtocol
+
+
+def handshaking_protocol(
+    clients: UnknownClients, base: type[H11Protocol], context: ssl.SSLContext, patience: float
+) -> type[asyncio.Protocol]:
+    """Return a protocol of uvicorn that counts a connection before its TLS handshake, and limits its time.
+
+    A server of asyncio hears of a connection only after the handshake, which a stranger need not end.
+
+    Parameters
+    ----------
+    clients : UnknownClients
+        Where connections are counted.
+    base : type
+        The protocol that is spoken after the handshake.
+    context : SSLContext
+        The server's.
+    patience : float
+        Seconds for the handshake.
+    """
+
+    class SpokenProtocol(counting_protocol(clients, base)):  # type: ignore[misc]
+        """Keeps what comes with the end of the handshake until the connection is made."""
+
+        def __init__(self, **settings: Any) -> None:
+            super().__init__(**settings)
+            self._early: list[bytes] | None = []
+
+        def connection_made(self, transport: asyncio.Transport) -> None:
+            super().connection_made(transport)
+            early, self._early = self._early, None
+            for data in early or ():
+                super().data_received(data)
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            if self._early is None:
+                super().connection_lost(exc)
+
+        def data_received(self, data: bytes) -> None:
+            if self._early is None:
+                super().data_received(data)
+            else:
+                self._early.append(data)
+
+    class HandshakingProtocol(asyncio.Protocol):
+        def __init__(self, **settings: Any) -> None:
+            self._settings = settings
+
+        def connection_made(self, transport: asyncio.BaseTransport) -> None:
+            assert isinstance(transport, asyncio.Transport)
+            transport.pause_reading()  # what comes first is for the handshake
+            clients.arrived(transport)
+            self._task = asyncio.get_running_loop().create_task(self._shake_hands(transport))
+
+        async def _shake_hands(self, transport: asyncio.Transport) -> None:
+            loop, protocol = asyncio.get_running_loop(), SpokenProtocol(**self._settings)
+            name = transport.get_extra_info("peername")
+            try:
+                safe = await loop.start_tls(
+                    transport, protocol, context, server_side=True, ssl_handshake_timeout=patience
+                )
+            except (OSError, asyncio.CancelledError):  # of which are TLS's errors, and that time is up
+                transport.abort()
+                clients.forget((str(name[0]), int(name[1])) if isinstance(name, tuple) else ("", 0))
+                return
+            if safe is not None:
+                protocol.connection_made(safe)
+
+    return HandshakingProtocol
 
 
 def log_in_lines(log: Logger, what: str) -> Callable[[asyncio.AbstractEventLoop, dict[str, Any]], None]:

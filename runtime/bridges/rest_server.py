@@ -25,7 +25,13 @@ from dineros.runtime.bridges.values import (
     read_signals,
     read_truth,
 )
-from dineros.runtime.connections import BACKLOG, UnknownClients, counting_protocol, log_in_lines
+from dineros.runtime.connections import (
+    BACKLOG,
+    UnknownClients,
+    counting_protocol,
+    handshaking_protocol,
+    log_in_lines,
+)
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.scheduling.threads import join
@@ -236,11 +242,16 @@ class RestServer:
             token=credentials.token if credentials is not None else None,
             source=self._source,
         )
+        clients, protocol = UnknownClients(LOG), _impatient_protocol()
         config: Any = uvicorn.Config(
             app,
             host=host,
             port=port,
-            http=counting_protocol(UnknownClients(LOG), _impatient_protocol()),
+            http=(
+                counting_protocol(clients, protocol)
+                if tls is None
+                else handshaking_protocol(clients, protocol, tls.server_context(), HEADER_TIMEOUT)
+            ),
             backlog=BACKLOG,
             ws="none",
             lifespan="off",
@@ -250,9 +261,6 @@ class RestServer:
             server_header=False,
             timeout_graceful_shutdown=1,
         )
-        if tls is not None:
-            config.load()
-            config.ssl = tls.server_context()
         self._server: Any = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._serve, name="dineros rest", daemon=True)
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import logging
 import socket
+import ssl
+import time
 from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
 
+from dineros.runtime.bridges import rest_server
 from dineros.runtime.bridges.rest import RestServer
+from dineros.runtime.bridges.security import Tls
 from dineros.runtime.connections import BACKLOG, MOST
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.ros.metrics import MOST_CONNECTIONS, MetricsServer
@@ -27,6 +31,35 @@ def test_signals_are_served_in_a_crowd(net: Net, beginning: str, caplog: pytest.
             assert len(list(FILES.iterdir())) - before - len(connections) <= MOST + BACKLOG
             assert closed(connections) >= 400 - MOST - BACKLOG
         assert len([each for each in caplog.records if each.levelno > logging.DEBUG]) <= 1
+
+
+@pytest.mark.parametrize("beginning", ["nothing", "half a handshake"])
+def test_signals_are_served_by_tls_in_a_crowd(
+    net: Net, beginning: str, server_tls: Tls, certificates: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A connection counts before its handshake, which a stranger need not end."""
+    context = ssl.create_default_context(cafile=str(certificates / "ca.pem"))
+    with RestServer(net, port=0, tls=server_tls) as server:
+        before = len(list(FILES.iterdir()))
+        with crowd(port_of(server.url), 400, BEGINNINGS[beginning]) as connections:
+            assert b"Button" in urlopen(f"{server.url}/signals", timeout=10, context=context).read()
+            assert len(list(FILES.iterdir())) - before - len(connections) <= MOST + BACKLOG
+            assert closed(connections) >= 400 - MOST - BACKLOG
+        assert len([each for each in caplog.records if each.levelno > logging.DEBUG]) <= 1
+
+
+def test_a_handshake_has_a_time_limit(
+    net: Net, server_tls: Tls, certificates: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rest_server, "HEADER_TIMEOUT", 0.5)
+    context = ssl.create_default_context(cafile=str(certificates / "ca.pem"))
+    with RestServer(net, port=0, tls=server_tls) as server:
+        with crowd(port_of(server.url), 3, BEGINNINGS["half a handshake"]) as connections:
+            end = time.monotonic() + 20
+            while (number := closed(connections)) < 3 and time.monotonic() < end:
+                time.sleep(0.1)
+            assert number == 3
+        assert b"Button" in urlopen(f"{server.url}/signals", timeout=10, context=context).read()
 
 
 @pytest.mark.parametrize("beginning", ["nothing", "half a request"])

@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 BEGINNINGS = {
     "nothing": b"",
     "half a request": b"GET /?",
+    "half a handshake": b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
     "a request without an end": b"GET / HTTP/1.1\r\nHost: a\r\n",
     "a request that is refused": b"GET / HTTP/1.1\r\nHost: a\r\n\r\n",
     "a stream that is refused": (
