@@ -131,13 +131,22 @@ def watched_memory(budget: int) -> Iterator[None]:
         if resident_memory() > budget:
             raise MemoryBudgetError(budget)
 
+    hook = sys.unraisablehook
+
+    def lost(what: sys.UnraisableHookArgs) -> None:
+        # Where nothing can be raised, such as while an object is thrown away, the next look raises it.
+        if not issubclass(what.exc_type, MemoryBudgetError):
+            hook(what)
+
     before = signal.signal(signal.SIGALRM, look)
+    sys.unraisablehook = lost
     signal.setitimer(signal.ITIMER_REAL, WATCH_SECONDS, WATCH_SECONDS)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
+        sys.unraisablehook = hook
 
 
 def resident_memory() -> int:

@@ -17,6 +17,7 @@ from dineros.runtime.nets.enabling import Enabling
 from dineros.runtime.nets.ports import Data
 from dineros.runtime.nets.structure import Structure
 from dineros.runtime.nets.tokens import Token, TokenChecker
+from dineros.runtime.nets.weights import Weights
 
 Tokens = list[tuple[int, list[Token]]]
 """Tokens by place, in arc order."""
@@ -74,6 +75,10 @@ class Engine:
             [len(tokens) for tokens in marking],
             structure.initial_signals if signals is None else signals,
         )
+        self.weights = Weights(structure, self._enabling)
+        self._weighed = self.weights.places
+        for place in self._weighed:
+            self.weights.add(place, self._tokens[place])
         self.ready = self._enabling.ready
         self.due = self._enabling.due
         self.opened = self._enabling.opened
@@ -249,13 +254,18 @@ class Engine:
         if pipe is not None and not self._reserved and not self._aside:
             place, outputs = pipe
             change, tokens = self._enabling.change, self._tokens
-            data = tokens[place].popleft()[1]
+            taken_one = tokens[place].popleft()
+            data = taken_one[1]
             change(place, -1, -1)
+            if place in self._weighed:
+                self.weights.remove(place, [taken_one])
             number = self.next_token
             for output in outputs:
                 tokens[output].append(Token(number, data))
                 number += 1
                 change(output, 1, 1)
+                if output in self._weighed:
+                    self.weights.add(output, [taken_one])
             self.next_token = number
             return
         taken = self.would_take(transition)
@@ -299,9 +309,13 @@ class Engine:
         for place, tokens in taken:
             self._remove(place, tokens)
             change(place, -len(tokens), -len(tokens))
+            if place in self._weighed:
+                self.weights.remove(place, tokens)
         for place, tokens in made:
             self._tokens[place].extend(tokens)
             change(place, len(tokens), len(tokens))
+            if place in self._weighed:
+                self.weights.add(place, tokens)
         if self._aside:
             self._forget(taken)
 
@@ -403,6 +417,8 @@ class Engine:
         """Put a token that arrived on a place, which has room for it."""
         self._tokens[place].append(token)
         self._enabling.change(place, 1, 1)
+        if place in self._weighed:
+            self.weights.add(place, [token])
 
     def take(self, place: int) -> Token:
         """Take the oldest free token of a place, which has one."""
@@ -410,6 +426,8 @@ class Engine:
         if not self._reserved and not self._aside:
             token = tokens.popleft()
             self._enabling.change(place, -1, -1)
+            if place in self._weighed:
+                self.weights.remove(place, [token])
             return token
         token = self.oldest(place)
         self.commit([(place, [token])], [])

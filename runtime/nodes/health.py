@@ -16,6 +16,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from dineros.runtime.firing.durations import HandlerTime
+from dineros.runtime.nets.weights import MOST_BYTES
 from dineros.runtime.nodes.core import Core
 from dineros.runtime.nodes.status import Status
 
@@ -234,9 +235,13 @@ class HealthWatch:
     def _full_places(self) -> Iterator[Concern]:
         """Yield the places at a limit that the model does not give."""
         for place, limit in islice(self._limited, MOST):
-            if self._core.engine.count(place) >= limit:
-                id = self._core.structure.places[place]
+            engine, id = self._core.engine, self._core.structure.places[place]
+            if engine.count(place) >= limit:
                 text = f"place {id} holds {limit:,} tokens, and gets no more: the model gives it no capacity"
+                yield Concern("place-limit", id, text)
+            elif place in engine.weights.heavy:
+                held = f"{MOST_BYTES >> 20} MiB in {engine.count(place):,} tokens"
+                text = f"place {id} holds {held}, and gets no more: the model gives it no capacity"
                 yield Concern("place-limit", id, text)
 
     def _judge(self, concerns: Iterable[Concern]) -> tuple[Concern, ...]:

@@ -8,6 +8,7 @@ import resource
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,8 @@ import pytest
 from dineros.analysis.nets.memory import (
     ENGINE_ADDRESSES,
     NO_LIMIT,
+    WATCH_SECONDS,
+    MemoryBudgetError,
     free_memory,
     mappable_memory,
     peak_memory,
@@ -117,6 +120,25 @@ except MemoryBudgetError as error:
     said, budget, taken = json.loads(answer.stdout)
     assert f"the process may use {budget} MiB" in said
     assert 32 < taken < 512  # how much is taken between two looks hangs on the machine
+
+
+def test_a_watch_that_cannot_raise_says_nothing_and_looks_again(capfd: pytest.CaptureFixture[str]) -> None:
+    """While an object is thrown away errors are lost, with a stack trace; the next look raises it."""
+    before = sys.unraisablehook
+
+    class Slow:
+        def __del__(self) -> None:
+            time.sleep(4 * WATCH_SECONDS)
+
+    def throw_away() -> None:
+        Slow()
+        for _ in range(1_000):
+            time.sleep(WATCH_SECONDS / 10)
+
+    with pytest.raises(MemoryBudgetError), watched_memory(1):
+        throw_away()
+    assert capfd.readouterr().err == ""
+    assert sys.unraisablehook is before
 
 
 def test_a_watch_is_over_when_it_ends() -> None:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import logging
+from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow, here
+from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.elements import find
 from dineros.runtime.application.simulation import LocalApplication
-from dineros.runtime.nets import capacities
+from dineros.runtime.nets import capacities, weights
+from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.structure import Structure, read_structure
 from dineros.runtime.nodes.health import HealthWatch
 from dineros.transformations.flattening.split import split
@@ -86,3 +91,68 @@ def test_a_flood_stops_at_the_limit(
     told = [each.getMessage() for each in caplog.records]
     said = "place Noted holds 20 tokens, and gets no more: the model gives it no capacity [place-limit]"
     assert told.count(said) == 1
+
+
+def test_large_messages_stop_at_a_size(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Long before there are many tokens what comes waits; it goes on when some are taken."""
+    monkeypatch.setattr(weights, "MOST_BYTES", 10_000)
+    monkeypatch.setattr(weights, "size_of", lambda data: 1_000)
+    model = talker()
+    find(model, "Words", sym.Place).tokens = 100
+    find(model, "listener", sym.NodeNet).signals.append(sym.InputSignal(id="Broom"))
+    tidy = sym.Transition(id="Tidy", page=find(model, "OnChatter", sym.CallbackPage))
+    flow(find(model, "Noted", sym.Place), tidy)
+    set_clause(tidy, "Broom")
+    with LocalApplication(split(model), seed=1) as application:
+        speaker, listener = application.nets["talker"], application.nets["listener"]
+        speaker.signal("Button").set(True)
+        engine = listener.core.engine
+        watch = HealthWatch(listener.core)
+        while application.step():
+            pass
+        places = listener.structure.places
+        assert {places[place] for place in engine.weights.heavy} == {"Heard", "Noted"}
+        assert [engine.count(places.index(name)) for name in ("Heard", "Noted")] == [10, 10]
+        assert {each.element for each in watch.look().concerns} >= {"Noted", "Heard"}
+        told = [each.getMessage() for each in caplog.records]
+        assert "place Noted holds 64 MiB in 10 tokens, and gets no more" in str(told)
+        listener.signal("Broom").set(True)
+        while application.step():
+            pass
+        assert not engine.weights.heavy
+        assert [engine.count(place) for place in range(len(places))] == [0] * len(places)
+
+
+def test_the_size_of_data() -> None:
+    data: Any = {
+        "text": "four",
+        "list": [1, 2, 3],
+        "parts": [{"a": "xy"}, {"a": "z"}],
+        "rows": [[1.0], []],
+        "b": True,
+    }
+    assert weights.size_of(data) == 4 + 24 + 3 + 8 + 8
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.lists(st.sampled_from(["put", "fire", "take"]), max_size=60))
+def test_bytes_are_those_of_the_tokens_there(steps: list[str]) -> None:
+    """Whatever is put, fired and taken: bytes are those of the tokens, and at the limit there is no room."""
+    structure = structure_of(talker(), "listener")
+    engine = Engine(structure)
+    heard, noted = structure.places.index("Heard"), structure.places.index("Noted")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(weights, "MOST_BYTES", 40)
+        patch.setattr(weights, "size_of", lambda data: 10)
+        for step in steps:
+            if step == "put" and engine.has_room(heard):
+                engine.put(heard, engine.new_token(engine.checkers[heard].default))
+            elif step == "fire" and engine.ready:
+                engine.fire(engine.ready[0])
+            elif step == "take" and engine.count(noted):
+                engine.take(noted)
+            for place in (heard, noted):
+                assert engine.has_room(place) is (10 * engine.count(place) < 40)
+                assert (place in engine.weights.heavy) is (10 * engine.count(place) >= 40)
