@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from dineros.analysis.answers.evidence import Evidence
 
+FiredAt = tuple[float, float, float | None]
+"""When a transition fires: in the schedule that is shown, and at the earliest and at the latest."""
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -38,6 +41,8 @@ class Outcome:
         worst.
     by : str
         Who answered, in words: ``state equation``, ``explicit search`` ...
+    times : tuple of FiredAt
+        Of the trace, where only some of its schedules show the answer; empty where all do.
     evidence : Evidence or None
         What the answer rests on, where no state space was looked at.
     """
@@ -54,6 +59,7 @@ class Outcome:
     by: str = ""
     evidence: Evidence | None = None
     ends_at_fault: bool = False
+    times: tuple[FiredAt, ...] = ()
 
     @classmethod
     def left_open(cls, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> Outcome:

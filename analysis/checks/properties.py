@@ -111,7 +111,7 @@ class Properties(Question):
                 witness=_witness(question, outcome),
                 property=shown,
                 text=property.text,
-                unless=_unless(checked, question, outcome),
+                unless=f"; {outcome.reason}" if outcome.times else _unless(checked, question, outcome),
             )
         )
 
@@ -136,4 +136,4 @@ def _witness(question: Asked, outcome: Outcome) -> Witness | None:
     if not outcome.stem and not outcome.loop:
         return None
     loop = len(outcome.stem) if outcome.loop else None
-    return witness_of(question.subject, [*outcome.stem, *outcome.loop], loop)
+    return witness_of(question.subject, [*outcome.stem, *outcome.loop], loop, outcome.times)

@@ -110,8 +110,12 @@ class Linear(Question):
 
     def decided(self, budget: Budget) -> Outcome:
         """Ask goals as such; search the product with an automaton on the fly for the rest."""
+        from dineros.analysis.logic.language.bounded import bounds_times
+        from dineros.analysis.logic.language.errors import FormulaError
         from dineros.analysis.questions.formulas import verify_linear
 
+        if bounds_times(self.formula):
+            raise FormulaError("the formula bounds times", hint="--time asks with firing intervals")
         return verify_linear(self.net, self.formula, self.names, self.weak, self.strong, budget)
 
 
@@ -212,6 +216,8 @@ class Timed(Engine):
 
     def answer(self, question: Question, budget: Budget) -> Outcome:
         """Build state classes; a run that shows the answer has a schedule."""
+        from dineros.analysis.logic.language.bounded import read_bounded
+        from dineros.analysis.timed.durations.bounded_response import decide_bounded
         from dineros.analysis.timed.goals import find_timed, find_timed_firing
         from dineros.analysis.timed.linear_time import verify_timed_ltl
         from dineros.metamodel.errors import DinerosError
@@ -222,6 +228,9 @@ class Timed(Engine):
             case Marking(_, names, condition):
                 return find_timed(self.net, condition, names, budget)
             case Linear(_, names, formula, (), ()):
+                bounded = read_bounded(formula)
+                if bounded is not None:
+                    return decide_bounded(self.net, bounded, names, budget)
                 return verify_timed_ltl(self.net, formula, names, budget)
             case Linear():
                 raise DinerosError(

@@ -12,6 +12,10 @@
 ``P stays possible``        from every marking, some run has it
 ==========================  ====================================================
 
+``never``, ``always``, ``happens`` and ``leads to`` may end with ``within 0.05``, without a scope. The last
+one speaks of the time from each P to the next Q, the others of so much time from the start. Only questions
+with times know that.
+
 Each but the last two may have a scope in front of it: ``before R:``, ``after Q:``, ``between Q and R:`` and
 ``after Q until R:``. A scope holds from the marking Q on, or after the step Q, and ends with the next R:
 before that marking, or with that step, which is part of it. ``before`` and ``between`` say nothing where no R
@@ -28,8 +32,10 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Literal
 
+from dineros.analysis.logic.language.bounded import Bounded, Window, number
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.parser import MAX_LENGTH, parse
 from dineros.analysis.logic.language.syntax import (
@@ -52,6 +58,7 @@ from dineros.analysis.logic.language.syntax import (
 MOST_TIMES = 20
 """Largest number of a bounded existence: its formula grows with it."""
 
+_WITHIN = "never P within 5; always P within 5; P happens within 5; P leads to Q within 5"
 _TIMES = {"once": 1, "twice": 2}
 _HINT = (
     "never P; always P; P happens; P until Q; P leads to Q; P only after Q; at most 2 times P; "
@@ -95,6 +102,9 @@ def read_pattern(text: str) -> Reading:
     """
     if len(text) > MAX_LENGTH:
         raise FormulaError(f"the property has {len(text)} characters, more than {MAX_LENGTH}", column=1)
+    within = _found(_Part(text, 0), r"\bwithin\s+(\d+(?:\.\d+)?(?:/\d+)?)\s*$")
+    if within is not None:
+        return Reading("ltl", _within(_Part(text, 0).before(within), within))
     body, scope = _Part(text, 0), None
     colon = _found(body, ":")
     if colon is not None:
@@ -119,6 +129,26 @@ class _Part:
 
     def after(self, match: re.Match[str]) -> _Part:
         return _Part(self.text[match.end() :], self.start + match.end())
+
+
+def _within(body: _Part, match: re.Match[str]) -> Bounded:
+    """Return what a pattern says of a time that begins at the start, or with each cause."""
+    column = match.start(1) + 1
+    if _found(body, ":") is not None:
+        raise FormulaError("within a time goes without a scope", column=1, hint=_WITHIN)
+    window = Window(Fraction(0), number(match[1], column))
+    first = re.match(r"\s*(never|always)\b", body.text)
+    if first is not None:
+        condition = _condition(body.after(first))
+        return Bounded(window, Not(condition) if first[1] == "never" else condition, always=True)
+    happens = re.search(r"\bhappens\s*$", body.text)
+    if happens is not None:
+        return Bounded(window, _condition(body.before(happens)))
+    leads = _found(body, r"\bleads\s+to\b")
+    if leads is None:
+        raise FormulaError("this cannot be asked within a time", column=column, hint=_WITHIN)
+    cause, effect = _sides(body, leads)
+    return Bounded(window, effect, trigger=cause, is_after_step=_is_step(cause))
 
 
 def _possible(part: _Part, stays: bool) -> Reading:

@@ -9,6 +9,7 @@ from itertools import combinations
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.bounded import Bounded, read_bounded
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import (
@@ -88,9 +89,15 @@ class Asked:
 
     def answer(self, budget: Budget, orders: OrderCache | None = None) -> Outcome:
         """Decide the property, with whichever engine suits it; with times, if the net has them."""
+        return self.verdict(self.outcome(budget, orders))
+
+    def outcome(self, budget: Budget, orders: OrderCache | None = None) -> Outcome:
+        """Answer the question, which may be the property turned round; see `verdict`."""
         question = self.question(orders)
         if not isinstance(self.subject, TimedSubject):
-            return self.verdict(ENGINES["auto"].answer(question, budget))
+            if isinstance(self.reading.formula, Bounded):
+                return Outcome("unknown", reason="it bounds times, which only --time knows")
+            return ENGINES["auto"].answer(question, budget)
         is_fair = bool(self.weak or self.strong)
         if is_fair and isinstance(question, Linear):
             question = replace(question, weak=(), strong=())
@@ -103,7 +110,7 @@ class Asked:
         if is_fair and found.status == "violated":
             # Whether the run is fair, or goes on as a fair one, is not known.
             return Outcome("unknown", reason=UNFAIR, states=found.states, seconds=found.seconds)
-        return self.verdict(found)
+        return found
 
 
 def properties_of(model: pn.Net) -> Sequence[sym.Property]:
@@ -182,6 +189,8 @@ def asked(
             raise FormulaError(
                 "CTL cannot be asked of fair runs, but for AG, EF, AX and EX", hint="say it in LTL"
             )
+    elif never and isinstance(reading.formula, Bounded):
+        raise FormulaError("bounds of times cannot be asked of the runs of exclusive signals")
     elif never:
         premise = Globally(never[0] if len(never) == 1 else And(tuple(never)))
         reading = replace(reading, formula=Implies(premise, reading.formula))
@@ -200,7 +209,7 @@ def read(property: sym.Property) -> Reading:
     text = str(property.text)
     match str(property.language):
         case "ltl":
-            return Reading("ltl", parse(text))
+            return Reading("ltl", read_bounded(text) or parse(text))
         case "ctl":
             return Reading("ctl", parse(text, "ctl"))
     return read_pattern(text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -147,9 +147,36 @@ def timed_graph(net: TimedNet, kind: Kind, budget: Budget) -> TimedGraph:
     BudgetExceededError
         A limit was hit before it is complete.
     """
-    search = ClassSearch(net, kind, budget, keeps_edges=True)
+    return first_classes(net, kind, budget, None)[0]
+
+
+def first_classes(net: TimedNet, kind: Kind, budget: Budget, most: int | None) -> tuple[TimedGraph, bool]:
+    """Build the graph of the state classes that are found first, by equality.
+
+    Parameters
+    ----------
+    net, kind, budget
+        The net, which classes, and limits.
+    most
+        Classes with which the search ends, about; None: all of them.
+
+    Returns
+    -------
+    graph : TimedGraph
+        Of these. A class that was not looked into has no edge.
+    is_complete : bool
+        Whether these are all.
+
+    Raises
+    ------
+    BudgetExceededError
+        A limit was hit before.
+    """
+    share = budget if most is None else replace(budget, states=most)
+    search = ClassSearch(net, kind, share, keeps_edges=True)
     search.run()
-    if search.reason is not None:
+    is_complete = search.reason is None
+    if not is_complete and (most is None or search.reason != "states"):
         raise BudgetExceededError(search.reason)
     budget.check_memory(search.memory_bytes + 6 * 8 * search.edges)
     marking_of, first, last, target, label = search.arrays()
@@ -164,4 +191,5 @@ def timed_graph(net: TimedNet, kind: Kind, budget: Budget) -> TimedGraph:
     target = np.concatenate([target, waiting])
     label = np.concatenate([label, np.full(len(waiting), WAITING)])
     order = np.argsort(source, kind="stable")
-    return TimedGraph(net, marking_of, markings, source[order], target[order], label[order])
+    made = TimedGraph(net, marking_of, markings, source[order], target[order], label[order])
+    return made, is_complete

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
-from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.outcome import FiredAt, Outcome
 from dineros.analysis.model.subject import FiringTime, Subject
 from dineros.analysis.model.times import LeftOutTimes, UsedTimes
 from dineros.analysis.nets.coverability import Pumping
@@ -73,8 +73,19 @@ class Witness:
         return {"steps": [step.to_dict() for step in self.steps], "loop": self.loop}
 
 
-def witness_of(subject: Subject, trace: Sequence[int], loop: int | None = None) -> Witness:
+def witness_of(
+    subject: Subject, trace: Sequence[int], loop: int | None = None, times: Sequence[FiredAt] = ()
+) -> Witness:
     """Replay a sequence of transitions and return it as a witness.
+
+    Parameters
+    ----------
+    subject, trace
+        The net, and the sequence.
+    loop
+        Where it begins to repeat.
+    times
+        When its transitions fire; by default, as the net says.
 
     Raises
     ------
@@ -84,7 +95,8 @@ def witness_of(subject: Subject, trace: Sequence[int], loop: int | None = None) 
     net = subject.net
     marking = net.initial.tolist()
     steps = []
-    for transition, time in zip(trace, subject.times_of(trace), strict=True):
+    chosen = [FiringTime(*time) for time in times] if times else subject.times_of(trace)
+    for transition, time in zip(trace, chosen, strict=True):
         marking = net.fire(transition, marking)
         change = {net.places[place]: tokens for place, tokens in net.delta[transition].items()}
         steps.append(Step(net.transitions[transition], subject.transition_text(transition), change, time))

@@ -208,4 +208,4 @@ def run_shown(subject: Subject, verdict: Outcome) -> Witness | None:
     if not (verdict.stem or verdict.loop):
         return None
     loop = len(verdict.stem) if verdict.loop else None
-    return witness_of(subject, [*verdict.stem, *verdict.loop], loop)
+    return witness_of(subject, [*verdict.stem, *verdict.loop], loop, verdict.times)

@@ -160,6 +160,7 @@ def write_stored(model: Path, settings: Sequence[str], overflow: str, output: Pa
     """
     from lxml import etree
 
+    from dineros.analysis.logic.language.bounded import Bounded
     from dineros.analysis.model.subject import base_subject
     from dineros.analysis.properties import writing
     from dineros.analysis.properties.property import Property
@@ -173,6 +174,8 @@ def write_stored(model: Path, settings: Sequence[str], overflow: str, output: Pa
             reading = read(property)
         one = Property(str(property.id), *reading.as_formula())
         try:
+            if isinstance(reading.formula, Bounded):
+                raise DinerosError("the contest's formulas bound no times")
             if str(property.signals) != "none":
                 raise DinerosError("the contest's nets have no signals")
             with reading_formula(f"property {property.id}"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -105,11 +106,12 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
 
     run = search()
     net = load_valid(asking.model, asking.settings)
-    asking.leave_out_times(net)
+    if not asking.timed:
+        asking.leave_out_times(net)
     with reading_formula(str(asking.model)):
         property = property_named(net, name)
     with reading_formula(f"property {property.id}"):
-        stored = asked(property, overflow=asking.overflow)  # type: ignore[arg-type]
+        stored = asked(property, overflow=asking.overflow, is_timed=asking.timed)  # type: ignore[arg-type]
     is_expected, reading, text = bool(property.expected), stored.reading, str(property.text)
     first: dict[str, object] = {
         **rules_of(net),
@@ -135,6 +137,12 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
         return HOLDS if (verdict.status == "holds") == is_expected else VIOLATED
 
     run.draft(lambda ending: say(run.unknown(ending)))
+    if asking.timed:
+        asking.refuse_tina_on_workers()
+        answer = stored.outcome(run.budget(), orders)
+        verdict = replace(answer, reason=run.reason(answer.reason))
+        with run.answer():
+            return say(stored.verdict(verdict))
     verdict = asking.answer(
         stored.subject,
         reading.logic,

@@ -7,7 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import find
+from dineros.metamodel.files import save
 from tests.cli.conftest import Run
+from tests.support.systems.talker import talker
 
 RACE = """net race
 tr fast [1,2] p -> a
@@ -52,6 +56,39 @@ def test_a_way_has_a_schedule(run: Run, race: Path, tmp_path: Path) -> None:
     assert json.loads(trace.read_text().splitlines()[1])["time"] == 1.0
     untimed = json.loads(run("find", race, "--marking", "a >= 1", "--json").stdout)
     assert "time" not in untimed["witness"]["steps"][0]
+
+
+def test_bounds_of_times(run: Run, race: Path) -> None:
+    formula = "G (p >= 1 -> F[<=2] fired(fast))"
+    assert run("verify", race, "--time", "--ltl", formula).exit_code == 0
+    result = run("verify", race, "--time", "--ltl", formula.replace("<=2", "<2"))
+    assert result.exit_code == 1
+    assert "(fired(fast) does not come in [<2], counted from 0)" in result.stdout
+    result = run("verify", race, "--ltl", formula)
+    assert result.exit_code == 2
+    assert "--time asks with firing intervals" in result.stderr
+    result = run("verify", race, "--time", "--ltl", "F[<=2] F[<=1] (a >= 1)")
+    assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1)
+
+
+def test_stored_bounds_of_times(run: Run, tmp_path: Path) -> None:
+    net = talker()
+    find(net, "Say", sym.Transition).interval = pn.TimeInterval(earliest=2, latest=3)
+    net.properties.append(sym.Property(id="soon", text="never Noted >= 1 within 1.9"))
+    net.properties.append(sym.Property(id="late", text="never Noted >= 1 within 2"))
+    path = tmp_path / "talker.sym.xmi"
+    save(net, path)
+    assert run("verify", path, "soon", "--time").exit_code == 0
+    result = run("verify", path, "late", "--time")
+    assert result.exit_code == 1
+    assert "Say, at 2" in result.stdout
+    assert run("verify", path, "late").exit_code == 2
+    checked = run("check", path, "--time", "-v")
+    assert "property soon holds" in checked.stderr
+    assert "property late does not hold: never Noted >= 1 within 2" in checked.stdout
+    assert (
+        "whether property late holds: it bounds times, which only --time knows" in run("check", path).stdout
+    )
 
 
 def test_the_quickest_way(run: Run, race: Path) -> None:
