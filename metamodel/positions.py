@@ -42,3 +42,21 @@ def file_of(element: EObject) -> Path | None:
         element, container = container, container.eContainer()
     file: Path | None = element.__dict__.get("_file")
     return file
+
+
+def code_of(element: EObject | None) -> Location | None:
+    """Return the line of code that an element stands for, or the nearest container that stands for one.
+
+    Examples
+    --------
+    >>> from dineros.metamodel import sym
+    >>> str(code_of(sym.Place(id="p", sourceLine="arm/mover.py:7")))
+    'arm/mover.py:7'
+    """
+    while element is not None:
+        text = getattr(element, "sourceLine", None)
+        if text:
+            file, _, line = str(text).rpartition(":")
+            return Location(file, int(line)) if file and line.isdecimal() else Location(str(text))
+        element = element.eContainer()
+    return None

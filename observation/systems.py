@@ -40,12 +40,15 @@ class TopicEndpoint:
         Quality of service, as discovered.
     depth : int or None
         Depth of the history; None: not told (Fast DDS announces none). 0: all messages are kept.
+    at : str
+        The line of the code that makes it, as ``file:line``; empty where no code was read.
     """
 
     topic: str
     type: str
     quality: Quality = USUAL
     depth: int | None = None
+    at: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)
@@ -58,10 +61,13 @@ class Endpoint:
         Full name, such as ``/arm/grip``.
     type : str
         Such as ``std_srvs/srv/Trigger`` or ``example_interfaces/action/Fibonacci``.
+    at : str
+        The line of the code that makes it, as ``file:line``; empty where no code was read.
     """
 
     name: str
     type: str
+    at: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ unknown. The guide describes the schema.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -119,8 +120,8 @@ class Effect:
         Seconds that a wait has at most; None: no bound, or no wait.
     holding : tuple of str
         Locks that are held meanwhile.
-    is_other_thread : bool
-        Whether a thread of its own does it.
+    path : tuple
+        The calls that lead to it.
     """
 
     do: str
@@ -132,6 +133,7 @@ class Effect:
     then: CallbackFact | None = None
     timeout: float | None = None
     holding: tuple[str, ...] = ()
+    path: tuple[object, ...] = field(default=(), repr=False)
 
     def to_json(self) -> dict[str, Any]:
         """Return the effect in the schema of the facts."""
@@ -180,13 +182,22 @@ class CallbackFact:
             "name": self.name,
             "kind": self.kind,
             "at": str(self.at),
-            "effects": [effect.to_json() for effect in self.effects],
+            "effects": _once(effect.to_json() for effect in self.effects),
         }
         if self.is_async:
             found["async"] = True
         if self.is_open:
             found["open"] = True
         return found
+
+
+def _once(shown: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return what is shown, each once: a helper that is called twice has its lines once."""
+    found: list[dict[str, Any]] = []
+    for each in shown:
+        if each not in found:
+            found.append(each)
+    return found
 
 
 KINDS = (
@@ -226,6 +237,10 @@ class NodeFact:
         Other programs that make it.
     home : str
         File of the program.
+    remappings : dict of str to str
+        That a launch file gives.
+    started : str
+        Line of the launch file that starts it.
     """
 
     cls: str
@@ -242,6 +257,8 @@ class NodeFact:
     callbacks: list[CallbackFact] = field(default_factory=list)
     also_in: list[str] = field(default_factory=list)
     home: str = ""
+    remappings: dict[str, str] = field(default_factory=dict)
+    started: str = ""
 
     def of(self, kind: str) -> list[Entity]:
         """Return the entities of a kind."""

@@ -93,6 +93,15 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
     return facts
 
 
+def run_program(name: str, reading: Reading, modules: Modules) -> list[NodeFact] | None:
+    """Return the nodes of the program of a name, ``package/executable``; None: it is not there."""
+    with _deep():
+        for program in programs_of(reading, modules):
+            if f"{program.package}/{program.name}" == name:
+                return _run(program, modules, reading)[0]
+    return None
+
+
 @contextmanager
 def _deep() -> Iterator[None]:
     before = sys.getrecursionlimit()

@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from dineros.sources.facts import Facts, is_open
+from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.sources.facts import Facts, NodeFact, is_open
 from dineros.sources.folders import open_folder
 from dineros.sources.language.modules import Modules
 from dineros.sources.launch.description import Started, full
 from dineros.sources.launch.reading import LaunchFiles
 from dineros.sources.libraries.idioms import known_idioms, read_idioms
 from dineros.sources.packages import packages_of
-from dineros.sources.programs import Reading, read_programs
+from dineros.sources.programs import Reading, read_programs, run_program
 
 
-def read_source(root: Path, tables: Sequence[Path] = ()) -> Facts:
+@dataclass(frozen=True)
+class Launch:
+    """A launch file, with values of its arguments.
+
+    Attributes
+    ----------
+    file : str
+        Path in the folder that is read.
+    arguments : mapping of str to str
+        Values of arguments.
+    """
+
+    file: str
+    arguments: Mapping[str, str] = field(default_factory=dict)
+
+
+def read_source(root: Path, tables: Sequence[Path] = (), launch: Launch | None = None) -> Facts:
     """Return what the Python packages of a folder say; nothing in it is executed or imported.
 
     Parameters
@@ -25,11 +43,13 @@ def read_source(root: Path, tables: Sequence[Path] = ()) -> Facts:
         The folder.
     tables : sequence of Path
         Tables of library idioms, beside those that are known.
+    launch : Launch, optional
+        The launch file that says which nodes there are; by default there is one of each.
 
     Raises
     ------
     DinerosError
-        There is no such folder, it has too many files, or a table cannot be read.
+        There is no such folder, it has too many files, a table or the launch file cannot be read.
     """
     idioms = dict(known_idioms())
     for table in tables:
@@ -38,29 +58,69 @@ def read_source(root: Path, tables: Sequence[Path] = ()) -> Facts:
     packages = packages_of(folder)
     modules = Modules(folder, [package.path for package in packages])
     files = LaunchFiles(folder, packages, modules, idioms)
-    launch = []
-    shown: list[tuple[dict[str, Any], Started]] = []
+    descriptions: list[tuple[dict[str, Any], list[Started]]] = []
     given: dict[str, list[dict[str, Any]]] = {}
     for path in files.all():
         arguments, started = files.read(path, {}, follows=False)
         entries = [each.to_json() for each in started]
-        shown += zip(entries, started, strict=True)
-        launch.append({"file": path, "arguments": arguments, "nodes": entries})
+        descriptions.append(({"file": path, "arguments": arguments, "nodes": entries}, started))
         for each in started:
             if each.executable and not is_open(each.executable):
-                name = each.to_json().get("name", f"/{each.executable}")
-                found = files.parameters(each, str(name))
+                found = files.parameters(each, full(each.name or each.executable, each.namespace))
                 given.setdefault(f"{each.package}/{each.executable}", []).append(found)
-    facts = read_programs(
-        Reading(folder, packages, idioms, {k: _agreed(v) for k, v in given.items()}), modules
-    )
-    names = {node.program: node.name for node in facts.nodes if not is_open(node.name)}
-    for entry, each in shown:
-        name = names.get(f"{each.package}/{each.executable}")
-        if "name" not in entry and each.kind != "include" and name is not None:
-            entry["name"] = full(name, each.namespace)
-    facts.launch = launch
+    reading = Reading(folder, packages, idioms, {key: _agreed(found) for key, found in given.items()})
+    facts = read_programs(reading, modules)
+    _complete(facts, descriptions)
+    if launch is not None:
+        facts.nodes = _launched(launch, files, reading, modules, facts)
+    facts.unread = sorted(dict.fromkeys(folder.unread))
     return facts
+
+
+def _complete(facts: Facts, descriptions: list[tuple[dict[str, Any], list[Started]]]) -> None:
+    """Give started nodes without a name that of their code."""
+    names = {node.program: node.name for node in facts.nodes if not is_open(node.name)}
+    for entry, started in descriptions:
+        for shown, each in zip(entry["nodes"], started, strict=True):
+            name = names.get(f"{each.package}/{each.executable}")
+            if "name" not in shown and each.kind != "include" and name is not None:
+                shown["name"] = full(name, each.namespace)
+        facts.launch.append(entry)
+
+
+def _launched(
+    launch: Launch, files: LaunchFiles, reading: Reading, modules: Modules, facts: Facts
+) -> list[NodeFact]:
+    """Return the nodes that a launch file starts, with their names, remappings and parameters."""
+    path = files.path(launch.file)
+    if path is None:
+        hint = near_matches(launch.file, files.all()) or f"there are {', '.join(files.all()) or 'none'}"
+        raise DinerosError(
+            f"there is no launch file {launch.file} in the folder",
+            location=Location(reading.folder.root),
+            hint=hint,
+        )
+    _, started = files.read(path, launch.arguments, follows=True)
+    defaults = {node.program: node.name for node in facts.nodes}
+    found: list[NodeFact] = []
+    for each in started:
+        program = f"{each.package}/{each.executable}"
+        if not each.is_enabled or each.kind == "include":
+            continue
+        name = each.name or defaults.get(program, each.executable)
+        values = files.parameters(each, full(name, each.namespace)) if not is_open(name) else {}
+        nodes = run_program(program, replace(reading, given={program: values}, is_launched=True), modules)
+        if nodes is None:
+            facts.unread.append(f"{each.at}: {each.plugin or program} is not in Python in this folder")
+        for node in nodes or ():
+            if each.name and len(nodes or ()) == 1:
+                node.name = each.name
+            node.namespace = each.namespace or node.namespace
+            node.remappings = each.remappings
+            node.started = str(each.at)
+            node.pool += 1000 * (len(found) + 1) if node.pool else 0
+            found.append(node)
+    return found
 
 
 def _agreed(found: list[dict[str, Any]]) -> dict[str, Any]:

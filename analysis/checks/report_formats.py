@@ -14,11 +14,12 @@ from lxml import etree
 
 from dineros.analysis.checks.check import FAULTS
 from dineros.analysis.model.times import left_out_times
+from dineros.analysis.witnesses.code_lines import CodeLines
 from dineros.analysis.witnesses.findings import Fault, Finding, Report, Step, Suppressed, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.elements import elements
 from dineros.metamodel.errors import Location
-from dineros.metamodel.positions import location_of
+from dineros.metamodel.positions import code_of, location_of
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 
@@ -128,10 +129,11 @@ def _result(finding: Finding, rules: list[str], places: _Places) -> dict[str, An
         "ruleIndex": rules.index(finding.rule),
         "level": finding.severity,
         "message": {"text": finding.message},
-        "locations": [places.of_all(finding.elements)],
+        "locations": [places.of_finding(finding)],
         "partialFingerprints": {"dinerosFinding/v1": _fingerprint(finding)},
     }
     related = [places.of(id) for id in finding.elements[1:] if places.knows(id)]
+    related += places.others(finding)
     related += [
         {**places.of_all(each.elements), "message": {"text": f"consequence: {each.message} [{each.rule}]"}}
         for each in finding.consequences
@@ -167,6 +169,7 @@ class _Places:
     def __init__(self, model: pn.Net, path: Path) -> None:
         self._path = path
         self._by_id = {element.id: element for element in elements(model) if element.id}
+        self._code = CodeLines(model)
 
     def knows(self, id: str) -> bool:
         return id in self._by_id
@@ -179,18 +182,33 @@ class _Places:
             del location["logicalLocations"]
         return location
 
+    def of_finding(self, finding: Finding) -> dict[str, Any]:
+        """Return the line of a finding: in source code, where its elements stand for lines of it."""
+        location = self.of_all(finding.elements)
+        return (
+            location | self._physical(line)
+            if (line := next(iter(self._code.of(finding)), None))
+            else location
+        )
+
+    def others(self, finding: Finding) -> list[dict[str, Any]]:
+        """Return further lines of source code that a finding is about."""
+        return [self._physical(line) for line in self._code.of(finding)[1:]]
+
     def of(self, id: str) -> dict[str, Any]:
         """Return the line of an element; just the file for what the model does not hold."""
         element = self._by_id.get(id)
-        known = location_of(element) or Location()
+        location = self._physical(code_of(element) or location_of(element) or Location())
+        if id:
+            location["logicalLocations"] = [self._name(id)]
+        return location
+
+    def _physical(self, known: Location) -> dict[str, Any]:
         physical: dict[str, Any] = {"artifactLocation": {"uri": _uri(Path(known.file or self._path))}}
         if known.line is not None:
             region = {"startLine": known.line}
             physical["region"] = region if known.column is None else {**region, "startColumn": known.column}
-        location: dict[str, Any] = {"physicalLocation": physical}
-        if id:
-            location["logicalLocations"] = [self._name(id)]
-        return location
+        return {"physicalLocation": physical}
 
     def _name(self, id: str) -> dict[str, str]:
         element = self._by_id.get(id)
@@ -234,19 +252,25 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
         value = _clean(times)
         etree.SubElement(etree.SubElement(suite, "properties"), "property", {"name": "times", "value": value})
 
-    def case(name: str, kind: str) -> etree._Element:
-        attributes = {"classname": f"dineros.{kind}", "name": _clean(name), "file": _clean(path.as_posix())}
+    code = CodeLines(model)
+
+    def case(name: str, kind: str, line: Location | None = None) -> etree._Element:
+        file = path.as_posix() if line is None else str(line.file)
+        attributes = {"classname": f"dineros.{kind}", "name": _clean(name), "file": _clean(file)}
+        if line is not None and line.line is not None:
+            attributes["line"] = str(line.line)
         return etree.SubElement(suite, "testcase", attributes)
 
     for finding in report.findings:
-        made = case(finding.message, finding.rule)
+        lines = code.of(finding)
+        made = case(finding.message, finding.rule, next(iter(lines), None))
         if finding.severity == "note":
             etree.SubElement(made, "system-out").text = _clean(finding.message)
             continue
         failure = etree.SubElement(
             made, "failure", {"type": finding.severity, "message": _clean(finding.message)}
         )
-        failure.text = _clean(_details(finding))
+        failure.text = _clean(_details(finding, lines))
     for finding, why in accepted:
         made = case(finding.message, finding.rule)
         etree.SubElement(made, "skipped", {"message": _clean(why)})
@@ -259,8 +283,9 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
     return written
 
 
-def _details(finding: Finding) -> str:
+def _details(finding: Finding, code: list[Location]) -> str:
     lines = [finding.message, f"elements: {', '.join(finding.elements)}"]
+    lines += [f"at {', '.join(map(str, code))}"] if code else []
     lines += [f"consequence: {each.message} [{each.rule}]" for each in finding.consequences]
     if finding.witness is not None:
         steps = finding.witness.steps

@@ -20,6 +20,7 @@ _ALWAYS_SHOWN = ("suppression-expired", "suppression-unused")
 
 if TYPE_CHECKING:
     from dineros.analysis.model.times import LeftOutTimes
+    from dineros.analysis.witnesses.code_lines import CodeLines
     from dineros.analysis.witnesses.findings import Fault, Report
     from dineros.metamodel import pn
 
@@ -39,11 +40,17 @@ def print_report(
     what found it.
     """
     from dineros.analysis.model.times import left_out_times
+    from dineros.analysis.witnesses.code_lines import CodeLines
 
     left_out = left_out_times(net) if report.times is None else None
+    lines = CodeLines(net)
     if format == "json":
         used = {} if report.times is None else {"times": {**report.times.to_dict(), "engine": report.by}}
-        say_json({**report.to_dict(str(model)), **rules_of(net), **times_fields(left_out, False), **used})
+        found = report.to_dict(str(model))
+        for shown, finding in zip(found["findings"], report.findings, strict=True):
+            if code := lines.of(finding):
+                shown["code"] = [str(line) for line in code]
+        say_json({**found, **rules_of(net), **times_fields(left_out, False), **used})
     elif format == "sarif":
         from dineros.analysis.checks.report_formats import to_sarif
 
@@ -53,7 +60,7 @@ def print_report(
 
         say_lines(to_junit(report, net, model, f"dineros {command}").decode())
     else:
-        _print_text(report, model, witnesses, left_out)
+        _print_text(report, model, witnesses, left_out, lines)
 
 
 class Coming:
@@ -107,7 +114,9 @@ def write_witnesses(
             summarise(f"{model} -> {path}: {counted(len(finding.witness.steps), 'step')}")
 
 
-def _print_text(report: Report, model: Path, witnesses: bool, times: LeftOutTimes | None) -> None:
+def _print_text(
+    report: Report, model: Path, witnesses: bool, times: LeftOutTimes | None, lines: CodeLines
+) -> None:
     for finding in report.findings:
         if finding.severity == "note":
             tell = say if finding.rule in _ALWAYS_SHOWN else note
@@ -115,6 +124,8 @@ def _print_text(report: Report, model: Path, witnesses: bool, times: LeftOutTime
             continue
         length = f" [{counted(len(finding.witness.steps), 'step')}]" if finding.witness else ""
         say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", SEVERITIES[finding.severity])
+        if code := lines.of(finding):
+            say(f"    at {', '.join(map(str, code[:4]))}")
         if witnesses and finding.witness:
             say_witness(finding.witness)
         for each in finding.consequences:

@@ -111,6 +111,9 @@ class Element(EObject, metaclass=MetaEClass):
         Unique in the file; what references and the command line use.
     name : str | None
         What people read; the id where it is absent.
+    sourceLine : str | None
+        Line of the source code that the element stands for, as `file:line`; absent where no code was
+        read.
     graphics : Graphics | None
         Where a net editor draws the element.
     labels : ModelList[Label]
@@ -123,6 +126,7 @@ class Element(EObject, metaclass=MetaEClass):
 
     id: str = Ecore.EAttribute(eType=Ecore.EString, iD=True, lower=1, required=True)
     name: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    sourceLine: str | None = Ecore.EAttribute(eType=Ecore.EString)
     graphics: Graphics | None = Ecore.EReference(containment=True)
     labels: ModelList[Label] = Ecore.EReference(containment=True, upper=-1)
     toolInfos: ModelList[ToolInfo] = Ecore.EReference(containment=True, upper=-1)
@@ -137,6 +141,7 @@ class Element(EObject, metaclass=MetaEClass):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -149,6 +154,7 @@ class Element(EObject, metaclass=MetaEClass):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -419,6 +425,7 @@ class Net(Element):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -432,6 +439,7 @@ class Net(Element):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -459,6 +467,7 @@ class PageObject(Element):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -472,6 +481,7 @@ class PageObject(Element):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -510,6 +520,7 @@ class Arc(Element):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -527,6 +538,7 @@ class Arc(Element):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -563,6 +575,7 @@ class Page(PageObject):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -579,6 +592,7 @@ class Page(PageObject):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -612,6 +626,7 @@ class Node(PageObject):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -627,6 +642,7 @@ class Node(PageObject):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -648,6 +664,7 @@ class PlaceNode(Node):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -663,6 +680,7 @@ class PlaceNode(Node):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -684,6 +702,7 @@ class TransitionNode(Node):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -699,6 +718,7 @@ class TransitionNode(Node):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -730,6 +750,7 @@ class Place(PlaceNode):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -747,6 +768,7 @@ class Place(PlaceNode):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -780,6 +802,7 @@ class Transition(TransitionNode):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -797,6 +820,7 @@ class Transition(TransitionNode):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -827,6 +851,7 @@ class ReferencePlace(PlaceNode):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -843,6 +868,7 @@ class ReferencePlace(PlaceNode):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -872,6 +898,7 @@ class ReferenceTransition(TransitionNode):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: Graphics | None = None,
         labels: Iterable[Label] | None = None,
         toolInfos: Iterable[ToolInfo] | None = None,
@@ -888,6 +915,7 @@ class ReferenceTransition(TransitionNode):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,

@@ -185,6 +185,7 @@ class PetriNetModel(pn.Net):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: pn.Graphics | None = None,
         labels: Iterable[pn.Label] | None = None,
         toolInfos: Iterable[pn.ToolInfo] | None = None,
@@ -202,6 +203,7 @@ class PetriNetModel(pn.Net):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -224,6 +226,7 @@ class Sheet(pn.Page):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: pn.Graphics | None = None,
         labels: Iterable[pn.Label] | None = None,
         toolInfos: Iterable[pn.ToolInfo] | None = None,
@@ -240,6 +243,7 @@ class Sheet(pn.Page):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,

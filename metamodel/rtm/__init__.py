@@ -492,6 +492,7 @@ class RuntimeModel(pn.Net):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: pn.Graphics | None = None,
         labels: Iterable[pn.Label] | None = None,
         toolInfos: Iterable[pn.ToolInfo] | None = None,
@@ -510,6 +511,7 @@ class RuntimeModel(pn.Net):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,
@@ -541,6 +543,7 @@ class Place(sym.Place):
         *,
         id: str | None = None,
         name: str | None = None,
+        sourceLine: str | None = None,
         graphics: pn.Graphics | None = None,
         labels: Iterable[pn.Label] | None = None,
         toolInfos: Iterable[pn.ToolInfo] | None = None,
@@ -562,6 +565,7 @@ class Place(sym.Place):
             {
                 "id": id,
                 "name": name,
+                "sourceLine": sourceLine,
                 "graphics": graphics,
                 "labels": labels,
                 "toolInfos": toolInfos,

@@ -72,9 +72,9 @@ class Body:
         """Put a place on the page."""
         return sym.Place(id=self._id(word), page=self.page, **features)  # type: ignore[arg-type]
 
-    def transition(self, word: str, *, kind: str = "discrete") -> sym.Transition:
-        """Put a transition on the page."""
-        return sym.Transition(id=self._id(word), kind=kind, page=self.page)
+    def transition(self, word: str, *, kind: str = "discrete", at: str = "") -> sym.Transition:
+        """Put a transition on the page, which stands for a line of code where one is named."""
+        return sym.Transition(id=self._id(word), kind=kind, page=self.page, sourceLine=at or None)
 
     def run(self, begin: sym.Transition, steps: tuple[Step, ...] | None) -> pn.Place:
         """Let the callback do its steps, after what begins it; return the place where all is done.
@@ -99,7 +99,7 @@ class Body:
             after = self.place("goes_on")
             self._do(step, state, after)
             if step.times == "?":
-                flow(state, self.transition(f"without_{flat(step.name)}"), after)
+                flow(state, self.transition(f"without_{flat(step.name)}", at=step.at), after)
             state = after
         return state
 
@@ -115,11 +115,11 @@ class Body:
         if step.verb == "call":
             call = self._calls.get(step.name) or self._possible.call(self.page, step.name)
             self._calls[step.name] = call
-            flow(before, self.transition(f"calls_{name}"), call.request)
-            flow(call.response, self.transition(f"has_{name}"), after)
+            flow(before, self.transition(f"calls_{name}", at=step.at), call.request)
+            flow(call.response, self.transition(f"has_{name}", at=step.at), after)
             return
         for place in self._possible.puts[Step(step.verb, step.name)]:  # any of them, where there are several
-            does = self.transition(f"{_VERBS[step.verb]}_{name}")
+            does = self.transition(f"{_VERBS[step.verb]}_{name}", at=step.at)
             flow(before, does, after)
             flow(does, self._here(place))
 

@@ -53,11 +53,14 @@ class Step:
         Full name of the topic, service or action.
     times : {"", "?", "*"}
         Once; once or not at all; any number of times.
+    at : str
+        The line of the code that says so, as ``file:line``.
     """
 
     verb: str
     name: str
     times: str = ""
+    at: str = field(default="", compare=False)
 
     def __str__(self) -> str:
         return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"
@@ -75,11 +78,14 @@ class GivenCallback:
         Its callback group; of a service that the node calls, the group of its client.
     awaits : bool
         Whether it gives its thread back while it waits for answers.
+    at : str
+        The line of the code where it begins.
     """
 
     does: tuple[Step, ...] | None = None
     group: str | None = None
     awaits: bool = False
+    at: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)
@@ -93,6 +99,7 @@ class GivenNode:
     lifecycle: tuple[str, ...] | None = None
     callbacks: Mapping[str, GivenCallback] = field(default_factory=dict)
     newest: Mapping[str, bool] = field(default_factory=dict)
+    at: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)

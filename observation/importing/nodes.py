@@ -84,7 +84,11 @@ class NodeBuilder:
         namespace, name = split(self._node.name)
         id = self._ids.new(flat(self._node.name))
         self._net = sym.NodeNet(
-            id=id, name=name if name != id else None, namespace=namespace or None, execution="callbacks"
+            id=id,
+            name=name if name != id else None,
+            namespace=namespace or None,
+            execution="callbacks",
+            sourceLine=self._said.at or None,
         )
         self._groups = {name: sym.CallbackGroup(id=self._ids.new(f"{id}.{name}"), name=name, kind=kind)
                         for name, kind in self._said.groups.items()}  # fmt: skip
@@ -148,8 +152,8 @@ class NodeBuilder:
 
     def _subscription(self, endpoint: TopicEndpoint) -> None:
         name = endpoint.topic
-        body = self._page(name, f"on_{flat(name)}", "subscriber")
-        place, begin = body.place("message"), body.transition("begins")
+        body = self._page(name, f"on_{flat(name)}", "subscriber", at=endpoint.at)
+        place, begin = body.place("message", sourceLine=endpoint.at or None), body.transition("begins")
         flow(place, begin)
         body.end(body.run(begin, self._steps(name)))
         limit, is_taken = self._depth(endpoint)
@@ -172,7 +176,7 @@ class NodeBuilder:
             self._assume(port, "newestOnly", key, "true", words)
 
     def _service(self, endpoint: Endpoint) -> None:
-        body = self._page(endpoint.name, f"serves_{flat(endpoint.name)}", "server")
+        body = self._page(endpoint.name, f"serves_{flat(endpoint.name)}", "server", at=endpoint.at)
         entry, answer, begin = body.place("request"), body.place("response"), body.transition("begins")
         flow(entry, begin)
         if self._is_unseen:
@@ -189,7 +193,7 @@ class NodeBuilder:
         return (self._said.threads or 1) if is_reentrant else 1
 
     def _action(self, endpoint: Endpoint) -> None:
-        body = self._page(endpoint.name, f"works_on_{flat(endpoint.name)}", "goal")
+        body = self._page(endpoint.name, f"works_on_{flat(endpoint.name)}", "goal", at=endpoint.at)
         goal, begin = body.place("goal"), body.transition("begins")
         succeeded, aborted, canceled = (body.place(each) for each in ("succeeded", "aborted", "canceled"))
         cancel, feedback = body.place("cancel"), body.place("feedback")
@@ -222,12 +226,14 @@ class NodeBuilder:
         for client in self._node.clients:
             name, step = client.name, Step("send", client.name)
             if step in self._possible.puts:
-                place = self._answer(name, f"on_answer_of_{flat(name)}", self._steps(name))
+                key = self._key(name)
+                place = self._answer(key, f"on_answer_of_{flat(name)}", self._steps(key))
                 request = self._possible.puts[step][0]
-                self._channels.ask(client, str(self._net.id), request, place, self._group(name))
+                self._channels.ask(client, str(self._net.id), request, place, self._group(key))
         for client in self._node.action_clients:
             name = client.name
-            ended = self._answer(name, f"on_result_of_{flat(name)}", self._steps(name))
+            key = self._key(name)
+            ended = self._answer(key, f"on_result_of_{flat(name)}", self._steps(key))
             port = sym.ActionClientPort(
                 client=self._net.id,
                 goal=self._possible.puts[Step("goal", name)][0],
@@ -236,7 +242,7 @@ class NodeBuilder:
                 aborted=ended,
                 canceled=ended,
                 rejected=ended,
-                feedback=self._answer(name, f"on_feedback_of_{flat(name)}", ()),
+                feedback=self._answer(key, f"on_feedback_of_{flat(name)}", ()),
             )
             self._channels.want(client, port)
 
@@ -247,11 +253,18 @@ class NodeBuilder:
         body.end(body.run(begin, steps))
         return place
 
-    def _page(self, name: str, word: str, kind: str, timer: float | None = None) -> Body:
+    def _page(self, name: str, word: str, kind: str, timer: float | None = None, at: str = "") -> Body:
         said = self._said.callbacks.get(name, GivenCallback())
         self._asked.add(name)
         id = self._ids.new(f"{self._net.id}.{word}")
-        page = sym.CallbackPage(id=id, kind=kind, page=self._net, timer=timer, awaits=said.awaits)
+        page = sym.CallbackPage(
+            id=id,
+            kind=kind,
+            page=self._net,
+            timer=timer,
+            awaits=said.awaits,
+            sourceLine=said.at or at or None,
+        )
         if kind != "client":
             page.group = self._group(name)
         if said.does is None and self._possible.steps() and not self._is_unseen:
@@ -271,6 +284,10 @@ class NodeBuilder:
         """
         steps = self._said.callbacks.get(name, GivenCallback()).does
         able = {Step(step.verb, step.name) for step in self._possible.steps()}
+        if (
+            steps is not None
+        ):  # what code does to ports that the model has not, is said where they are left out
+            steps = tuple(step for step in steps if not step.at or Step(step.verb, step.name) in able)
         for step in steps or ():
             if Step(step.verb, step.name) not in able:
                 names = [each.name for each in able if each.verb == step.verb]
@@ -284,7 +301,8 @@ class NodeBuilder:
         found: dict[Step, tuple[pn.Place, ...]] = {}
         for endpoint in self._node.publishers:
             name = endpoint.topic
-            place = sym.Place(id=self._ids.new(f"{self._net.id}.{flat(name)}"), page=self._net)
+            id = self._ids.new(f"{self._net.id}.{flat(name)}")
+            place = sym.Place(id=id, page=self._net, sourceLine=endpoint.at or None)
             limit, is_taken = self._depth(endpoint)
             port = self._channels.publish(endpoint, place, limit)
             if is_taken:
@@ -334,11 +352,18 @@ class NodeBuilder:
     def _call(self, page: sym.CallbackPage, service: str) -> Call:
         client = next(each for each in self._node.clients if each.name == service)
         request, response = (
-            sym.Place(id=self._ids.new(f"{page.id}.{word}_{flat(service)}"), page=page)
+            sym.Place(
+                id=self._ids.new(f"{page.id}.{word}_{flat(service)}"), page=page, sourceLine=client.at or None
+            )
             for word in ("asks", "answer_of")
         )
-        self._channels.ask(client, str(page.id), request, response, self._group(service))
+        self._channels.ask(client, str(page.id), request, response, self._group(self._key(service)))
         return Call(request, response)
+
+    def _key(self, name: str) -> str:
+        """Return under which name it is given what a client does: its own where the node is the server, too."""
+        own = of_client(name)
+        return own if own in self._said.callbacks else name
 
     def _group(self, name: str) -> sym.CallbackGroup | None:
         """Return the callback group that is given of a callback, or of the client of a service."""
@@ -376,14 +401,20 @@ class NodeBuilder:
             ("depths", self._said.depths, topics),
             ("newest", self._said.newest, read),
         ):
-            for name in given:
-                if name not in known:
+            for name, said in given.items():
+                is_of_code = bool(said.at if isinstance(said, GivenCallback) else self._said.at)
+                if name not in known and not is_of_code:
                     hint = near_matches(name, known) or f"it has {_listed(known)}"
                     raise self._wrong(f"{key}.{name}", "the node has none", hint)
 
     def _wrong(self, key: str, message: str, hint: str) -> DinerosError:
         said = f"node.{self._node.name}.{key}: {message}"
         return DinerosError(said, location=Location(self._given.path), hint=hint)
+
+
+def of_client(name: str) -> str:
+    """Return the key of what a client does with answers, in a node that also serves what it calls."""
+    return f"{name} (client)"
 
 
 def _listed(things: Iterable[object]) -> str:

@@ -235,10 +235,18 @@ class Machine:
         activity = self.activity
         when = "in a loop" if activity.loops else "conditional" if activity.conditional else "always"
         at = self.place(node, frame)
+        path = tuple(
+            each for each in self.trail if isinstance(each, tuple)
+        )  # of calls, without turns of loops
         for known in activity.fact.effects:
-            if known.do == do and known.at == at and known.what == what and known.entity is entity:
+            if (known.do, known.at, known.what, known.path) == (
+                do,
+                at,
+                what,
+                path,
+            ) and known.entity is entity:
                 return known
-        found = Effect(do, what, at, when, how, entity, None, timeout, tuple(activity.holding))
+        found = Effect(do, what, at, when, how, entity, None, timeout, tuple(activity.holding), path)
         activity.fact.effects.append(found)
         return found
 

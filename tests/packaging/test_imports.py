@@ -152,7 +152,7 @@ FOLDERS = {
     ],
     "cli": [
         *("failures", "options", "console", "searching", "supervising"),
-        *("models", "observing", "rule_files", "outputs", "quick_start"),
+        *("models", "observing", "coding", "rule_files", "outputs", "quick_start"),
         *("analysing", "recordings", "running", "presentation", "questions"),
         *("commands", "main"),
     ],

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from dineros.cli.analysing import HOLDS, VIOLATED
+from dineros.cli.coding import Code, code_options, say_taken
 from dineros.cli.models import refuse_invalid
 from dineros.cli.observing import Source, source_options
 from dineros.cli.options import json_option, output_option
@@ -20,9 +21,12 @@ from dineros.cli.supervising import search_command
     "dineros import --graph -o robot.sym.xmi",
     "dineros import --graph --domain 7 --namespace /arm --watch 10 -o arm.sym.xmi",
     "dineros import --bag recording -o robot.sym.xmi",
+    "dineros import --source src -o robot.sym.xmi --facts facts.json",
+    "dineros import --source src --launch robot.launch.py rviz:=false -o robot.sym.xmi",
     "dineros import --interfaces std_msgs -o messages.sym.xmi",
 )
 @source_options
+@code_options()
 @click.option(
     "--interfaces",
     multiple=True,
@@ -45,12 +49,20 @@ def import_(
     namespaces: tuple[str, ...],
     without: tuple[str, ...],
     seconds: float,
+    folders: tuple[Path, ...],
+    facts: Path | None,
+    launch: str | None,
+    idioms: tuple[Path, ...],
+    arguments: tuple[str, ...],
     interfaces: tuple[str, ...],
     given: Path | None,
     output: Path,
     as_json: bool,
 ) -> int:
-    """Make a system model of a running graph or a recording, with one node net per node.
+    """Make a system model of a running graph, a recording or source code, with one node net per node.
+
+    --source reads Python packages without running them: ports, groups, executors, and what callbacks do, with
+    the lines of the code. What it cannot follow is taken as open, and listed.
 
     What no graph tells is assumed, marked in the model and listed; a file beside the model says it once and
     for all: it is written where there is none, and never overwritten. Callbacks of which nothing is said may
@@ -64,6 +76,7 @@ def import_(
         if graph or bag is not None:
             raise click.UsageError("--interfaces goes neither with --graph nor with --bag")
         return _interfaces(interfaces, output, as_json)
+    code = Code(folders, facts, launch, idioms, arguments)
     from dineros.metamodel.files import save
     from dineros.metamodel.files.atomic import write_atomically
     from dineros.metamodel.ros_names import snake_case
@@ -74,10 +87,17 @@ def import_(
     from dineros.observation.importing.questions import to_be_given
     from dineros.observation.systems import within
 
-    source = Source(graph, bag, domain, namespaces, without, seconds)
     beside = given or given_beside(output)
     said = read_given(beside) if given is not None or beside.exists() else Given()
-    seen = source.system(lambda seen: bool(mismatches(seen)))
+    if folders:
+        if graph or bag is not None or domain is not None:
+            raise click.UsageError("--source goes neither with --graph nor with --bag")
+        read = code.read()
+        seen, said = within(read.system, namespaces, without), read.with_people(said)
+        say_taken(read.taken)
+    else:
+        source = Source(graph, bag, domain, namespaces, without, seconds)
+        seen = source.system(lambda seen: bool(mismatches(seen)))
     kept = within(seen, namespaces)
     findings = [*mismatches(seen), *unknown_types(seen)]
     if namespaces:

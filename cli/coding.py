@@ -1,0 +1,125 @@
+"""Source code that a command reads: the options that name it, and what it says."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dineros.cli.console import note, warn
+from dineros.cli.options import Adds, together
+from dineros.cli.searching import search
+
+if TYPE_CHECKING:
+    from dineros.observation.importing.coded import Coded
+
+
+@dataclass(frozen=True)
+class Code:
+    """Folders of source code.
+
+    Attributes
+    ----------
+    folders : tuple of Path
+        The folders.
+    facts : Path or None
+        Where the facts are written, as JSON.
+    launch : str or None
+        A launch file in one of the folders.
+    idioms : tuple of Path
+        Tables of library idioms.
+    arguments : tuple of str
+        ``ARG:=VALUE`` of the launch file.
+
+    Raises
+    ------
+    UsageError
+        Something that belongs to source code is said, and no folder is.
+    """
+
+    folders: tuple[Path, ...]
+    facts: Path | None = None
+    launch: str | None = None
+    idioms: tuple[Path, ...] = ()
+    arguments: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        given = {"--facts": self.facts, "--launch": self.launch, "--idioms": self.idioms}
+        for option, value in given.items():
+            if value not in (None, ()) and not self.folders:
+                raise click.UsageError(f"{option} goes with --source FOLDER")
+        for argument in self.arguments:
+            if self.launch is None or ":=" not in argument:
+                raise click.UsageError(f"{argument!r} is no ARG:=VALUE of a --launch FILE")
+
+    def read(self) -> Coded:
+        """Return what the code says; the facts are written.
+
+        Raises
+        ------
+        DinerosError
+            A folder, a table or the launch file cannot be read, or no node is found.
+        """
+        from dineros.metamodel.errors import DinerosError, Location
+        from dineros.metamodel.files.atomic import write_atomically
+        from dineros.observation.importing.coded import coded
+        from dineros.sources.reading import Launch, read_source
+
+        search().stage("reading source code")
+        launch = None
+        if self.launch is not None:
+            pairs = [argument.partition(":=") for argument in self.arguments]
+            launch = Launch(self.launch, {name: value for name, _, value in pairs})
+        read = [(str(folder), read_source(folder, self.idioms, launch)) for folder in self.folders]
+        if self.facts is not None:
+            shown = [facts.to_json() for _, facts in read]
+            text = json.dumps(shown[0] if len(shown) == 1 else shown, indent=2, ensure_ascii=False)
+            write_atomically(self.facts, f"{text}\n".encode())
+        for folder, facts in read:
+            for line in facts.unread:
+                warn(f"not read: {folder}/{line}" if folder != "." else f"not read: {line}")
+        if not any(facts.nodes for _, facts in read):
+            hint = "nodes in Python are found; others are not read yet"
+            raise DinerosError("no node is in the source code", location=Location(self.folders[0]), hint=hint)
+        return coded(read, ", ".join(folder for folder, _ in read))
+
+
+def code_options() -> Adds:
+    """Return the options that name source code."""
+    path = click.Path(path_type=Path)
+    return together(
+        click.option(
+            "--source",
+            "folders",
+            multiple=True,
+            type=path,
+            metavar="FOLDER",
+            help="Source code in Python: read, and never executed; repeatable.",
+        ),
+        click.option("--facts", type=path, metavar="FILE.json", help="Write what the code says, with lines."),
+        click.option(
+            "--launch",
+            metavar="FILE",
+            help="The launch file, in FOLDER, that says which nodes there are; ARG:=VALUE may follow.",
+        ),
+        click.option(
+            "--idioms",
+            multiple=True,
+            type=path,
+            metavar="FILE.toml",
+            help="A table of what libraries make and do, beside the known one; repeatable.",
+        ),
+        click.argument("arguments", nargs=-1, metavar="[ARG:=VALUE]..."),
+    )
+
+
+def say_taken(lines: Sequence[str]) -> None:
+    """Say what the code leaves open, and how it is taken."""
+    for line in lines:
+        note(f"open: {line}")
+    if lines:
+        warn(f"open in the code: {len(lines)}; -v lists them")

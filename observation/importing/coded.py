@@ -1,0 +1,401 @@
+"""What the code of a system says, as what is seen and given of a system."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from dineros.metamodel.matching import Quality
+from dineros.metamodel.ros_names import snake_case
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
+from dineros.observation.importing.nodes import of_client
+from dineros.observation.importing.steps import Behaviour, located
+from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
+from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open
+
+PROCESSORS = 4
+"""Threads of an executor that takes as many as the machine has."""
+MAIN = "main"
+"""Name of the timer that stands for what a node does outside of callbacks."""
+
+
+@dataclass(frozen=True)
+class Coded:
+    """A system that code describes.
+
+    Attributes
+    ----------
+    system : ObservedSystem
+        Its nodes and their ports.
+    given : Given
+        What the code says of behaviour, groups and threads.
+    taken : tuple of str
+        What the code does not decide, and how it is taken, a line each.
+    """
+
+    system: ObservedSystem
+    given: Given
+    taken: tuple[str, ...]
+
+    def with_people(self, said: Given) -> Given:
+        """Return what the code says, corrected by what people say."""
+        return merged(self.given, said)
+
+
+def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
+    """Return what the facts of a folder say of a system.
+
+    Parameters
+    ----------
+    read : iterable of (str, Facts)
+        Each folder and what was read there; lines of code are named with the folder.
+    source : str
+        The folders, in words.
+    """
+    nodes: dict[str, ObservedNode] = {}
+    given: dict[str, GivenNode] = {}
+    taken: list[str] = []
+    kept: list[tuple[NodeFact, str]] = []
+    for folder, fact in [(folder, fact) for folder, facts in read for fact in facts.nodes]:
+        one = _Node(fact, taken, folder)
+        if one.name in nodes:
+            taken.append(
+                f"{one.at(fact.at)}: node {one.name} of {fact.program} is left out: another has this name"
+            )
+            continue
+        nodes[one.name], given[one.name] = one.observed(), one.given()
+        kept.append((fact, one.name))
+    _share(kept, nodes, given, taken)
+    ordered = tuple(nodes[name] for name in sorted(nodes))
+    return Coded(ObservedSystem(source, ordered), Given(given), tuple(dict.fromkeys(taken)))
+
+
+def merged(code: Given, people: Given) -> Given:
+    """Return what code says, corrected by what people say of the same nodes."""
+    nodes = dict(code.nodes)
+    for name, said in people.nodes.items():
+        known = nodes.get(name, GivenNode())
+        nodes[name] = replace(
+            known,
+            threads=said.threads if said.threads is not None else known.threads,
+            groups={**known.groups, **said.groups},
+            depths={**known.depths, **said.depths},
+            timers=said.timers if said.timers is not None else known.timers,
+            lifecycle=said.lifecycle if said.lifecycle is not None else known.lifecycle,
+            callbacks={**known.callbacks, **said.callbacks},
+            newest={**known.newest, **said.newest},
+        )
+    return Given(nodes, people.topics, people.path, people.services)
+
+
+class _Node:
+    """What the code says of one node.
+
+    Parameters
+    ----------
+    fact : NodeFact
+        The node.
+    taken : list of str
+        Gets what is taken.
+    folder : str
+        In which its files are.
+    """
+
+    def __init__(self, fact: NodeFact, taken: list[str], folder: str) -> None:
+        self.fact = fact
+        self._folder = folder
+        self._taken = taken
+        name = fact.name
+        if is_open(name):
+            name = snake_case(fact.cls) or "node"
+            taken.append(f"{self.at(fact.at)}: the name of the node is open; {name} is taken")
+        self.namespace = "" if is_open(fact.namespace) else fact.namespace.strip("/")
+        self.name = self._full(name)
+        self._groups: dict[Entity, str] = {}
+        self._own = ""
+        self.is_spun = fact.threads != "not spun"
+        self._names: dict[Entity, str] = {}
+        for entity in fact.entities:
+            if entity.kind != "groups" and entity.is_enabled and not (entity.name and is_open(entity.name)):
+                self._names[entity] = self._remapped(entity.name)
+
+    def at(self, place: Place) -> str:
+        """Return a line of code, with its folder."""
+        return located(place, self._folder)
+
+    def _full(self, name: str) -> str:
+        if name.startswith("/"):
+            return name
+        return "/".join(["", *filter(None, self.namespace.split("/")), name])
+
+    def _remapped(self, name: str) -> str:
+        """Return the full name of a topic, service or action, as a launch file changes it."""
+        own = f"{self.name}/{name[2:]}" if name.startswith("~/") else self._full(name)
+        for source, target in self.fact.remappings.items():
+            if is_open(target):
+                continue
+            if own == (f"{self.name}/{source[2:]}" if source.startswith("~/") else self._full(source)):
+                return f"{self.name}/{target[2:]}" if target.startswith("~/") else self._full(target)
+        return own
+
+    # ---------------------------------------------------------------------------------------------- ports
+
+    def observed(self) -> ObservedNode:
+        """Return the node with its ports."""
+        return ObservedNode(
+            self.name,
+            tuple(self._topics("publishers")),
+            tuple(self._topics("subscriptions")) if self.is_spun else (),
+            tuple(self._others("services")) if self.is_spun else (),
+            tuple(self._others("clients")),
+            tuple(self._others("action_servers")) if self.is_spun else (),
+            tuple(self._others("action_clients")),
+            lifecycle="unconfigured" if self.fact.managed else None,
+        )
+
+    def _kept(self, kind: str) -> Iterable[tuple[Entity, str]]:
+        for entity in self.fact.of(kind):
+            if not entity.is_enabled:
+                continue
+            name = self._names.get(entity)
+            several = re.match(r"open: (\w+/(?:msg|srv|action)/\w+) or ", entity.type)
+            if several is not None:
+                self._taken.append(f"{self.at(entity.at)}: the type is {entity.type}; the first is taken")
+                entity.type = several[1]
+            if name is None:
+                self._taken.append(
+                    f"{self.at(entity.at)}: left out of the model, as its name is {entity.name}"
+                )
+            elif is_open(entity.type):
+                self._taken.append(
+                    f"{self.at(entity.at)}: left out of the model, as its type is {entity.type}"
+                )
+            else:
+                yield entity, name
+
+    def _topics(self, kind: str) -> Iterable[TopicEndpoint]:
+        for entity, name in self._kept(kind):
+            depth = entity.details.get("depth")
+            yield TopicEndpoint(
+                name,
+                entity.type,
+                self._quality(entity),
+                depth if isinstance(depth, int) and depth > 0 else None,
+                self.at(entity.at),
+            )
+
+    def _quality(self, entity: Entity) -> Quality:
+        reliability, durability = entity.details.get("reliability"), entity.details.get("durability")
+        for key, value in (("reliability", reliability), ("durability", durability)):
+            if is_open(value):
+                usual = "reliable" if key == "reliability" else "volatile"
+                self._taken.append(
+                    f"{self.at(entity.at)}: the {key} of {entity.name} is {value}; {usual} is taken"
+                )
+        return Quality(
+            "bestEffort" if reliability == "best_effort" else "reliable",
+            "transientLocal" if durability == "transient_local" else "volatile",
+            *("automatic", None, None, None),
+        )
+
+    def _others(self, kind: str) -> Iterable[Endpoint]:
+        for entity, name in self._kept(kind):
+            yield Endpoint(name, entity.type, self.at(entity.at))
+
+    # ------------------------------------------------------------------------------------------ behaviour
+
+    def given(self) -> GivenNode:
+        """Return what the code says of the node's behaviour."""
+        behaviour = Behaviour(self._names, self._taken, self._folder)
+        callbacks: dict[str, GivenCallback] = {}
+        timers: dict[str, float] = {}
+        for entity, name in self._names.items():
+            if entity.kind in ("subscriptions", "services"):
+                callbacks[name] = self._callback(entity, entity.callbacks.get("callback"), behaviour)
+            elif entity.kind == "action_servers":
+                callbacks[name] = self._callback(entity, entity.callbacks.get("execute"), behaviour)
+            elif entity.kind == "timers" and self.is_spun:
+                self._timer(entity, behaviour, timers, callbacks)
+        for entity, name in self._names.items():
+            if entity.kind in ("clients", "action_clients"):
+                steps = behaviour.after(entity, self.fact.callbacks)
+                known = callbacks.get(name)
+                key = name if known is None or known.at == self.at(entity.at) else of_client(name)
+                callbacks[key] = GivenCallback(steps, self._group(entity), at=self.at(entity.at))
+        self._outside(behaviour, timers, callbacks)
+        return GivenNode(
+            threads=self._threads(),
+            groups={
+                **{name: self._kind(group) for group, name in self._groups.items()},
+                **({self._own: "exclusive"} if self._own else {}),
+            },
+            timers=timers,
+            callbacks=callbacks,
+            newest=self._newest(),
+            at=self.at(self.fact.at),
+        )
+
+    def _callback(self, entity: Entity, fact: CallbackFact | None, behaviour: Behaviour) -> GivenCallback:
+        if fact is None:
+            steps: tuple[Step, ...] | None = None if "open" in str(entity.details) else ()
+            return GivenCallback(steps, self._group(entity), at=self.at(entity.at))
+        return GivenCallback(
+            behaviour.steps(fact), self._group(entity), behaviour.gives_back(fact), self.at(fact.at)
+        )
+
+    def _timer(
+        self,
+        entity: Entity,
+        behaviour: Behaviour,
+        timers: dict[str, float],
+        callbacks: dict[str, GivenCallback],
+    ) -> None:
+        fact = entity.callbacks.get("callback")
+        name = _free(re.sub(r"\W+", "_", fact.name if fact is not None else "timer").strip("_"), timers)
+        period = entity.details.get("period")
+        if not isinstance(period, (int, float)) or not 0 < period < 1e9:
+            self._taken.append(f"{self.at(entity.at)}: the period of a timer is {period}; 1 s is taken")
+            period = 1.0
+        timers[name] = float(period)
+        callbacks[name] = self._callback(entity, fact, behaviour)
+
+    def _outside(
+        self, behaviour: Behaviour, timers: dict[str, float], callbacks: dict[str, GivenCallback]
+    ) -> None:
+        """Add what constructors, the main function and threads do: a timer in a group of its own."""
+        steps: list[Step] = []
+        for fact in self.fact.callbacks:
+            if fact.kind in ("constructor", "main", "thread", "parameters"):
+                found = behaviour.steps(fact)
+                steps += [
+                    replace(
+                        step,
+                        verb="send" if step.verb == "call" else step.verb,
+                        times="?" if step.times == "" else step.times,
+                    )
+                    for step in found or ()
+                ]
+        if steps:
+            name = _free(MAIN, timers)
+            timers[name] = 1.0
+            group = self._own = _free("outside_of_callbacks", set(self._groups.values()))
+            callbacks[name] = GivenCallback(tuple(dict.fromkeys(steps)), group, at=self.at(self.fact.at))
+
+    def _threads(self) -> int | None:
+        threads = self.fact.threads
+        if isinstance(threads, int):
+            return threads
+        if threads == "processors":
+            self._taken.append(
+                f"{self.at(self.fact.at)}: as many threads as processors; {PROCESSORS} are taken"
+            )
+            return PROCESSORS
+        if not self.is_spun:
+            self._taken.append(
+                f"{self.at(self.fact.at)}: no executor spins node {self.name}: its callbacks never run"
+            )
+            return 1
+        return None
+
+    def _group(self, entity: Entity) -> str | None:
+        said = str(entity.details.get("group", "default"))
+        if entity.group is None:
+            if is_open(said):
+                self._taken.append(
+                    f"{self.at(entity.at)}: the callback group is {said}; that of the node is taken"
+                )
+            return None
+        if entity.group not in self._groups:
+            wanted = entity.group.port.rpartition(".")[2]
+            if entity.group.is_anonymous_group:
+                wanted = f"group_{entity.group.at.line}"
+            self._groups[entity.group] = _free(
+                re.sub(r"\W+", "_", wanted).strip("_"), set(self._groups.values())
+            )
+        return self._groups[entity.group]
+
+    def _kind(self, group: Entity) -> str:
+        kind = str(group.details.get("kind", ""))
+        if is_open(kind):
+            self._taken.append(
+                f"{self.at(group.at)}: the kind of the callback group is {kind}; exclusive is taken"
+            )
+        return "reentrant" if kind.startswith("reentrant") else "exclusive"
+
+    def _newest(self) -> Mapping[str, bool]:
+        """Return the topics whose readers ask for no reliable messages: losing some is their way."""
+        return {
+            self._names[entity]: True
+            for entity in self.fact.of("subscriptions")
+            if entity in self._names and self.is_spun and entity.details.get("reliability") == "best_effort"
+        }
+
+
+def _free(wanted: str, used: Iterable[str]) -> str:
+    """Return a name that is not used yet."""
+    names, found, number = set(used), wanted or "callback", 2
+    while found in names:
+        found, number = f"{wanted}_{number}", number + 1
+    return found
+
+
+def _share(
+    kept: Iterable[tuple[NodeFact, str]],
+    nodes: dict[str, ObservedNode],
+    given: dict[str, GivenNode],
+    taken: list[str],
+) -> None:
+    """Join nodes that share an executor: they share its threads, and each keeps a group of its own."""
+    pools: dict[tuple[str, int], list[str]] = {}
+    for fact, name in kept:
+        if fact.pool:
+            pools.setdefault((fact.program, fact.pool), []).append(name)
+    for names in pools.values():
+        if len(names) > 1:
+            _join(names, nodes, given, taken)
+
+
+def _join(
+    names: list[str], nodes: dict[str, ObservedNode], given: dict[str, GivenNode], taken: list[str]
+) -> None:
+    heard = [port.topic for name in names for port in nodes[name].subscribers]
+    asked = [port.name for name in names for port in (*nodes[name].clients, *nodes[name].action_clients)]
+    if len(heard) != len(set(heard)) or len(asked) != len(set(asked)):
+        taken.append(f"nodes {', '.join(names)} share an executor; they are taken for nodes with one each")
+        return
+    first = names[0]
+    ports: dict[str, Any] = {
+        role: tuple(port for name in names for port in getattr(nodes[name], role))
+        for role in ("publishers", "subscribers", "servers", "clients", "action_servers", "action_clients")
+    }
+    joined = GivenNode(at=given[first].at, threads=given[first].threads)
+    groups: dict[str, str] = {}
+    timers: dict[str, float] = {}
+    callbacks: dict[str, GivenCallback] = {}
+    newest: dict[str, bool] = {}
+    for name in names:
+        own = _free(f"of_{name.strip('/').replace('/', '_')}", groups)
+        groups[own] = "exclusive"
+        renamed = {group: _free(group, groups) for group in given[name].groups}
+        groups |= {renamed[group]: kind for group, kind in given[name].groups.items()}
+        for key, callback in given[name].callbacks.items():
+            group = own if callback.group is None else renamed.get(callback.group, callback.group)
+            at = key if key.startswith("/") else _free(key, timers)
+            if at in callbacks and key.startswith("/"):  # one serves what another calls
+                is_client = any(
+                    key == port.name for port in (*nodes[name].clients, *nodes[name].action_clients)
+                )
+                if not is_client:
+                    callbacks[of_client(key)] = callbacks[key]
+                at = of_client(key) if is_client else key
+            if not key.startswith("/"):
+                timers[at] = (given[name].timers or {}).get(key, 1.0)
+            callbacks[at] = replace(callback, group=group)
+        newest |= given[name].newest
+    given[first] = replace(joined, groups=groups, timers=timers, callbacks=callbacks, newest=newest)
+    nodes[first] = replace(nodes[first], **ports)
+    for name in names[1:]:
+        del nodes[name], given[name]
+    taken.append(f"nodes {', '.join(names)} share an executor: one node net, {first}, stands for them")

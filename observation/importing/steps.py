@@ -1,0 +1,95 @@
+"""The effects of callbacks in code, as the steps that a model can hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from dineros.observation.importing.given import Step
+from dineros.sources.facts import CallbackFact, Effect, Entity, Place
+
+_TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
+_WAITS = ("blocks", "await", "spin-until", "polled", "waits for")
+"""How effects begin that wait for an answer."""
+
+
+def located(place: Place, folder: str) -> str:
+    """Return a line of code as ``file:line``, with the folder of the file.
+
+    Examples
+    --------
+    >>> located(Place("arm/mover.py", 7), "src"), located(Place("mover.py", 7), ".")
+    ('src/arm/mover.py:7', 'mover.py:7')
+    """
+    return str(place) if folder in ("", ".") else f"{folder.rstrip('/')}/{place}"
+
+
+class Behaviour:
+    """Turns effects into steps.
+
+    Parameters
+    ----------
+    names : mapping of Entity to str
+        Full names of the entities that the model has.
+    taken : list of str
+        Gets what is left out, a line each.
+    folder : str
+        In which the files are.
+    """
+
+    def __init__(self, names: Mapping[Entity, str], taken: list[str], folder: str = "") -> None:
+        self._names = names
+        self._folder = folder
+        self._taken = taken
+
+    def steps(self, fact: CallbackFact) -> tuple[Step, ...] | None:
+        """Return what a callback does, in order; None: anything, as the code could not be followed."""
+        if fact.is_open:
+            return None
+        found: list[Step] = []
+        for effect in fact.effects:
+            verb = self._verb(effect)
+            if verb is None:
+                continue
+            if effect.entity is None:
+                return None
+            name = self._names.get(effect.entity)
+            if name is None:
+                continue  # that the entity is left out is said where it stands
+            step = Step(verb, name, _TIMES[effect.when], located(effect.at, self._folder))
+            if effect.entity.details.get("instances") and step.times == "":
+                step = replace(step, times="?")
+            found.append(step)
+        return tuple(found)
+
+    @staticmethod
+    def _verb(effect: Effect) -> str | None:
+        if effect.do == "publish":
+            return "publish"
+        if effect.do == "call":
+            return "call" if effect.how.startswith(_WAITS) else "send"
+        return {"send_goal": "goal", "cancel_goal": "cancel"}.get(effect.do)
+
+    @staticmethod
+    def gives_back(fact: CallbackFact) -> bool:
+        """Tell whether a callback gives its thread back while it waits: it awaits, or spins itself."""
+        calls = [effect.how for effect in fact.effects if effect.do == "call"]
+        waits = [how for how in calls if how.startswith(_WAITS)]
+        return bool(waits) and all(how.startswith(("await", "spin-until")) for how in waits)
+
+    def after(self, client: Entity, callbacks: Iterable[CallbackFact]) -> tuple[Step, ...] | None:
+        """Return what answers of a client begin: done callbacks; of an action, those of goal and result."""
+        found: list[Step] = []
+        for fact in callbacks:
+            for effect in fact.effects:
+                if effect.entity is not client or effect.then is None:
+                    continue
+                if effect.do in ("call", "send_goal", "get_result"):
+                    steps = self.steps(effect.then)
+                    if steps is None:
+                        return None
+                    is_certain = effect.do == "call" and not found
+                    found += [
+                        step if is_certain or step.times else replace(step, times="?") for step in steps
+                    ]
+        return tuple(dict.fromkeys(found))

@@ -1,0 +1,317 @@
+"""Source code becomes a model: what it does, in which groups and threads, with the lines of the code."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from dineros.cli.main import main
+from dineros.metamodel import sym
+from dineros.metamodel.constraints import validate
+from dineros.observation.importing.building import to_model
+from dineros.observation.importing.coded import Coded, coded
+from dineros.sources.reading import Launch, read_source
+
+HEAD = """
+import rclpy, time
+from rclpy.action import ActionClient, ActionServer
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from example_interfaces.action import Fibonacci
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+"""
+BATTERY = """
+class Battery(Node):
+    def __init__(self):
+        super().__init__("battery")
+        self.create_service(Trigger, "level", self.on_level)
+    def on_level(self, request, response):
+        return response
+def main():
+    rclpy.init()
+    rclpy.spin(Battery())
+if __name__ == "__main__":
+    main()
+"""
+MONITOR = """
+class Monitor(Node):
+    def __init__(self):
+        super().__init__("monitor")
+        self.level = self.create_client(Trigger, "level"GROUP)
+        self.create_timer(0.1, self.tick)
+    def tick(self):
+        self.ask()
+    def ask(self):
+        self.level.call(Trigger.Request())  # here
+def main():
+    rclpy.init()
+    executor = MultiThreadedExecutor(num_threads=2)
+    executor.add_node(Monitor())
+    executor.spin()
+if __name__ == "__main__":
+    main()
+"""
+
+
+def files(folder: Path, **texts: str) -> Path:
+    """Write programs."""
+    for name, text in texts.items():
+        (folder / f"{name}.py").write_text(HEAD + dedent(text))
+    return folder
+
+
+def read(folder: Path, launch: Launch | None = None) -> Coded:
+    """Return what the code of a folder says."""
+    return coded([("src", read_source(folder, launch=launch))], "src")
+
+
+def model_of(folder: Path) -> sym.SystemModel:
+    """Return the model of a folder, which is valid."""
+    found = read(folder)
+    model = to_model(found.system, found.given).model
+    assert [each.message for each in validate(model) if each.severity == "error"] == []
+    return model
+
+
+def run(*words: object) -> tuple[int, str]:
+    """Run a command; return its status and what it printed."""
+    result = CliRunner().invoke(main, [str(word) for word in words])
+    return result.exit_code, result.stdout
+
+
+def steps(found: Coded, node: str) -> dict[str, list[str] | None]:
+    """Return what the callbacks of a node do."""
+    said = found.given.nodes[node].callbacks
+    return {
+        name: None if each.does is None else [str(step) for step in each.does] for name, each in said.items()
+    }
+
+
+@pytest.mark.long
+def test_a_call_that_blocks_is_found_at_its_line_and_its_remedy_is_clean(tmp_path: Path) -> None:
+    model = tmp_path / "robot.sym.xmi"
+    source = files(tmp_path, battery=BATTERY, monitor=MONITOR.replace("GROUP", ""))
+    status, _ = run("import", "-q", "--source", source, "-o", model)
+    assert status == 0
+    line = (
+        (source / "monitor.py")
+        .read_text()
+        .splitlines()
+        .index("        self.level.call(Trigger.Request())  # here")
+    )
+    status, text = run("check", "-q", model)
+    assert status == 1
+    assert text.splitlines()[0].endswith("[callback-deadlock]")
+    assert f"at {source}/monitor.py:{line + 1}, {source}/monitor.py:" in text.splitlines()[1]
+    _, text = run("check", "-q", model, "--format", "sarif")
+    (result, *_) = json.loads(text)["runs"][0]["results"]
+    place = result["locations"][0]["physicalLocation"]
+    assert place["region"] == {"startLine": line + 1}
+    assert place["artifactLocation"]["uri"].endswith("monitor.py")
+    _, text = run("check", "-q", model, "--format", "junit")
+    assert f'line="{line + 1}"' in text
+    _, text = run("check", "-q", model, "--json")
+    assert json.loads(text)["findings"][0]["code"][0] == f"{source}/monitor.py:{line + 1}"
+    group = ", callback_group=MutuallyExclusiveCallbackGroup()"
+    files(tmp_path, monitor=MONITOR.replace("GROUP", group))
+    run("import", "-q", "--source", source, "-o", model)
+    status, text = run("check", "-q", model)
+    assert status == 0, text
+
+
+def test_steps_come_in_the_order_of_the_code_with_their_lines(tmp_path: Path) -> None:
+    source = files(
+        tmp_path,
+        robot="""
+        class Robot(Node):
+            def __init__(self):
+                super().__init__("robot", namespace="arm")
+                self.out = self.create_publisher(String, "out", 3)
+                self.cli = self.create_client(Trigger, "/ask")
+                self.nav = ActionClient(self, Fibonacci, "~/go")
+                self.create_subscription(String, "in", self.on, qos_profile_sensor_data)
+                self.create_timer(0.5, self.tick)
+            def say(self): self.out.publish(String())
+            def on(self, message):
+                self.say()
+                if message.data: self.say()
+                self.cli.call_async(Trigger.Request()).add_done_callback(self.answered)
+            def answered(self, future): self.say()
+            def tick(self):
+                for _ in self.many: self.say()
+                self.nav.send_goal_async(Fibonacci.Goal()).add_done_callback(self.accepted)
+            def accepted(self, future):
+                if future.result().accepted:
+                    future.result().get_result_async().add_done_callback(self.ended)
+            def ended(self, future): self.say()
+        def main():
+            rclpy.init(); rclpy.spin(Robot())
+        if __name__ == "__main__": main()
+        """,
+    )
+    found = read(source)
+    assert steps(found, "/arm/robot") == {
+        "/arm/in": ["publish /arm/out", "publish /arm/out ?", "send /ask"],
+        "tick": ["publish /arm/out *", "goal /arm/robot/go"],
+        "/ask": ["publish /arm/out"],
+        "/arm/robot/go": ["publish /arm/out ?"],
+    }
+    (node,) = found.system.nodes
+    assert node.publishers[0].depth == 3 and node.subscribers[0].quality.reliability == "bestEffort"
+    assert found.given.nodes["/arm/robot"].newest == {"/arm/in": True}
+    assert node.publishers[0].at == "src/robot.py:15"
+    model = model_of(source)
+    lines = {
+        each.id: each.sourceLine
+        for page in model.pages
+        for each in page.eAllContents()
+        if hasattr(each, "sourceLine")
+    }
+    assert lines["arm_robot.on_arm_in.publishes_arm_out"] == "src/robot.py:20"
+    assert lines["arm_robot.on_arm_in"] == "src/robot.py:21"
+
+
+def test_groups_threads_and_waits(tmp_path: Path) -> None:
+    source = files(
+        tmp_path,
+        robot="""
+        class Robot(Node):
+            def __init__(self):
+                super().__init__("robot")
+                self.calls = ReentrantCallbackGroup()
+                self.cli = self.create_client(Trigger, "a", callback_group=self.calls)
+                self.other = self.create_client(Trigger, "b")
+                self.create_timer(1, self.blocks, callback_group=MutuallyExclusiveCallbackGroup())
+                self.create_timer(1, self.awaits)
+                self.create_timer(1, self.spins)
+            def blocks(self):
+                self.cli.call(Trigger.Request())
+            async def awaits(self):
+                await self.cli.call_async(Trigger.Request())
+            def spins(self):
+                rclpy.spin_until_future_complete(self, self.other.call_async(Trigger.Request()))
+        def main():
+            rclpy.init()
+            executor = MultiThreadedExecutor()
+            executor.add_node(Robot())
+            executor.spin()
+        if __name__ == "__main__": main()
+        """,
+    )
+    found = read(source)
+    said = found.given.nodes["/robot"]
+    assert said.threads == 4 and any("as many threads as processors" in line for line in found.taken)
+    assert said.groups == {"calls": "reentrant", "group_18": "exclusive"}
+    assert {name: (each.group, each.awaits) for name, each in said.callbacks.items()} == {
+        "blocks": ("group_18", False),
+        "awaits": (None, True),
+        "spins": (None, True),
+        "/a": ("calls", False),
+        "/b": (None, False),
+    }
+
+
+def test_nodes_that_share_an_executor_are_one_node_net(tmp_path: Path) -> None:
+    both = BATTERY.replace(
+        "def main():\n    rclpy.init()\n    rclpy.spin(Battery())",
+        MONITOR.replace("GROUP", "").partition("def main")[0]
+        + "def main():\n    rclpy.init()\n    e = SingleThreadedExecutor()\n"
+        "    for n in (Battery(), Monitor()): e.add_node(n)\n    e.spin()",
+    )
+    found = read(files(tmp_path, both=both))
+    (node,) = found.system.nodes
+    assert found.given.nodes[node.name].groups == {"of_battery": "exclusive", "of_monitor": "exclusive"}
+    assert {name: each.group for name, each in found.given.nodes[node.name].callbacks.items()} == {
+        "/level": "of_battery",
+        "/level (client)": "of_monitor",
+        "tick": "of_monitor",
+    }
+    assert any("share an executor" in line for line in found.taken)
+
+
+def test_what_is_open_in_the_code_is_open_in_the_model(tmp_path: Path) -> None:
+    source = files(
+        tmp_path,
+        robot="""
+        import sys
+        from elsewhere import on_message
+        class Robot(Node):
+            def __init__(self):
+                super().__init__("robot")
+                self.out = self.create_publisher(String, "out", 3)
+                self.create_publisher(String, sys.argv[1], 3)
+                self.create_subscription(String, "in", on_message, 3)
+                self.create_timer(self.period, self.tick)
+            def tick(self): self.other.publish(String())
+        def main():
+            rclpy.init(); rclpy.spin(Robot())
+        if __name__ == "__main__": main()
+        """,
+    )
+    found = read(source)
+    assert steps(found, "/robot") == {"/in": None, "tick": None}
+    assert len([line for line in found.taken if "as its name is open" in line]) == 1
+    assert len([line for line in found.taken if "the period of a timer" in line]) == 1
+    assert len(to_model(found.system, found.given).assumed) == 2
+
+
+def test_a_launch_file_says_which_nodes_there_are(tmp_path: Path) -> None:
+    source = files(tmp_path, battery=BATTERY)
+    (tmp_path / "package.xml").write_text("<package><name>cell</name></package>")
+    (tmp_path / "robot.launch.xml").write_text(
+        '<launch><arg name="side" default="left"/>'
+        '<node pkg="cell" exec="battery.py" name="$(var side)_battery" namespace="robot">'
+        '<remap from="level" to="/$(var side)/level"/></node>'
+        '<node pkg="cell" exec="battery.py" name="other" if="false"/><node pkg="x" exec="y"/></launch>'
+    )
+    found = read(source, Launch("robot.launch.xml", {"side": "right"}))
+    (node,) = found.system.nodes
+    assert (node.name, node.servers[0].name) == ("/robot/right_battery", "/right/level")
+    status, text = run(
+        *("import", "--source", source, "--launch", "robot.launch.xml", "side:=right"),
+        *("-o", tmp_path / "m.sym.xmi", "--json"),
+    )
+    assert status == 0 and [each["name"] for each in json.loads(text)["nodes"]] == ["/robot/right_battery"]
+
+
+def test_people_correct_what_code_says(tmp_path: Path) -> None:
+    source = files(tmp_path, battery=BATTERY, monitor=MONITOR.replace("GROUP", ""))
+    model = tmp_path / "robot.sym.xmi"
+    (tmp_path / "robot.given.toml").write_text('[node."/monitor"]\nthreads = 7\ncallback.tick.does = []\n')
+    status, _ = run("import", "-q", "--source", source, "-o", model)
+    assert status == 0 and 'threads="7"' in model.read_text() and "calls_level" not in model.read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("--source", "nowhere"), "there is no such folder"),
+        (("--source", ".", "--graph"), "--source goes neither"),
+        (("--facts", "f.json"), "--facts goes with --source"),
+        (("--source", ".", "x:=1"), "ARG:=VALUE"),
+        (("--source", ".", "--launch", "no.launch.py"), "there is no launch file no.launch.py"),
+        (("--source", "."), "no node is in the source code"),
+    ],
+)
+def test_wrong_use_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], expected: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(main, ["import", *words, "-o", "m.sym.xmi"])
+    assert result.exit_code == 2 and expected in result.stderr
+
+
+def test_facts_are_written(tmp_path: Path) -> None:
+    source = files(tmp_path, battery=BATTERY)
+    facts = tmp_path / "facts.json"
+    run("import", "-q", "--source", source, "-o", tmp_path / "m.sym.xmi", "--facts", facts)
+    found: dict[str, Any] = json.loads(facts.read_text())
+    assert found["nodes"][0]["services"][0]["at"] == "battery.py:15"
