@@ -15,6 +15,7 @@ from dineros.cli.options import Adds, together
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
+    from dineros.analysis.witnesses.findings import Finding
     from dineros.observation.importing.coded import Coded
 
 
@@ -56,8 +57,8 @@ class Code:
             if self.launch is None or ":=" not in argument:
                 raise click.UsageError(f"{argument!r} is no ARG:=VALUE of a --launch FILE")
 
-    def read(self) -> Coded:
-        """Return what the code says; the facts are written.
+    def read(self) -> tuple[Coded, list[Finding]]:
+        """Return what the code says, and what it shows to be wrong; the facts are written.
 
         Raises
         ------
@@ -66,6 +67,7 @@ class Code:
         """
         from dineros.metamodel.errors import DinerosError, Location
         from dineros.metamodel.files.atomic import write_atomically
+        from dineros.observation.findings.code import code_findings
         from dineros.observation.importing.coded import coded
         from dineros.sources.reading import Launch, read_source
 
@@ -85,7 +87,7 @@ class Code:
         if not any(facts.nodes for _, facts in read):
             hint = "nodes in Python are found; others are not read yet"
             raise DinerosError("no node is in the source code", location=Location(self.folders[0]), hint=hint)
-        return coded(read, ", ".join(folder for folder, _ in read))
+        return coded(read, ", ".join(folder for folder, _ in read)), code_findings(read)
 
 
 def code_options() -> Adds:

@@ -201,8 +201,13 @@ class _Node:
         )
 
     def _others(self, kind: str) -> Iterable[Endpoint]:
+        seen: dict[str, Entity] = {}
         for entity, name in self._kept(kind):
-            yield Endpoint(name, entity.type, self.at(entity.at))
+            first = seen.setdefault(name, entity)
+            if first is entity:
+                yield Endpoint(name, entity.type, self.at(entity.at))
+            elif entity.details.get("group") != first.details.get("group"):
+                self._taken.append(f"{self.at(entity.at)}: taken for one with that of line {first.at.line}")
 
     # ------------------------------------------------------------------------------------------ behaviour
 
@@ -218,12 +223,17 @@ class _Node:
                 callbacks[name] = self._callback(entity, entity.callbacks.get("execute"), behaviour)
             elif entity.kind == "timers" and self.is_spun:
                 self._timer(entity, behaviour, timers, callbacks)
+        served = set(callbacks)
         for entity, name in self._names.items():
             if entity.kind in ("clients", "action_clients"):
                 steps = behaviour.after(entity, self.fact.callbacks)
-                known = callbacks.get(name)
-                key = name if known is None or known.at == self.at(entity.at) else of_client(name)
-                callbacks[key] = GivenCallback(steps, self._group(entity), at=self.at(entity.at))
+                key = of_client(name) if name in served else name
+                first = callbacks.get(key)
+                if first is None:
+                    callbacks[key] = GivenCallback(steps, self._group(entity), at=self.at(entity.at))
+                else:  # several clients of one name are taken for one
+                    both = None if steps is None or first.does is None else (*first.does, *steps)
+                    callbacks[key] = replace(first, does=both)
         self._outside(behaviour, timers, callbacks)
         return GivenNode(
             threads=self._threads(),

@@ -361,7 +361,7 @@ class NodeBuilder:
         return Call(request, response)
 
     def _key(self, name: str) -> str:
-        """Return under which name it is given what a client does: its own where the node is the server, too."""
+        """Return the key of what a client does: one of its own where the node is the server, too."""
         own = of_client(name)
         return own if own in self._said.callbacks else name
 

@@ -18,6 +18,8 @@ from dineros.sources.language.values import (
     Value,
     is_none,
     join,
+    key_of,
+    of_key,
     options,
 )
 
@@ -73,8 +75,8 @@ class Collections(Operations):
 
     def _element(self, value: Value, key: Value, text: str) -> Value:
         if isinstance(value, Mapping):
-            if isinstance(key, Const) and _is_key(key.value) and key.value in value.items:
-                return join([value.items[key.value], *value.rest]) if value.rest else value.items[key.value]
+            if (known := key_of(key)) is not None and known in value.items:
+                return join([value.items[known], *value.rest]) if value.rest else value.items[known]
             if not isinstance(key, Const) or value.rest:
                 found = [*value.items.values(), *value.rest]
                 return join([*found, Open(text)] if value.is_open else found) if found else Open(text)
@@ -105,7 +107,7 @@ class Collections(Operations):
         if isinstance(value, Items):
             return value.items[:MOST_TURNS], not value.is_open and len(value.items) <= MOST_TURNS
         if isinstance(value, Mapping):
-            return [Const(key) for key in value.items], not value.is_open and not value.rest
+            return [of_key(key) for key in value.items], not value.is_open and not value.rest
         if isinstance(value, Either):
             found = [self.turns(each)[0] for each in value.options]
             return [each for values in found for each in values], False
@@ -175,8 +177,8 @@ class Collections(Operations):
 
 def put(mapping: Mapping, key: Value, value: Value) -> None:
     """Put a value into a dictionary, under a key that may not be known."""
-    if isinstance(key, Const) and _is_key(key.value):
-        mapping.items[key.value] = value
+    if (known := key_of(key)) is not None:
+        mapping.items[known] = value
     else:
         mapping.rest.append(value)
 
@@ -187,7 +189,3 @@ def _subscripted(value: Outside, key: Value, _text: str) -> Value:
         name = key.value if isinstance(key, Const) else "?"
         return Open(f"environment {name}")
     return Open(_text) if isinstance(key, Const) else value
-
-
-def _is_key(value: object) -> bool:
-    return isinstance(value, (str, int, float, bool, bytes, type(None)))

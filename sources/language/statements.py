@@ -6,6 +6,7 @@ import ast
 import copy
 from collections.abc import Callable
 
+from dineros.sources.language.endings import why_endless
 from dineros.sources.language.gathering import put
 from dineros.sources.language.importing import Imports
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
@@ -350,8 +351,8 @@ class Statements(Imports):
         self._polls(node, frame)
         if verdict is False and not origin:
             return self.execute(node.orelse, frame)
-        self.effect("loop", f"while {_text(node.test)}", node, frame)
         is_endless = verdict is True and not origin
+        self.effect("loop", f"while {_text(node.test)}", node, frame, why_endless(node) if is_endless else "")
         found = self._open_loop(node.body, frame, lambda: None, is_entered=is_endless)
         ends = found & {RETURNS, RAISES}
         if not is_endless or BREAKS in found:

@@ -321,6 +321,18 @@ MOST_OPTIONS = 24
 """Values that one variable is followed through."""
 
 
+def key_of(value: Value) -> Any:
+    """Return what stands for a value as a key of a dictionary; None: it is not known well enough."""
+    if isinstance(value, Const):
+        return value.value if isinstance(value.value, (str, int, float, bool, bytes)) else None
+    return value if isinstance(value, (Object, Class, Port, RunningNode)) else None
+
+
+def of_key(key: Any) -> Value:
+    """Return the value that a key of a dictionary stands for."""
+    return key if isinstance(key, Value) else Const(key)
+
+
 def same(one: Value, other: Value) -> bool:
     """Tell whether two values are surely the same."""
     if one is other:

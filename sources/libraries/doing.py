@@ -7,7 +7,6 @@ import ast
 from dineros.sources.facts import Entity, NodeFact
 from dineros.sources.language.values import (
     NONE,
-    Const,
     Frame,
     Future,
     Goal,
@@ -21,6 +20,8 @@ from dineros.sources.language.values import (
     constant,
     is_none,
     join,
+    key_of,
+    of_key,
     options,
 )
 from dineros.sources.libraries.making import CONSTRUCTORS, Maker
@@ -263,8 +264,8 @@ class Doer:
                 return NONE
         if isinstance(value, Mapping):
             if name in ("get", "pop", "setdefault"):
-                key = constant(args[0]) if args else None
-                if isinstance(key, (str, int)) and isinstance(args[0], Const):
+                key = key_of(args[0]) if args else None
+                if key is not None:
                     found = value.items.get(key)
                     if found is not None and not value.rest:
                         return found
@@ -278,14 +279,14 @@ class Doer:
                 return join(every) if every else Open("element")
             if name == "items":
                 pairs: list[Value] = [
-                    Items([Const(key), each], kind="tuple") for key, each in value.items.items()
+                    Items([of_key(key), each], kind="tuple") for key, each in value.items.items()
                 ]
                 pairs += [Items([Open("key"), each], kind="tuple") for each in value.rest]
                 return Items(pairs, value.is_open or bool(value.rest))
             if name == "values":
                 return Items([*value.items.values(), *value.rest], value.is_open or bool(value.rest))
             if name == "keys":
-                return Items([Const(key) for key in value.items], value.is_open or bool(value.rest))
+                return Items([of_key(key) for key in value.items], value.is_open or bool(value.rest))
             if name == "update":
                 for each in args:
                     if isinstance(each, Mapping):

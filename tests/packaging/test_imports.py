@@ -134,7 +134,17 @@ FOLDERS = {
     ],
     "sources/launch": [*("yaml_text", "parameters", "substitutions", "description", "markup", "reading")],
     "sources/language": [
-        *("modules", "values", "constants", "machine", "operations", "gathering", "expressions", "importing"),
+        *(
+            "endings",
+            "modules",
+            "values",
+            "constants",
+            "machine",
+            "operations",
+            "gathering",
+            "expressions",
+            "importing",
+        ),
         *("statements", "calls"),
     ],
     "observation": [

@@ -92,7 +92,7 @@ def import_(
     if folders:
         if graph or bag is not None or domain is not None:
             raise click.UsageError("--source goes neither with --graph nor with --bag")
-        read = code.read()
+        read, found = code.read()
         seen, said = within(read.system, namespaces, without), read.with_people(said)
         say_taken(read.taken)
     else:
@@ -103,6 +103,8 @@ def import_(
     if namespaces:
         names = {node.name for node in kept.nodes}
         findings = [finding for finding in findings if names.intersection(finding.elements)]
+    if folders:  # code needs no interfaces here; whose lines they are, is in the messages
+        findings = [*found, *(each for each in findings if each.rule != "type-unknown")]
     search().stage("making the model")
     imported = to_model(kept, said, snake_case(output.name.split(".")[0]))
     refuse_invalid(imported.model, output)

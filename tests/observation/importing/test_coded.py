@@ -13,6 +13,7 @@ from click.testing import CliRunner
 from dineros.cli.main import main
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
+from dineros.metamodel.elements import elements
 from dineros.observation.importing.building import to_model
 from dineros.observation.importing.coded import Coded, coded
 from dineros.sources.reading import Launch, read_source
@@ -169,12 +170,7 @@ def test_steps_come_in_the_order_of_the_code_with_their_lines(tmp_path: Path) ->
     assert found.given.nodes["/arm/robot"].newest == {"/arm/in": True}
     assert node.publishers[0].at == "src/robot.py:15"
     model = model_of(source)
-    lines = {
-        each.id: each.sourceLine
-        for page in model.pages
-        for each in page.eAllContents()
-        if hasattr(each, "sourceLine")
-    }
+    lines = {each.id: each.sourceLine for each in elements(model)}
     assert lines["arm_robot.on_arm_in.publishes_arm_out"] == "src/robot.py:20"
     assert lines["arm_robot.on_arm_in"] == "src/robot.py:21"
 

@@ -1,0 +1,46 @@
+"""Whether a loop ends, as far as its text says it."""
+
+from __future__ import annotations
+
+import ast
+
+
+def why_endless(node: ast.While) -> str:
+    """Return why a loop that tests nothing may never end; empty where it may end, or waits in each turn."""
+    exits: list[ast.If | None] = []
+    stored, has_call = set(), False
+    todo: list[tuple[ast.AST, ast.If | None, bool]] = [(each, None, False) for each in node.body]
+    while todo:
+        part, under, is_inside = todo.pop()
+        if isinstance(part, (ast.Return, ast.Raise)) or (isinstance(part, ast.Break) and not is_inside):
+            exits.append(under)
+        if isinstance(part, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)):
+            continue
+        if isinstance(part, (ast.Name, ast.Attribute)) and isinstance(part.ctx, ast.Store):
+            stored.add(ast.unparse(part))
+        if isinstance(part, ast.Try):
+            return ""  # an exception may be its way out
+        inner = part if isinstance(part, ast.If) else under
+        is_inside = is_inside or isinstance(part, (ast.While, ast.For, ast.AsyncFor))
+        todo += [(child, inner, is_inside) for child in ast.iter_child_nodes(part)]
+    if not exits:
+        return "it has no way out"
+    for test in exits:
+        if test is None:
+            return ""
+        asked = {
+            ast.unparse(each) for each in ast.walk(test.test) if isinstance(each, (ast.Name, ast.Attribute))
+        }
+        has_call |= any(isinstance(each, (ast.Call, ast.Await)) for each in ast.walk(test.test))
+        if has_call or asked & stored or any(each.startswith(f"{one}.") for each in asked for one in stored):
+            return ""
+        own = {
+            ast.unparse(each.func.value)
+            for each in ast.walk(node)
+            if isinstance(each, ast.Call) and isinstance(each.func, ast.Attribute)
+        }
+        if asked & (own - {"self"}):
+            return ""
+    if any(isinstance(each, ast.Await) for each in ast.walk(node)):
+        return ""
+    return "its ways out ask what the loop does not change"

@@ -1,0 +1,94 @@
+"""What code itself shows to be wrong is found at its line, and healthy code is left alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from textwrap import indent
+
+import pytest
+
+from dineros.observation.findings.code import code_findings
+from dineros.sources.reading import read_source
+
+HEAD = """
+import rclpy, threading, time
+from rclpy.action import ActionClient, ActionServer
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from example_interfaces.action import Fibonacci
+from std_srvs.srv import Trigger
+class Robot(Node):
+    def __init__(self):
+        super().__init__("robot")
+        self.cli = self.create_client(Trigger, "ask")
+        self.nav = ActionClient(self, Fibonacci, "go")
+        self.lock = threading.Lock()
+        self.goal, self.level = None, 0
+        self.create_timer(1, self.tick)
+        self.create_service(Trigger, "b", self.other)
+    def other(self, request, response):
+        with self.lock: return response
+    def step(self): self.level += 1
+    def tick(self):
+"""
+MAIN = """
+def main():
+    rclpy.init()
+    executor = MultiThreadedExecutor(num_threads=THREADS)
+    executor.add_node(Robot())
+    executor.spin()
+if __name__ == "__main__":
+    main()
+"""
+FOUND = {
+    "time.sleep(5)": "warning code-sleeps",
+    "self.cli.wait_for_service()": "warning code-waits",
+    "self.nav.wait_for_server()": "warning code-waits",
+    "input('goal? ')": "warning code-waits",
+    "rclpy.spin_once(self)": "error code-spins",
+    "rclpy.spin_until_future_complete(self, self.cli.call_async(Trigger.Request()))": "error code-spins",
+    "while True: pass": "warning code-never-ends",
+    "while True:\n    if self.goal == 1: break": "warning code-never-ends",
+    "while True:\n    for each in range(3):\n        if each: break": "warning code-never-ends",
+    "self.nav.send_goal_async(Fibonacci.Goal())": "note code-ignores",
+    "self.create_client(Trigger, 'other').call_async(Trigger.Request())": "note code-makes-clients",
+    "with self.lock:\n    self.cli.call(Trigger.Request())": "warning code-holds-lock",
+}
+HEALTHY = [
+    "time.sleep(0.1)",
+    "self.cli.wait_for_service(timeout_sec=1.0)",
+    "while True:\n    self.level += 1\n    if self.level > 3: break",
+    "while True:\n    if self.full(): break",
+    "while True:\n    return",
+    "while self.level < 3: self.level += 1",
+    "while True:\n    try:\n        next(self.many)\n    except StopIteration:\n        break",
+    "self.kept = self.nav.send_goal_async(Fibonacci.Goal())",
+    "with self.lock:\n    self.level += 1\nself.cli.call(Trigger.Request())",
+    "threading.Thread(target=lambda: time.sleep(5)).start()",
+]
+
+
+def found(folder: Path, body: str, threads: int = 2) -> list[str]:
+    """Return what is found in the callback of a timer."""
+    text = HEAD + indent(body, "        ") + MAIN.replace("THREADS", str(threads))
+    (folder / "robot.py").write_text(text)
+    return [
+        f"{each.severity} {each.rule} {each.message}" for each in code_findings([(".", read_source(folder))])
+    ]
+
+
+@pytest.mark.parametrize(("body", "expected"), FOUND.items())
+def test_it_is_found_at_its_line(tmp_path: Path, body: str, expected: str) -> None:
+    (one,) = found(tmp_path, body)
+    line = HEAD.count("\n") + 1
+    places = [f" robot.py:{number}: " for number in range(line, line + 1 + body.count("\n"))]
+    assert one.startswith(expected) and any(place in one for place in places)
+
+
+@pytest.mark.parametrize("body", HEALTHY)
+def test_healthy_code_is_left_alone(tmp_path: Path, body: str) -> None:
+    assert found(tmp_path, body) == []
+
+
+def test_a_lock_of_one_thread_hangs_nobody(tmp_path: Path) -> None:
+    assert found(tmp_path, "with self.lock:\n    self.cli.call(Trigger.Request())", threads=1) == []
