@@ -21,7 +21,6 @@ from dineros.analysis.conformance.refusals import Fault, Waiting
 from dineros.analysis.conformance.replay import Replay
 from dineros.metamodel.records import (
     Drop,
-    GiveUp,
     GoalStep,
     Publish,
     Record,
@@ -224,7 +223,7 @@ class Merger:
         A client gives up when nothing else can be done: nobody waits for that, and its request takes room in
         the history of its service from then on, if it is not served before.
         """
-        if isinstance(record, GiveUp):
+        if record.declared.comes_last:
             return 4, record.time or 0.0
         if self.replay.is_ambiguous(record):
             if self._draw is not None:

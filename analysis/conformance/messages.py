@@ -15,7 +15,7 @@ from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.services.stages import AFTER, Before, Stages
 from dineros.analysis.conformance.topics.fates import sender_and_number
 from dineros.metamodel.message_ids import Numbers
-from dineros.metamodel.records import Drop, GiveUp, Reply, Request, Response, Serve, Take
+from dineros.metamodel.records import Drop, Reply, Request, Response, Serve, Take
 from dineros.metamodel.records.schema import ChannelStep, ServiceStep
 
 
@@ -182,16 +182,15 @@ class Messages:
             self._clients[record.channel, _parts(record.message or "")[0]] = client
         self.stages.step(record, client, instance)
 
-    def may_give_up(self, record: GiveUp) -> Fault | None:
+    def may_give_up(self, channel: str, client: str, message: str) -> Fault | None:
         """Refuse that a client gives up a call that it does not wait for."""
-        message = record.message or ""
-        if self.stages.of(record.channel, record.client, message) is not None:
+        if self.stages.of(channel, client, message) is not None:
             return None
-        if self.stages.late(record.channel, message) is not None:
+        if self.stages.late(channel, message) is not None:
             return Fault(f"{message} was given up before")
         sender, number = _parts(message)
-        if number is not None and number in self._sent[record.channel, sender]:
-            return Fault(f"{message} is an earlier call of client {record.client}, which has ended")
+        if number is not None and number in self._sent[channel, sender]:
+            return Fault(f"{message} is an earlier call of client {client}, which has ended")
         return Fault(f"{message} was not requested")
 
     def may_lose(self, record: Drop, depth: int) -> Refusal | None:

@@ -18,7 +18,6 @@ from dineros.metamodel.elements import node_net_of, node_nets, nodes
 from dineros.metamodel.records import (
     Drop,
     Fire,
-    GiveUp,
     Lifecycle,
     Publish,
     Reply,
@@ -127,7 +126,7 @@ class ConformanceNet:
         """The transitions by which each client gives up."""
         found: dict[tuple[str, str], list[int]] = defaultdict(list)
         for name, role in self.roles.items():
-            if role.kind is GiveUp:
+            if role.kind.declared.call == "is given up":
                 found[role.channel or "", role.client or ""].append(self.subject.transition_index[name])
         return found
 

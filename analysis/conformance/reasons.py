@@ -17,22 +17,15 @@ from dineros.metamodel.records import (
     Feedback,
     Finish,
     Fire,
-    GiveUp,
     Goal,
     GoalStep,
     Hear,
     Lifecycle,
     Outcome,
-    Publish,
     Record,
     Reject,
-    Reply,
-    Request,
-    Response,
-    Serve,
     Signal,
     Start,
-    Take,
 )
 from dineros.metamodel.records.schema import ChannelStep
 
@@ -66,17 +59,12 @@ def step_words(record: Record) -> str:
             return f"it is asked to {record.label}, and is {record.state} then"
         case Drop(queue="inactive"):
             return f"{record.place} publishes while the node is inactive ({record.channel})"
-        case GiveUp():
-            return f"client {record.client} gives up {record.message or 'a request'} ({record.channel})"
         case Drop(queue="request"):
             return f"the request history of {record.channel} loses {record.message or 'a request'}"
         case Drop():
             return f"the {record.queue} queue of {record.channel} drops {counted(record.count, 'message')}"
         case ChannelStep():
-            does = (
-                f"{_DOES[type(record)]} {record.message}" if record.message else _DOES_NAMELESS[type(record)]
-            )
-            return f"{record.place} {does} ({record.channel})"
+            return f"{record.place} {_declared_words(record)} ({record.channel})"
         case GoalStep():
             goal = f"goal {record.message}" if record.message else "no goal"
             return f"{_DOES[type(record)]} {goal} ({record.channel})"
@@ -84,16 +72,16 @@ def step_words(record: Record) -> str:
             return "checkpoint"
         case Start():
             return "the node resumes" if record.resumed else "the node starts"
-    return record.event
+    return _declared_words(record) or record.event
+
+
+def _declared_words(record: Record) -> str:
+    declared = record.declared
+    has_id = getattr(record, "message", None)
+    return (declared.does if has_id else declared.does_nameless).format(**vars(record))
 
 
 _DOES: dict[type[Record], str] = {
-    Publish: "publishes",
-    Take: "takes",
-    Request: "requests",
-    Serve: "gets request",
-    Reply: "replies to",
-    Response: "gets the response to",
     Goal: "the client sends",
     Accept: "the server accepts",
     Reject: "the client learns of the refusal of",
@@ -104,15 +92,6 @@ _DOES: dict[type[Record], str] = {
     Hear: "the client hears feedback on",
     Finish: "the server ends",
     Outcome: "the client learns of the end of",
-}
-
-_DOES_NAMELESS: dict[type[Record], str] = {
-    Publish: "publishes a message",
-    Take: "takes a message",
-    Request: "requests",
-    Serve: "gets a request",
-    Reply: "replies",
-    Response: "gets a response",
 }
 
 

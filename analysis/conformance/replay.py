@@ -16,17 +16,15 @@ from dineros.analysis.conformance.services.replaying import Calls
 from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.topics.replaying import Topics
 from dineros.metamodel.records import (
+    EVENTS,
     Checkpoint,
     Drop,
     Fire,
-    GiveUp,
     GoalStep,
     Header,
     Lifecycle,
     Publish,
     Record,
-    Reply,
-    Request,
     Response,
     Serve,
     Signal,
@@ -205,8 +203,7 @@ _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
     Lifecycle: Replay._lifecycle,
     Take: lambda self, record: self.topics.take(record),
     Drop: Replay._drop,
-    GiveUp: lambda self, record: self.calls.give_up(record),
-    **dict.fromkeys((Request, Serve, Reply, Response), lambda self, record: self.calls.step(record)),
+    **{kind: lambda self, record: self.calls.step(record) for kind in EVENTS.values() if kind.declared.call},
 }
 
 

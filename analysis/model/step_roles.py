@@ -25,20 +25,16 @@ from dineros.metamodel.records import (
     Feedback,
     Finish,
     Fire,
-    GiveUp,
     Goal,
     GoalStep,
     Hear,
     Lifecycle,
     Publish,
     Reject,
-    Request,
-    Response,
-    Serve,
     Signal,
     Take,
 )
-from dineros.metamodel.records.schema import ServiceStep, Step
+from dineros.metamodel.records.schema import Step
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.language.meaning import Meaning, QueueKind
 
@@ -101,13 +97,11 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
         return StepRole(Fire, node=_node(link.sources[0]) if link.sources else None)
     if meaning.queue is not None:
         return _queue_role(link, meaning, copies)
-    if meaning.step is GiveUp:
-        return _give_up_role(link, copies)
     if meaning.step is Lifecycle:
         return _lifecycle_role(link, meaning)
     if issubclass(meaning.step, GoalStep):
         return _goal_role(link, meaning.step, copies)
-    if issubclass(meaning.step, ServiceStep):
+    if meaning.step.declared.call:
         return _service_role(link, meaning.step, copies)
     if meaning.step is Signal:
         signal = source_of(link, sym.InputSignal)
@@ -133,24 +127,17 @@ def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | 
     return StepRole(meaning.step, node, channel, queue, stage, place)
 
 
-def _service_role(
-    link: Link, kind: type[ServiceStep], copies: dict[tuple[EObject, int | None], str]
-) -> StepRole:
+def _service_role(link: Link, kind: type[Step], copies: dict[tuple[EObject, int | None], str]) -> StepRole:
+    """Return a step of a call: its place is that of the port which its kind declares."""
     channel, name = source_of(link, sym.ServiceChannel), _client(link)
-    if kind in (Request, Response):
+    if kind.declared.end == "client":
         client = source_of(link, sym.ClientPort)
-        end = client.request if kind is Request else client.response
-        place = copies[end, link.client_index]
-        return StepRole(kind, _node(end), channel.id, place=place, client=name)
-    end = channel.server.entry if kind is Serve else channel.server.exit
+        end = getattr(client, kind.declared.port)
+        place = None if end is None else copies[end, link.client_index]
+        return StepRole(kind, _node(client.request), channel.id, place=place, client=name)
+    end = getattr(channel.server, kind.declared.port)
     place = copies[end, link.index]
     return StepRole(kind, _node(end), channel.id, place=place, client=name, instance=link.index)
-
-
-def _give_up_role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
-    channel, client = source_of(link, sym.ServiceChannel), source_of(link, sym.ClientPort)
-    place = None if client.timedOut is None else copies[client.timedOut, link.client_index]
-    return StepRole(GiveUp, _node(client.request), channel.id, place=place, client=_client(link))
 
 
 def _lifecycle_role(link: Link, meaning: Meaning) -> StepRole:

@@ -117,11 +117,11 @@ class StepWriter:
                 yield ("signal", node.id, record.signal, record.value)
             case records.Publish() | records.Take():
                 yield (record.event, self._node(record.place, record), record.channel, record.place)
-            case records.GiveUp():
+            case records.Record(declared=declared) if declared.needs_time:
                 raise ScriptError(
-                    f"client {record.client} gives up a request, and a script knows no time",
+                    f"{declared.needs_time.format(**vars(record))}, and a script knows no time",
                     location=record.location,
-                    hint="take a trace in which no client gives up",
+                    hint=f"take a trace in which {declared.without_it}",
                 )
             case records.Drop(queue="request"):
                 if lost := self._lost(record):

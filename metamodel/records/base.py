@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Literal, NamedTuple, TypeAlias, dataclass_transform
 
 from dineros.metamodel.errors import Location
+from dineros.metamodel.records.declarations import Declaration
 from dineros.metamodel.token_data import Value
 
 Data: TypeAlias = dict[str, Value]
@@ -43,6 +44,7 @@ class Record:
     """
 
     event: ClassVar[str]
+    declared: ClassVar[Declaration] = Declaration()
 
     sequence: int
     time: float | None = None

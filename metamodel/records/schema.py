@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.records.base import Data, Record, StoredToken
+from dineros.metamodel.records.declarations import Declaration
 from dineros.metamodel.records.steps import ChannelStep, ServiceStep, Step
 
 __all__ = [
@@ -151,6 +152,8 @@ def requests_of(value: Any, location: Location | None = None) -> list[dict[str, 
 
 class Timeout(Record, event="timeout"):
     """A request got no response in time and is sent again; `attempt` counts from 1."""
+
+    declared = Declaration(mark="o", happens="{client} of service {service} waits too long: asks again")
 
     channel: str
     client: str | None = None

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from dineros.metamodel.records.base import Data, Record, StoredToken
+from dineros.metamodel.records.declarations import Declaration
 
 
 class Step(Record):
@@ -104,10 +105,13 @@ class ChannelStep(Step):
 class Publish(ChannelStep, event="publish"):
     """A token leaves for a topic."""
 
+    declared = Declaration(does="publishes {message}", does_nameless="publishes a message", token="leaves")
+
 
 class Take(ChannelStep, event="take"):
     """A token arrives from a topic, carrying `data`."""
 
+    declared = Declaration(does="takes {message}", does_nameless="takes a message", token="arrives")
     data: Data = field(default_factory=dict)
 
 
@@ -121,20 +125,62 @@ class ServiceStep(ChannelStep):
 class Request(ServiceStep, event="request"):
     """A client's token leaves as a request."""
 
+    declared = Declaration(
+        does="requests {message}",
+        does_nameless="requests",
+        token="leaves",
+        call="begins",
+        end="client",
+        port="request",
+        mark="q",
+        happens="{client} calls service {service}",
+    )
+
 
 class Serve(ServiceStep, event="serve"):
     """A request, carrying `data`, arrives at a server instance."""
 
+    declared = Declaration(
+        does="gets request {message}",
+        does_nameless="gets a request",
+        token="arrives",
+        call="is served",
+        end="server",
+        port="entry",
+        mark="s",
+        happens="{server} takes the request of {client}",
+    )
     data: Data = field(default_factory=dict)
 
 
 class Reply(ServiceStep, event="reply"):
     """A server instance's token leaves as a response."""
 
+    declared = Declaration(
+        does="replies to {message}",
+        does_nameless="replies",
+        token="leaves",
+        call="is answered",
+        end="server",
+        port="exit",
+        mark="r",
+        happens="{server} answers {client}",
+    )
+
 
 class Response(ServiceStep, event="response"):
     """A response, carrying `data`, arrives at the client that asked."""
 
+    declared = Declaration(
+        does="gets the response to {message}",
+        does_nameless="gets a response",
+        token="arrives",
+        call="ends",
+        end="client",
+        port="response",
+        mark="a",
+        happens="{client} gets its response from service {service}",
+    )
     data: Data = field(default_factory=dict)
 
 
@@ -157,12 +203,30 @@ class GiveUp(Step, event="giveUp"):
         What that token carries; only in runs.
     """
 
+    declared = Declaration(
+        does="client {client} gives up {message} ({channel})",
+        does_nameless="client {client} gives up a request ({channel})",
+        token="may arrive",
+        call="is given up",
+        end="client",
+        port="timedOut",
+        mark="g",
+        happens="{client} gives up waiting for service {service}",
+        comes_last=True,
+        needs_time="client {client} gives up a request",
+        without_it="no client gives up",
+    )
+
     channel: str
     client: str
     place: str | None = None
     token: int | None = None
     message: str | None = None
     data: Data = field(default_factory=dict)
+
+
+CallStep: TypeAlias = ServiceStep | GiveUp
+"""A step of a call of a service."""
 
 
 class Drop(Step, event="drop"):

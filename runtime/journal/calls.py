@@ -7,10 +7,8 @@ from dataclasses import dataclass
 from dineros.metamodel.records import (
     Checkpoint,
     Data,
-    GiveUp,
     Reply,
     Request,
-    Response,
     Serve,
     Timeout,
 )
@@ -74,21 +72,21 @@ class Calls:
 
     def asked(self, record: Request, data: Data, now: float) -> None:
         """A request is sent."""
-        self._pending(record)[record.message or ""] = _Pending(data, now)
+        self._pending(record.channel, record.client)[record.message or ""] = _Pending(data, now)
 
     def failed(self, record: Timeout) -> None:
         """A request is not answered, and is sent again."""
-        pending = self._pending(record).get(record.message or "")
+        pending = self._pending(record.channel, record.client).get(record.message or "")
         if pending is not None:
             pending.attempts = record.attempt + 1
 
-    def over(self, record: Response | GiveUp) -> None:
+    def over(self, channel: str, client: str | None, message: str | None) -> None:
         """A request is answered, or its client gives up."""
-        self._pending(record).pop(record.message or "", None)
+        self._pending(channel, client).pop(message or "", None)
 
-    def _pending(self, record: Request | Timeout | Response | GiveUp) -> dict[str, _Pending]:
+    def _pending(self, channel: str, client: str | None) -> dict[str, _Pending]:
         """Return the requests that a client has under way, by id."""
-        return self._requests.setdefault(f"{record.channel}/{record.client}", {})
+        return self._requests.setdefault(f"{channel}/{client}", {})
 
     # What a server does.
 

@@ -10,6 +10,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
 from dineros.metamodel.records import (
+    EVENTS,
     Accept,
     Accepted,
     Aside,
@@ -21,7 +22,6 @@ from dineros.metamodel.records import (
     Feedback,
     Finish,
     Fire,
-    GiveUp,
     Goal,
     Hear,
     Lifecycle,
@@ -30,10 +30,7 @@ from dineros.metamodel.records import (
     Record,
     Reject,
     Release,
-    Reply,
     Request,
-    Response,
-    Serve,
     Signal,
     Start,
     StoredToken,
@@ -196,34 +193,32 @@ class JournalState:
         if known is not None:
             self._seen.setdefault(port, Senders()).add(*known, missing)
 
-    def _request(self, record: Request) -> None:
-        data = self._remove(record, record.place, _token(record, record.token))
-        self._count(record)
-        self._calls.asked(record, data, self._now)
+    def _call(self, record: Any) -> None:
+        """Let a step of a call of a service happen, as its kind declares it."""
+        declared = record.declared
+        data: Data = {}
+        if declared.token == "leaves":
+            data = self._remove(record, record.place, _token(record, record.token))
+        elif declared.token == "arrives" or (record.place is not None and record.token is not None):
+            self._add(record.place, StoredToken(_token(record, record.token), record.data))
+        match declared.call:
+            case "begins":
+                self._count(record)
+                self._calls.asked(record, data, self._now)
+            case "is served":
+                self._calls.served(record)
+            case "is answered":
+                if not self._calls.replied(record, data):
+                    raise JournalStateError(
+                        f"reply to {record.message or ''!r}, which no instance serves",
+                        location=record.location,
+                    )
+            case _:
+                self._calls.over(record.channel, record.client, record.message)
 
     def _timeout(self, record: Timeout) -> None:
         self._calls.failed(record)
         self._goals.failed(f"{record.channel}/{record.client}", record.message or "", record.attempt)
-
-    def _response(self, record: Response) -> None:
-        self._add(record.place, StoredToken(_token(record, record.token), record.data))
-        self._calls.over(record)
-
-    def _give_up(self, record: GiveUp) -> None:
-        if record.place is not None and record.token is not None:
-            self._add(record.place, StoredToken(record.token, record.data))
-        self._calls.over(record)
-
-    def _serve(self, record: Serve) -> None:
-        self._add(record.place, StoredToken(_token(record, record.token), record.data))
-        self._calls.served(record)
-
-    def _reply(self, record: Reply) -> None:
-        data = self._remove(record, record.place, _token(record, record.token))
-        if not self._calls.replied(record, data):
-            raise JournalStateError(
-                f"reply to {record.message or ''!r}, which no instance serves", location=record.location
-            )
 
     def _drop(self, record: Drop) -> None:
         if record.place is None or record.queue == "request":
@@ -344,6 +339,7 @@ def _token(record: Record, token: int | None) -> int:
 
 
 _APPLY: Mapping[type[Record], Callable[..., None]] = {
+    **{kind: JournalState._call for kind in EVENTS.values() if kind.declared.call},
     Start: JournalState._start,
     Checkpoint: JournalState._checkpoint,
     Fire: JournalState._fire,
@@ -351,12 +347,7 @@ _APPLY: Mapping[type[Record], Callable[..., None]] = {
     Publish: JournalState._publish,
     Take: JournalState._take,
     Drop: JournalState._drop,
-    Request: JournalState._request,
     Timeout: JournalState._timeout,
-    Response: JournalState._response,
-    GiveUp: JournalState._give_up,
-    Serve: JournalState._serve,
-    Reply: JournalState._reply,
     Lifecycle: JournalState._change_state,
     Goal: JournalState._goal,
     Accept: JournalState._arrived,

@@ -30,7 +30,7 @@ from dineros.transformations.rules.queries.callbacks import (
     Members,
     Threads,
 )
-from dineros.transformations.rules.requests import GiveUp
+from dineros.transformations.rules.requests import AbandonedCall
 from dineros.transformations.rules.services import S1, S4, Answering, Serving, instances
 
 
@@ -347,7 +347,7 @@ class E7GiveUp(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.request))
-    given = Made(GiveUp, of=client)
+    given = Made(AbandonedCall, of=client)
     on = AwaitingExecution(page)
 
     goes_on = [

@@ -24,7 +24,7 @@ from dineros.transformations.rules.histories import R3, Publication
 from dineros.transformations.rules.notation import arc, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.callbacks import Beginnings, Callback
-from dineros.transformations.rules.requests import GiveUp
+from dineros.transformations.rules.requests import AbandonedCall
 from dineros.transformations.rules.services import S1, S4, Answering, Home, Serving, instances
 from dineros.transformations.rules.timers import C1
 
@@ -396,7 +396,7 @@ class L3GiveUp(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
     client = Node(sym.ClientPort)
     node = Node(sym.NodeNet, of=ancestor(client.request, sym.NodeNet))
-    given = Made(GiveUp, of=client)
+    given = Made(AbandonedCall, of=client)
     configured = Made(L1.configured, of=node)
 
     waits = read(configured, given.give_up)

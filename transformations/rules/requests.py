@@ -22,8 +22,7 @@ from dineros.metamodel.calls import (
     may_leave,
     sends_once,
 )
-from dineros.metamodel.records import Drop, Reply, Serve, Transfer
-from dineros.metamodel.records import GiveUp as GiveUpStep
+from dineros.metamodel.records import Drop, GiveUp, Reply, Serve, Transfer
 from dineros.transformations.language.creation import ForAll, Fragment, New, image
 from dineros.transformations.language.datatypes import TRUTH
 from dineros.transformations.language.errors import LANGUAGE
@@ -319,13 +318,13 @@ class R6Instance(StandardRule, phase=Phase.services, middleware="ros2"):
     serving = Serving(t_call)
 
 
-class GiveUp(Fragment):
+class AbandonedCall(Fragment):
     """A client gives a call up and is ready for the next one.
 
     Parameters
     ----------
-    id : str
-        Of its transition; may hold placeholders.
+    way : str
+        Where the call is then, as the end of the id of its transition; may hold placeholders.
     call : Expression
         The place of the call.
     ready : Expression
@@ -335,14 +334,15 @@ class GiveUp(Fragment):
     roles: Mapping[str, type[EObject]] = {"give_up": pn.Transition}
     give_up: New
 
-    def __init__(self, id: str, call: Expression, ready: Expression) -> None:
+    def __init__(self, way: str, call: Expression, ready: Expression) -> None:
         super().__init__()
+        id = f"{{service.id}}.client.{{client.client}}.giveUp.{way}"
         words = "{client} gives up waiting for service {service}"
-        self.give_up = transition(id, means=Meaning(words, step=GiveUpStep))
+        self.give_up = transition(id, means=Meaning(words, step=GiveUp))
         self.arcs = [arc(call, self.give_up), arc(self.give_up, ready)]
 
 
-class StopsWaiting(GiveUp):
+class StopsWaiting(AbandonedCall):
     """A client that waits for each answer gives a call up."""
 
 
@@ -357,9 +357,9 @@ class R7(StandardRule, phase=Phase.services, middleware="ros2"):
     lost = Made(R5Client.lost, of=client)
     late = Made(R6.late, of=service)
 
-    waiting = StopsWaiting("{service.id}.client.{client.client}.giveUp.requests", requests, ready)
-    forgotten = StopsWaiting("{service.id}.client.{client.client}.giveUp.lost", lost, ready)
-    answered = StopsWaiting("{service.id}.client.{client.client}.giveUp.responses", responses, ready)
+    waiting = StopsWaiting("requests", requests, ready)
+    forgotten = StopsWaiting("lost", lost, ready)
+    answered = StopsWaiting("responses", responses, ready)
     goes_on = arc(waiting.give_up, late)
 
     where = [client.timeout > 0]
@@ -375,7 +375,7 @@ class R7Instance(StandardRule, phase=Phase.services, middleware="ros2"):
     in_use = Made(S2.in_use, of=[client, instance])
     late = Made(R6Late.in_use, of=[service, instance])
 
-    served = StopsWaiting("{service.id}.client.{client.client}.giveUp.inUse[{instance}]", in_use, ready)
+    served = StopsWaiting("inUse[{instance}]", in_use, ready)
     goes_on = arc(served.give_up, late)
 
     where = [client.timeout > 0]
@@ -389,7 +389,7 @@ class R7Sent(StandardRule, phase=Phase.services, middleware="ros2"):
     ready = Made(S1.ready, of=client)
     sent = Made(R5Client.sent, of=client)
 
-    away = StopsWaiting("{service.id}.client.{client.client}.giveUp.sent", sent, ready)
+    away = StopsWaiting("sent", sent, ready)
 
     where = [client.timeout > 0, MayBeDeserted(service, Home(service.server.entry)), ~SendsOnce(client)]
 

@@ -24,7 +24,6 @@ from typing import Any
 from dineros.metamodel import records as rec
 from dineros.metamodel.lifecycles.states import STATES, State
 from dineros.metamodel.records import Header, Record, Start
-from dineros.metamodel.records.schema import ServiceStep
 from dineros.metamodel.records.schema import Step as StepRecord
 from dineros.views.traces.calls import CallBars
 from dineros.views.traces.facts import Facts, prototype
@@ -281,18 +280,20 @@ class TraceBuilder:
                 step.node = node or lane.node
                 step.marks.append([lane.index, "v", int(record.value)])
                 step.text = said or f"signal {record.signal} becomes {'true' if record.value else 'false'}"
-            case rec.Drop(queue="request") | rec.GiveUp():
-                self._bar(step, self._calls.mark_unanswered(record, node))
+            case rec.Drop(queue="request"):
+                self._bar(step, self._calls.mark_lost(record, node))
             case rec.GoalStep() | rec.Accepted() | rec.TooLate():
                 self._goal(step, record)
             case rec.Timeout() if (record.channel, record.client) in self.facts.goals:
                 self._goal(step, record)
             case rec.Publish() | rec.Take() | rec.Drop():
                 self._topic(step, record)
-            case ServiceStep() | rec.Timeout():
-                drawn = self._calls.mark(record, node)
+            case rec.Timeout():
+                step.node = node
+                self._bar(step, self._calls.mark(record, node))
+            case _ if record.declared.call:
                 step.node = node or self.facts.owner_of(getattr(record, "place", None))
-                self._bar(step, drawn)
+                self._bar(step, self._calls.mark(record, node))
             case rec.Transfer():
                 step.text = said or f"{self.facts.channel_name(record.channel)}: {record.stage}"
             case rec.Lifecycle():

@@ -8,11 +8,11 @@ from __future__ import annotations
 from typing import Any
 
 from dineros.metamodel import records as rec
-from dineros.metamodel.records.schema import ServiceStep
 from dineros.views.traces.facts import Facts
 from dineros.views.traces.lanes import Lane, Lanes
 
-CallRecord = ServiceStep | rec.Timeout | rec.Drop | rec.GiveUp
+_BEFORE = {"is served": "q", "is answered": "s", "ends": "r"}
+"""The last mark of a call which a step of a kind follows."""
 
 
 class CallBars:
@@ -41,68 +41,58 @@ class CallBars:
         self._counts.setdefault(lane.index, 0)
         return lane
 
-    def mark(self, record: ServiceStep | rec.Timeout, node: str | None) -> tuple[Lane, list[Any], str]:
-        """Return the lane of a record, its mark there, and what happens."""
+    def mark(self, record: Any, node: str | None) -> tuple[Lane, list[Any], str]:
+        """Return the lane of a step of a call, or of a time-out, its mark there, and what happens.
+
+        Letter and words are those that the kind of record declares.
+        """
         name, key = self._facts.channel_name(record.channel), (record.channel, record.message or "")
+        declared = record.declared
+        is_given_up = declared.call == "is given up"
         lane, call = self._known(record)
         lane = lane or self.lane(record.channel, self._client(record), node)
-        if isinstance(record, rec.Request) or not self._counts[lane.index]:
+        if declared.call == "begins" or not (is_given_up or self._counts[lane.index]):
             call = self._counts[lane.index] = self._counts[lane.index] + 1
         call = call or self._following(lane, record)
-        if record.message:
+        if record.message and not is_given_up:
             self._call_of[key] = (lane, call)
         instance = getattr(record, "instance", None)
         server = f"instance {instance} of service {name}" if instance is not None else f"service {name}"
         asking = self._facts.client_words(lane.id)
-        match record:
-            case rec.Request():
-                mark, text = ["q", call], f"{asking} calls service {name}"
-            case rec.Serve():
-                mark, text = ["s", call, instance], f"{server} takes the request of {asking}"
-            case rec.Reply():
-                mark, text = ["r", call], f"{server} answers {asking}"
-            case rec.Response():
-                mark, text = ["a", call], f"{asking} gets its response from service {name}"
-            case _:
-                mark, text = ["o", call], f"{asking} of service {name} waits too long: asks again"
-        if mark[0] == "a":
+        if declared.call in ("ends", "is given up"):
             self._open.get(lane.index, {}).pop(call, None)
-        elif mark[0] != "o":
-            self._open.setdefault(lane.index, {})[call] = str(mark[0])
-        return lane, mark, text
+        elif declared.call:
+            self._open.setdefault(lane.index, {})[call] = declared.mark
+        mark = [declared.mark, call, *([instance] if declared.call == "is served" else [])]
+        return lane, mark, declared.happens.format(client=asking, server=server, service=name)
 
-    def mark_unanswered(self, record: rec.Drop | rec.GiveUp, node: str | None) -> tuple[Lane, list[Any], str]:
-        """Return the same for a client whose request is lost, or that waits no longer."""
-        name, gives_up = self._facts.channel_name(record.channel), isinstance(record, rec.GiveUp)
+    def mark_lost(self, record: rec.Drop, node: str | None) -> tuple[Lane, list[Any], str]:
+        """Return the same for a client whose request is lost."""
         lane, call = self._known(record)
-        client = record.client if isinstance(record, rec.GiveUp) else lane.id if lane else None
-        client = client or self._facts.ports.get((record.channel, record.place or ""), "?")
+        client = lane.id if lane else self._facts.ports.get((record.channel, record.place or ""), "?")
         lane = lane or self.lane(record.channel, client, node)
-        call = call or (self._following(lane, record) if gives_up else self._counts[lane.index])
-        if gives_up:
-            self._open.get(lane.index, {}).pop(call, None)
-        asking = self._facts.client_words(client)
-        words = f"{asking} gives up waiting for" if gives_up else f"the request of {asking} is lost by"
-        return lane, ["g" if gives_up else "o", call], f"{words} service {name}"
+        asking, name = self._facts.client_words(client), self._facts.channel_name(record.channel)
+        mark = ["o", call or self._counts[lane.index]]
+        return lane, mark, f"the request of {asking} is lost by service {name}"
 
-    def _known(self, record: CallRecord) -> tuple[Lane | None, int]:
+    def _known(self, record: Any) -> tuple[Lane | None, int]:
         """Return the lane and the number of the call of a record that is not its first."""
         return self._call_of.get((record.channel, record.message or ""), (None, 0))
 
-    def _client(self, record: ServiceStep | rec.Timeout) -> str:
+    def _client(self, record: Any) -> str:
         """Return the client of a call, by the place of its port where the record does not name it."""
         channel, ports, message = record.channel, self._facts.ports, record.message or ""
         client = record.client or None
-        if client is None and isinstance(record, rec.Request | rec.Response):
+        if client is None and record.declared.end == "client":
             client = ports.get((channel, record.place))
         if client is None and message.count("/") > 1:
             place = message.split("/")[1]
             client = ports.get((channel, place), place)
         return client or "?"
 
-    def _following(self, lane: Lane, record: CallRecord) -> int:
+    def _following(self, lane: Lane, record: Any) -> int:
         """Return the oldest call of a client that a step without an id can follow; else the last one."""
-        before = {rec.Serve: "q", rec.Reply: "s", rec.Response: "r"}.get(type(record))
+        before = _BEFORE.get(record.declared.call)
         open_ = self._open.get(lane.index, {})
         found = (call for call, mark in open_.items() if mark == before or before is None)
         return next(found, self._counts[lane.index])

@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from dineros.metamodel.records import Header
+from dineros.metamodel.records import EVENTS, Accepted, Fire, GoalStep, Header, Signal, TooLate
 from dineros.views.traces.building import Step, TraceBuilder
 from dineros.views.traces.facts import Clause
+
+BREAKPOINTS = [
+    event
+    for event, kind in EVENTS.items()
+    if not issubclass(kind, (Header, Fire, Signal, GoalStep, Accepted, TooLate))
+]
+"""Kinds of records that a breakpoint can name. Firings and signals have conditions of their own."""
 
 TABLES = ("nodes", "places", "transitions", "texts")
 
@@ -50,6 +57,7 @@ class TraceCoder:
             "clauses": clauses,
             "known": facts.transitions,
             "modelPlaces": facts.places,
+            "events": BREAKPOINTS,
             "lanes": [lane.to_json() for lane in self.builder.lanes.all],
             "steps": self._steps[:],
             **{name: list(table) for name, table in self._tables.items()},

@@ -14,8 +14,9 @@ from dineros.analysis.conformance.player import Player
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.services.nameless import NamelessCalls, is_nameless
 from dineros.metamodel import sym
-from dineros.metamodel.records import Drop, GiveUp, Reply, Request, Response, Serve
+from dineros.metamodel.records import Drop, Reply, Request, Response, Serve
 from dineros.metamodel.records.schema import ServiceStep
+from dineros.metamodel.records.steps import CallStep, Step
 
 
 class Calls:
@@ -90,11 +91,13 @@ class Calls:
 
     # Steps.
 
-    def step(self, record: ServiceStep) -> Refusal | None:
+    def step(self, record: CallStep) -> Refusal | None:
         """Replay a step of a call."""
         calls = self._nameless.get(record.channel)
         if calls is None:
             return Fault(f"the model has no service channel {record.channel!r}")
+        if not isinstance(record, ServiceStep):
+            return self._give_up(record, calls, record.channel, record.client, record.message or "")
         if is_nameless(record):
             return self._step_nameless(record, calls)
         client = self._messages.client_of(record)
@@ -141,27 +144,24 @@ class Calls:
                 self.begin(Response, channel, client)
         return fault
 
-    def give_up(self, record: GiveUp) -> Refusal | None:
+    def _give_up(
+        self, record: Step, calls: NamelessCalls, channel: str, client: str, message: str
+    ) -> Refusal | None:
         """Let a client give up a call, wherever that is: waiting, lost, served, or answered."""
-        calls = self._nameless.get(record.channel)
-        if calls is None:
-            return Fault(f"the model has no service channel {record.channel!r}")
-        refusal = self._messages.may_give_up(record)
+        stages = self._messages.stages
+        refusal = self._messages.may_give_up(channel, client, message)
         if refusal is not None:
             return refusal
-        stages, message = self._messages.stages, record.message or ""
-        stage = stages.of(record.channel, record.client, message)
+        stage = stages.of(channel, client, message)
         assert stage is not None, "it may be given up"
-        if not calls.forget(record.client, message):
+        if not calls.forget(client, message):
             return Waiting("whether the server works on its request is not known", (), unclear=True)
-        ways = self._net.giving_up(
-            record.channel, record.client, stage, stages.instance(record.channel, message)
-        )
-        fault = Fault(f"client {record.client} has no time-out") if not ways else None
+        ways = self._net.giving_up(channel, client, stage, stages.instance(channel, message))
+        fault = Fault(f"client {client} has no time-out") if not ways else None
         for way in ways:
             fault = self._player.fire_at(record, way)
             if fault is None:
-                stages.give_up(record.channel, record.client, message)
+                stages.give_up(channel, client, message)
                 break
         return fault
 

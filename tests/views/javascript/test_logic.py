@@ -6,6 +6,8 @@ import pytest
 
 from dineros.views.javascript.client import evaluate
 
+EVENTS = ["drop", "giveUp"]
+
 
 @pytest.mark.parametrize(
     ("text", "kind", "said"),
@@ -18,18 +20,19 @@ from dineros.views.javascript.client import evaluate
         ("!signal(S)", "signal", "!signal(S)"),
         ("S = false", "signal", "!signal(S)"),
         ("Drop", "event", "drop"),
+        ("giveup", "event", "giveUp"),
         ("TStop", "name", "TStop"),
     ],
 )
 def test_conditions_are_read_and_said_in_one_form(text: str, kind: str, said: str) -> None:
-    found = evaluate(["static/trace/explaining/conditions.js"], "parseCondition", text)
+    found = evaluate(["static/trace/explaining/conditions.js"], "parseCondition", text, EVENTS)
     assert (found["kind"], found["text"]) == (kind, said)
-    assert evaluate(["static/trace/explaining/conditions.js"], "parseCondition", said) == found
+    assert evaluate(["static/trace/explaining/conditions.js"], "parseCondition", said, EVENTS) == found
 
 
 @pytest.mark.parametrize("text", ["", "  ", "!fired(T)", "A > B", "f(x)", "= 3"])
 def test_other_texts_are_no_conditions(text: str) -> None:
-    assert evaluate(["static/trace/explaining/conditions.js"], "parseCondition", text) is None
+    assert evaluate(["static/trace/explaining/conditions.js"], "parseCondition", text, EVENTS) is None
 
 
 @pytest.mark.parametrize(

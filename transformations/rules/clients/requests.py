@@ -15,7 +15,7 @@ from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.notation import Bound, arc, place
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.requests import Entrance, GiveUp, R5Client, entering
+from dineros.transformations.rules.requests import AbandonedCall, Entrance, R5Client, entering
 from dineros.transformations.rules.services import S1
 
 RESPONSES = "response history of {client} of service {service}"
@@ -74,7 +74,7 @@ class R8GiveUp(StandardRule, phase=Phase.services, middleware="ros2"):
     load = Made(R8.load, of=client)
     capacity = Made(R8.capacity, of=client)
 
-    kept = GiveUp("{service.id}.client.{client.client}.giveUp.kept", load, capacity)
+    kept = AbandonedCall("kept", load, capacity)
 
     where = [client.timeout > 0]
 

@@ -86,6 +86,8 @@ export interface View extends Tables {
   /** Transitions of the model. */
   known: string[];
   modelPlaces: string[];
+  /** Kinds of records that a breakpoint can name. */
+  events: string[];
   lanes: Lane[];
   steps: Step[];
 }

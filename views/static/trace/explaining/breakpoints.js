@@ -3,7 +3,7 @@
 
 import { byId, make } from "../../elements.js";
 import { laneKey, lastAtMost } from "../data.js";
-import { EVENTS, namesOf, parseCondition, unknownIn, Watch } from "./conditions.js";
+import { namesOf, parseCondition, unknownIn, Watch } from "./conditions.js";
 
 /** @import { Condition } from "./conditions.js" */
 /** @import { App } from "../page.js" */
@@ -104,7 +104,7 @@ export class Breakpoints {
     this.loadedFrom = this.key;
     /** @type {Map<string, Condition>} */
     const conditions = new Map();
-    for (const condition of [...texts, ...before].map(parseCondition))
+    for (const condition of [...texts, ...before].map((text) => parseCondition(text, this.data.view.events)))
       if (condition) conditions.set(condition.text, condition);
     this.watches = [...conditions.values()].map((condition) => new Watch(condition));
     if (before.length) this.save();
@@ -144,7 +144,7 @@ export class Breakpoints {
 
   submit() {
     const text = this.field.value.trim();
-    const condition = parseCondition(text);
+    const condition = parseCondition(text, this.data.view.events);
     if (!condition) {
       const forms = "say Place >= 3, a transition, a signal, or a kind of record";
       this.refuse(text ? `${text} is no breakpoint: ${forms}` : "say what to stop at");
@@ -313,7 +313,7 @@ export class Breakpoints {
     /** @type {(value: string, label: string) => HTMLElement} */
     const option = (value, label) => make("option", { value, label });
     this.names.replaceChildren(
-      ...EVENTS.slice(0, 3).map((name) => option(name, "kind of record")),
+      ...["drop", "error", "timeout"].map((name) => option(name, "kind of record")),
       ...transitions.map((name) => option(`fired(${name})`, "transition")),
       ...signals.flatMap((name) => [
         option(`signal(${name})`, "becomes true"),

@@ -9,26 +9,6 @@ import { prototypeOf } from "../data.js";
 /** @typedef {{ kind: "place", name: string, operator: string, number: number, text: string }} Comparison */
 /** @typedef {Happening | Becoming | Comparison} Condition */
 
-export const EVENTS = [
-  "drop",
-  "error",
-  "timeout",
-  "publish",
-  "take",
-  "request",
-  "serve",
-  "reply",
-  "response",
-  "giveUp",
-  "aside",
-  "release",
-  "transfer",
-  "lifecycle",
-  "start",
-  "checkpoint",
-  "stop",
-];
-
 /** @type {Record<string, (a: number, b: number) => boolean>} */
 const COMPARE = {
   ">=": (a, b) => a >= b,
@@ -49,9 +29,9 @@ const bare = (name) => name.trim().replace(/^"(.*)"$/, "$1");
  * A condition from its text: `Place >= 3`, `fired(T)`, `signal(S)`, `!signal(S)`, a kind of record such as
  * `drop`, or the name of a transition (it fires) or a signal (it changes). Null where the text is none.
  *
- * @type {(text: string) => Condition | null}
+ * @type {(text: string, events: string[]) => Condition | null}
  */
-export function parseCondition(text) {
+export function parseCondition(text, events) {
   const said = text.trim();
   const call = CALL.exec(said);
   if (call) {
@@ -74,8 +54,8 @@ export function parseCondition(text) {
     return { kind: "place", name, operator, number: Number(compares[3]), text };
   }
   if (!said || /[()<>=!]/.test(said)) return null;
-  const event = said.toLowerCase();
-  if (EVENTS.includes(event)) return { kind: "event", name: event, text: event };
+  const event = events.find((one) => one.toLowerCase() === said.toLowerCase());
+  if (event) return { kind: "event", name: event, text: event };
   return { kind: "name", name: bare(said), text: bare(said) };
 }
 

@@ -1,0 +1,61 @@
+"""What a kind of record declares once, so that all who handle records loop over the kinds.
+
+The saved state of a node, conformance, the roles of transitions, messages, scripts of generated tests, the
+trace page and its breakpoints take from here what they need.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+TokenMove: TypeAlias = Literal["", "leaves", "arrives", "may arrive"]
+"""What happens to the token of a record at its place: ``may arrive`` where the place may be absent."""
+
+CallChange: TypeAlias = Literal["", "begins", "is served", "is answered", "ends", "is given up"]
+"""What becomes of a call of a service."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Declaration:
+    """What is the same for all records of a kind.
+
+    Texts have placeholders for the fields of the record.
+
+    Attributes
+    ----------
+    does : str
+        What the node does, for messages; its subject is the place.
+    does_nameless : str
+        The same where the message has no id.
+    token : TokenMove
+        What it does to the node's marking.
+    call : CallChange
+        What it does to a call of a service; empty: it is about something else.
+    end : {"", "client", "server"}
+        Who takes part in the call.
+    port : str
+        The feature of that port which is the place of the record.
+    mark : str
+        The letter of its mark on the lane of a trace.
+    happens : str
+        What happens, on the trace page: ``{client}`` and ``{server}`` are described, ``{service}`` is named.
+    comes_last : bool
+        Whether it is replayed only when nothing else can be: no other step waits for it.
+    needs_time : str
+        What a script of steps cannot say, since it knows no time; empty: it can.
+    without_it : str
+        What is so in a trace without such steps.
+    """
+
+    does: str = ""
+    does_nameless: str = ""
+    token: TokenMove = ""
+    call: CallChange = ""
+    end: Literal["", "client", "server"] = ""
+    port: str = ""
+    mark: str = ""
+    happens: str = ""
+    comes_last: bool = False
+    needs_time: str = ""
+    without_it: str = ""

@@ -1,0 +1,58 @@
+"""What kinds of records declare, and that it is declared in one place."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields
+from string import Formatter
+
+import pytest
+
+from dineros.metamodel.records import EVENTS, Record
+from tests.packaging.test_imports import ROOT
+
+ROOMS = ("metamodel", "transformations", "analysis", "generators", "runtime", "observation", "views", "cli")
+CALLS = [kind for kind in EVENTS.values() if kind.declared.call]
+
+
+def placeholders(text: str) -> set[str]:
+    return {name for _, name, _, _ in Formatter().parse(text) if name}
+
+
+@pytest.mark.parametrize("kind", EVENTS.values(), ids=list(EVENTS))
+def test_words_speak_of_fields_of_the_record(kind: type[Record]) -> None:
+    known = {field.name for field in fields(kind)}
+    declared = kind.declared
+    for words in (declared.does, declared.does_nameless, declared.needs_time):
+        assert placeholders(words) <= known
+    assert placeholders(declared.happens) <= {"client", "server", "service"}
+    assert bool(declared.does) == bool(declared.does_nameless)
+    assert bool(declared.needs_time) == bool(declared.without_it)
+
+
+def test_each_step_of_a_call_declares_all_that_is_needed() -> None:
+    assert [kind.event for kind in CALLS] == ["request", "serve", "reply", "response", "giveUp"]
+    for kind in CALLS:
+        declared = kind.declared
+        assert all((declared.token, declared.end, declared.port, declared.mark, declared.happens))
+    assert len({kind.declared.call for kind in CALLS}) == len(CALLS)
+    assert len({kind.declared.mark for kind in CALLS}) == len(CALLS)
+
+
+def test_giving_up_a_call_is_known_in_few_files() -> None:
+    """It is declared, listed with the public names, made by a rule, and recorded where it happens."""
+    word = re.compile(r"\b(GiveUp|giveUp)\b")
+    named = {
+        str(path.relative_to(ROOT))
+        for room in ROOMS
+        for path in (ROOT / room).rglob("*")
+        if path.suffix in (".py", ".js", ".ts", ".j2", ".html", ".css")
+        and "vendor" not in path.parts
+        and word.search(path.read_text("utf-8"))
+    }
+    assert named - {"metamodel/editing/composed/templates.py"} == {  # which draws a transition of this name
+        "metamodel/records/__init__.py",
+        "metamodel/records/steps.py",
+        "transformations/rules/requests.py",
+        "runtime/channels/clients.py",
+    }
