@@ -81,6 +81,8 @@ def node_net(
     execution: sym.Execution | str = "net",
     threads: int = 1,
     lifecycle: sym.Lifecycle | None = None,
+    order: sym.CallbackOrder | str = "any",
+    reaction: pn.TimeInterval | None = None,
 ) -> sym.NodeNet:
     """Add a node net with its signals to a model.
 
@@ -102,6 +104,10 @@ def node_net(
         Threads of its executor; more than one make it multi-threaded.
     lifecycle : sym.Lifecycle, optional
         What may happen to it as a managed node; without one it is not managed.
+    order : {"any", "rclcpp", "rclpy"}
+        Which callback that is ready its executor takes.
+    reaction : pn.TimeInterval, optional
+        What the engine of the execution net takes to fire; see `seconds`.
     """
     made = sym.NodeNet(
         id=id,
@@ -112,6 +118,8 @@ def node_net(
         executor="multi" if threads > 1 else "single",
         threads=threads,
         lifecycle=lifecycle,
+        order=order,
+        reaction=reaction,
         net=model,
     )
     for signal in signals:
@@ -120,10 +128,46 @@ def node_net(
 
 
 def callback(
-    net: sym.NodeNet, id: str, kind: sym.CallbackKind | str = "subscriber", timer: float | None = None
+    net: sym.NodeNet,
+    id: str,
+    kind: sym.CallbackKind | str = "subscriber",
+    timer: float | None = None,
+    *,
+    duration: pn.TimeInterval | None = None,
+    offset: pn.TimeInterval | None = None,
+    jitter: float | None = None,
 ) -> sym.CallbackPage:
-    """Add the page of a callback to a node net; `timer` is the period of a timer's, in seconds."""
-    return sym.CallbackPage(id=id, name=id, kind=kind, timer=timer, page=net)
+    """Add the page of a callback to a node net.
+
+    Parameters
+    ----------
+    net : sym.NodeNet
+        The node net.
+    id : str
+        Id and name of the page.
+    kind : {"timer", "subscriber", "server", "client", "goal"}
+        What calls it.
+    timer : float, optional
+        The period of a timer, in seconds.
+    duration : pn.TimeInterval, optional
+        Processor time of one run, without what it waits for; see `seconds`.
+    offset, jitter : pn.TimeInterval, float, optional
+        Of a timer: when it strikes first, and how late a single strike may be.
+    """
+    return sym.CallbackPage(
+        id=id, name=id, kind=kind, timer=timer, duration=duration, offset=offset, jitter=jitter, page=net
+    )
+
+
+def seconds(earliest: float, latest: float | None) -> pn.TimeInterval:
+    """Return an interval of seconds with its bounds; without a latest one, it has no end.
+
+    Examples
+    --------
+    >>> seconds(0.005, 0.02).latest
+    0.02
+    """
+    return pn.TimeInterval(earliest=earliest, latest=latest)
 
 
 def place(page: pn.Page, id: str, tokens: int = 0, type: sym.TokenType | None = None) -> sym.Place:

@@ -11,6 +11,8 @@
 ``Pick.client.left.timeout=2.5``            a client of a service, by its name; its group is set alike
 ``camera.lifecycle.deactivates=true``        the lifecycle of a node net; made where it is absent
 ``Move.interval.latest=2.5``                firing time of a transition; made where it is absent
+``OnTimer.duration.latest=0.05``            what a callback takes; offset, latency and reaction are set alike
+``times.latency.latest=0.01``               the default of all latencies; of durations and reactions alike
 ``SortingToken.field.color.default="red"``  a field of a token type, by its name
 ``NoCollision.text=never A >= 2``           a property of the model, or an assumption
 ``TStop.clause=Danger & !RobotIsIdle``      the input clause of a transition; no text removes it
@@ -23,7 +25,6 @@ by an empty text: ``Pick.instances=``.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterable
 from types import UnionType
@@ -41,6 +42,7 @@ from dineros.metamodel.errors import (
     near_matches,
     with_article,
 )
+from dineros.metamodel.files.exact import exact_number
 
 Value = str | int | float | bool | None
 _Grouped = sym.CallbackPage | sym.ClientPort | sym.ActionClientPort
@@ -49,6 +51,11 @@ T = TypeVar("T")
 _PARTS: dict[str, Callable[[], EObject]] = {
     "qos": sym.QualityOfService,
     "interval": pn.TimeInterval,
+    "duration": pn.TimeInterval,
+    "offset": pn.TimeInterval,
+    "latency": pn.TimeInterval,
+    "reaction": pn.TimeInterval,
+    "times": sym.DefaultTimes,
     "lifecycle": sym.Lifecycle,
 }
 
@@ -84,8 +91,8 @@ def apply(model: pn.Net, setting: str) -> None:
     ClauseError
         The value is not an expression over signals of the transition's node net.
     """
-    if setting.startswith("middleware="):
-        _set_middleware(model, setting)
+    if re.match(r"middleware=|times\.(latency|duration|reaction)\.", setting):
+        _set_of_model(model, setting)
         return
     if not re.search(r".\.[^.=]+=", setting):
         raise SettingError(
@@ -104,7 +111,7 @@ def apply(model: pn.Net, setting: str) -> None:
         raise
 
 
-def _set_middleware(model: pn.Net, setting: str) -> None:
+def _set_of_model(model: pn.Net, setting: str) -> None:
     if not isinstance(model, sym.SystemModel):
         raise UnknownFeatureError(
             f"{setting.partition('=')[0]}: the model is no system model", hint="leave it out"
@@ -270,10 +277,7 @@ def _integer(text: str) -> int:
 
 
 def _number(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError(text)
-    return value
+    return exact_number(text)
 
 
 def _boolean(text: str) -> bool:

@@ -46,9 +46,11 @@ __all__ = [
     "CallbackGroup",
     "CallbackGroupKind",
     "CallbackKind",
+    "CallbackOrder",
     "CallbackPage",
     "Channel",
     "ClientPort",
+    "DefaultTimes",
     "Disjunction",
     "Dispatcher",
     "Durability",
@@ -196,6 +198,16 @@ if TYPE_CHECKING:
         callbacks: ClassVar[Execution]
         """One after another where executor and callback groups say so: the node is written by hand."""
 
+    class CallbackOrder(EnumLiteral):
+        """Which of the callbacks that are ready an executor takes."""
+
+        any: ClassVar[CallbackOrder]
+        """Each may be next."""
+        rclcpp: ClassVar[CallbackOrder]
+        """As the executors of rclcpp take them."""
+        rclpy: ClassVar[CallbackOrder]
+        """As the executors of rclpy take them."""
+
     class MessagePart(EnumLiteral):
         """Part of a ROS interface."""
 
@@ -322,6 +334,14 @@ else:
             "callbacks",
         ],
     )
+    CallbackOrder = enumeration(
+        "CallbackOrder",
+        [
+            "any",
+            "rclcpp",
+            "rclpy",
+        ],
+    )
     MessagePart = enumeration(
         "MessagePart",
         [
@@ -350,6 +370,47 @@ else:
             "ioEnabled",
         ],
     )
+
+
+class DefaultTimes(EObject, metaclass=MetaEClass):
+    """Times, in seconds, of what gives none of its own.
+
+    Attributes
+    ----------
+    latency : pn.TimeInterval | None
+        Of the messages of channels.
+    duration : pn.TimeInterval | None
+        Of the runs of callbacks, and of handlers in flight.
+    reaction : pn.TimeInterval | None
+        Of engines of the execution net.
+    """
+
+    latency: pn.TimeInterval | None = Ecore.EReference(containment=True)
+    duration: pn.TimeInterval | None = Ecore.EReference(containment=True)
+    reaction: pn.TimeInterval | None = Ecore.EReference(containment=True)
+
+    __setattr__ = refuse_unknown
+    notify = notify_listeners
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        latency: pn.TimeInterval | None = None,
+        duration: pn.TimeInterval | None = None,
+        reaction: pn.TimeInterval | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "latency": latency,
+                "duration": duration,
+                "reaction": reaction,
+            },
+            unknown,
+        )
 
 
 class Lifecycle(EObject, metaclass=MetaEClass):
@@ -741,12 +802,16 @@ class TopicPort(EObject, metaclass=MetaEClass):
         Quality of service of the port; absent: the topic's. The depth of its history is the limit.
     assumed : str | None
         What nobody has seen or said of it, and is taken, apart by blanks: limit, qos. Absent: nothing.
+    latency : pn.TimeInterval | None
+        How long messages of this port are on their way, in seconds; absent: as long as those of its
+        channel.
     """
 
     place: pn.Place = Ecore.EReference(lower=1, required=True)
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
     qos: QualityOfService | None = Ecore.EReference(containment=True)
     assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    latency: pn.TimeInterval | None = Ecore.EReference(containment=True)
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -759,6 +824,7 @@ class TopicPort(EObject, metaclass=MetaEClass):
         limit: int | None = None,
         qos: QualityOfService | None = None,
         assumed: str | None = None,
+        latency: pn.TimeInterval | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -769,6 +835,7 @@ class TopicPort(EObject, metaclass=MetaEClass):
                 "limit": limit,
                 "qos": qos,
                 "assumed": assumed,
+                "latency": latency,
             },
             unknown,
         )
@@ -887,6 +954,9 @@ class ClientPort(EObject, metaclass=MetaEClass):
         Of a node written by hand: it calls `wait_for_service` before each request, so it sends none while
         the server's node is not configured. False: it sends at once, and the request is lost. Nodes that
         run our engine send again what was not answered.
+    latency : pn.TimeInterval | None
+        How long messages of this port are on their way, in seconds; absent: as long as those of its
+        channel.
     """
 
     channel: ServiceChannel | None = Ecore.EReference()
@@ -898,6 +968,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
     timeout: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     timedOut: pn.Place | None = Ecore.EReference()
     waitsForService: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    latency: pn.TimeInterval | None = Ecore.EReference(containment=True)
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -915,6 +986,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
         timeout: float | None = None,
         timedOut: pn.Place | None = None,
         waitsForService: bool | None = None,
+        latency: pn.TimeInterval | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -930,6 +1002,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
                 "timeout": timeout,
                 "timedOut": timedOut,
                 "waitsForService": waitsForService,
+                "latency": latency,
             },
             unknown,
         )
@@ -1039,6 +1112,9 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
         exclusive.
     outstanding : int
         Goals that the client has under way at most, 1 or more.
+    latency : pn.TimeInterval | None
+        How long messages of this port are on their way, in seconds; absent: as long as those of its
+        channel.
     """
 
     channel: ActionChannel | None = Ecore.EReference()
@@ -1053,6 +1129,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     feedback: pn.Place | None = Ecore.EReference()
     group: CallbackGroup | None = Ecore.EReference()
     outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    latency: pn.TimeInterval | None = Ecore.EReference(containment=True)
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -1073,6 +1150,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
         feedback: pn.Place | None = None,
         group: CallbackGroup | None = None,
         outstanding: int | None = None,
+        latency: pn.TimeInterval | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1091,6 +1169,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
                 "feedback": feedback,
                 "group": group,
                 "outstanding": outstanding,
+                "latency": latency,
             },
             unknown,
         )
@@ -1258,6 +1337,9 @@ class Channel(pn.Element):
         How fields of an existing ROS interface map to token fields.
     assumed : str | None
         What nobody has seen or said of it, and is taken, apart by blanks: depth, server. Absent: nothing.
+    latency : pn.TimeInterval | None
+        How long a message is on its way, in seconds: from publisher to reader history, or of each request
+        and each response; absent: that of the model.
     """
 
     model: SystemModel | None = Ecore.EReference()
@@ -1265,6 +1347,7 @@ class Channel(pn.Element):
     type: str | None = Ecore.EAttribute(eType=Ecore.EString)
     mappings: ModelList[FieldMapping] = Ecore.EReference(containment=True, upper=-1)
     assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    latency: pn.TimeInterval | None = Ecore.EReference(containment=True)
 
     def __init__(
         self,
@@ -1281,6 +1364,7 @@ class Channel(pn.Element):
         type: str | None = None,
         mappings: Iterable[FieldMapping] | None = None,
         assumed: str | None = None,
+        latency: pn.TimeInterval | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1299,6 +1383,7 @@ class Channel(pn.Element):
                 "type": type,
                 "mappings": mappings,
                 "assumed": assumed,
+                "latency": latency,
             },
             unknown,
         )
@@ -1322,6 +1407,7 @@ class PublisherPort(TopicPort):
         limit: int | None = None,
         qos: QualityOfService | None = None,
         assumed: str | None = None,
+        latency: pn.TimeInterval | None = None,
         channel: TopicChannel | None = None,
         **unknown: Never,
     ) -> None:
@@ -1333,6 +1419,7 @@ class PublisherPort(TopicPort):
                 "limit": limit,
                 "qos": qos,
                 "assumed": assumed,
+                "latency": latency,
                 "channel": channel,
             },
             unknown,
@@ -1365,6 +1452,7 @@ class SubscriberPort(TopicPort):
         limit: int | None = None,
         qos: QualityOfService | None = None,
         assumed: str | None = None,
+        latency: pn.TimeInterval | None = None,
         channel: TopicChannel | None = None,
         inHand: int | None = None,
         newestOnly: bool | None = None,
@@ -1378,6 +1466,7 @@ class SubscriberPort(TopicPort):
                 "limit": limit,
                 "qos": qos,
                 "assumed": assumed,
+                "latency": latency,
                 "channel": channel,
                 "inHand": inHand,
                 "newestOnly": newestOnly,
@@ -1496,6 +1585,8 @@ class SystemModel(pn.Net):
     finalCondition : str | None
         Condition on markings: where it holds, the application may come to rest. Absent: places of the
         kind end decide.
+    times : DefaultTimes | None
+        Times of what gives none of its own, in seconds; absent: any times.
     """
 
     tokenType: TokenType | None = Ecore.EReference(containment=True)
@@ -1505,6 +1596,7 @@ class SystemModel(pn.Net):
     properties: ModelList[Property] = Ecore.EReference(containment=True, upper=-1)
     assumptions: ModelList[Assumption] = Ecore.EReference(containment=True, upper=-1)
     finalCondition: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    times: DefaultTimes | None = Ecore.EReference(containment=True)
 
     def __init__(
         self,
@@ -1524,6 +1616,7 @@ class SystemModel(pn.Net):
         properties: Iterable[Property] | None = None,
         assumptions: Iterable[Assumption] | None = None,
         finalCondition: str | None = None,
+        times: DefaultTimes | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1545,6 +1638,7 @@ class SystemModel(pn.Net):
                 "properties": properties,
                 "assumptions": assumptions,
                 "finalCondition": finalCondition,
+                "times": times,
             },
             unknown,
         )
@@ -1588,6 +1682,7 @@ class TopicChannel(Channel):
         type: str | None = None,
         mappings: Iterable[FieldMapping] | None = None,
         assumed: str | None = None,
+        latency: pn.TimeInterval | None = None,
         topic: str | None = None,
         qos: QualityOfService | None = None,
         publishers: Iterable[PublisherPort] | None = None,
@@ -1611,6 +1706,7 @@ class TopicChannel(Channel):
                 "type": type,
                 "mappings": mappings,
                 "assumed": assumed,
+                "latency": latency,
                 "topic": topic,
                 "qos": qos,
                 "publishers": publishers,
@@ -1659,6 +1755,7 @@ class ServiceChannel(Channel):
         type: str | None = None,
         mappings: Iterable[FieldMapping] | None = None,
         assumed: str | None = None,
+        latency: pn.TimeInterval | None = None,
         service: str | None = None,
         server: ServerPort | None = None,
         clients: Iterable[ClientPort] | None = None,
@@ -1682,6 +1779,7 @@ class ServiceChannel(Channel):
                 "type": type,
                 "mappings": mappings,
                 "assumed": assumed,
+                "latency": latency,
                 "service": service,
                 "server": server,
                 "clients": clients,
@@ -1731,6 +1829,7 @@ class ActionChannel(Channel):
         type: str | None = None,
         mappings: Iterable[FieldMapping] | None = None,
         assumed: str | None = None,
+        latency: pn.TimeInterval | None = None,
         action: str | None = None,
         server: ActionServerPort | None = None,
         clients: Iterable[ActionClientPort] | None = None,
@@ -1754,6 +1853,7 @@ class ActionChannel(Channel):
                 "type": type,
                 "mappings": mappings,
                 "assumed": assumed,
+                "latency": latency,
                 "action": action,
                 "server": server,
                 "clients": clients,
@@ -1875,6 +1975,11 @@ class NodeNet(pn.Page):
     assumed : str | None
         What nobody has seen or said of it, and is taken, apart by blanks: executor, timers, lifecycle;
         node: it stands for whoever has the other end of a channel. Absent: nothing.
+    reaction : pn.TimeInterval | None
+        How long an engine of the execution net takes, in seconds, to fire what is enabled and has no
+        interval; absent: that of the model.
+    order : CallbackOrder
+        Which callback that is ready the executor takes, with the execution callbacks.
     """
 
     package: str | None = Ecore.EAttribute(eType=Ecore.EString)
@@ -1886,6 +1991,8 @@ class NodeNet(pn.Page):
     execution: Execution = Ecore.EAttribute(eType=Execution, default_value=Execution.net)
     lifecycle: Lifecycle | None = Ecore.EReference(containment=True)
     assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    reaction: pn.TimeInterval | None = Ecore.EReference(containment=True)
+    order: CallbackOrder = Ecore.EAttribute(eType=CallbackOrder, default_value=CallbackOrder.any)
 
     def __init__(
         self,
@@ -1910,6 +2017,8 @@ class NodeNet(pn.Page):
         execution: Execution | str | None = None,
         lifecycle: Lifecycle | None = None,
         assumed: str | None = None,
+        reaction: pn.TimeInterval | None = None,
+        order: CallbackOrder | str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1936,6 +2045,8 @@ class NodeNet(pn.Page):
                 "execution": execution,
                 "lifecycle": lifecycle,
                 "assumed": assumed,
+                "reaction": reaction,
+                "order": order,
             },
             unknown,
         )
@@ -1960,6 +2071,14 @@ class CallbackPage(pn.Page):
     assumed : str | None
         What nobody has seen or said of it, and is taken, apart by blanks: group, behaviour. Absent:
         nothing.
+    duration : pn.TimeInterval | None
+        Processor time of one run of the callback, in seconds, without what it waits for; absent: that of
+        the model.
+    offset : pn.TimeInterval | None
+        Of a timer: when it strikes first, in seconds from the start of the system; absent: from 0 to the
+        period.
+    jitter : float | None
+        Of a timer: how late, in seconds, a single strike may be; later strikes do not shift. Absent: 0.
     """
 
     kind: CallbackKind = Ecore.EAttribute(eType=CallbackKind, default_value=CallbackKind.subscriber)
@@ -1968,6 +2087,9 @@ class CallbackPage(pn.Page):
     priority: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
     awaits: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    duration: pn.TimeInterval | None = Ecore.EReference(containment=True)
+    offset: pn.TimeInterval | None = Ecore.EReference(containment=True)
+    jitter: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
 
     def __init__(
         self,
@@ -1989,6 +2111,9 @@ class CallbackPage(pn.Page):
         priority: int | None = None,
         awaits: bool | None = None,
         assumed: str | None = None,
+        duration: pn.TimeInterval | None = None,
+        offset: pn.TimeInterval | None = None,
+        jitter: float | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -2012,6 +2137,9 @@ class CallbackPage(pn.Page):
                 "priority": priority,
                 "awaits": awaits,
                 "assumed": assumed,
+                "duration": duration,
+                "offset": offset,
+                "jitter": jitter,
             },
             unknown,
         )
@@ -2087,10 +2215,14 @@ class Transition(pn.Transition):
         Role in the workflow.
     clause : InputClause | None
         It may fire only while this holds.
+    duration : pn.TimeInterval | None
+        How long its handler is in flight, in seconds, in a node net of the execution net; absent: that of
+        the model.
     """
 
     kind: TransitionKind = Ecore.EAttribute(eType=TransitionKind, default_value=TransitionKind.discrete)
     clause: InputClause | None = Ecore.EReference(containment=True)
+    duration: pn.TimeInterval | None = Ecore.EReference(containment=True)
 
     def __init__(
         self,
@@ -2109,6 +2241,7 @@ class Transition(pn.Transition):
         overrides: Iterable[pn.Transition] | None = None,
         kind: TransitionKind | str | None = None,
         clause: InputClause | None = None,
+        duration: pn.TimeInterval | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -2129,6 +2262,7 @@ class Transition(pn.Transition):
                 "overrides": overrides,
                 "kind": kind,
                 "clause": clause,
+                "duration": duration,
             },
             unknown,
         )
@@ -2136,6 +2270,9 @@ class Transition(pn.Transition):
 
 resolve_references(
     types=[
+        (DefaultTimes.latency, pn.TimeInterval),
+        (DefaultTimes.duration, pn.TimeInterval),
+        (DefaultTimes.reaction, pn.TimeInterval),
         (InputClause.transition, Transition),
         (InputClause.disjunctions, Disjunction),
         (Disjunction.clause, InputClause),
@@ -2144,6 +2281,7 @@ resolve_references(
         (Literal.signal, InputSignal),
         (TopicPort.place, pn.Place),
         (TopicPort.qos, QualityOfService),
+        (TopicPort.latency, pn.TimeInterval),
         (Dispatcher.channel, TopicChannel),
         (Dispatcher.node, NodeNet),
         (ServerPort.channel, ServiceChannel),
@@ -2155,6 +2293,7 @@ resolve_references(
         (ClientPort.response, pn.Place),
         (ClientPort.group, CallbackGroup),
         (ClientPort.timedOut, pn.Place),
+        (ClientPort.latency, pn.TimeInterval),
         (ActionServerPort.channel, ActionChannel),
         (ActionServerPort.page, pn.Page),
         (ActionServerPort.entry, pn.Place),
@@ -2173,12 +2312,14 @@ resolve_references(
         (ActionClientPort.cancel, pn.Place),
         (ActionClientPort.feedback, pn.Place),
         (ActionClientPort.group, CallbackGroup),
+        (ActionClientPort.latency, pn.TimeInterval),
         (InputSignal.node, NodeNet),
         (InputSignal.literals, Literal),
         (TokenType.fields, TokenField),
         (Channel.model, SystemModel),
         (Channel.canvas, pn.Page),
         (Channel.mappings, FieldMapping),
+        (Channel.latency, pn.TimeInterval),
         (PublisherPort.channel, TopicChannel),
         (SubscriberPort.channel, TopicChannel),
         (SystemModel.tokenType, TokenType),
@@ -2186,6 +2327,7 @@ resolve_references(
         (SystemModel.channels, Channel),
         (SystemModel.properties, Property),
         (SystemModel.assumptions, Assumption),
+        (SystemModel.times, DefaultTimes),
         (TopicChannel.qos, QualityOfService),
         (TopicChannel.publishers, PublisherPort),
         (TopicChannel.subscribers, SubscriberPort),
@@ -2198,10 +2340,14 @@ resolve_references(
         (NodeNet.signals, InputSignal),
         (NodeNet.callbackGroups, CallbackGroup),
         (NodeNet.lifecycle, Lifecycle),
+        (NodeNet.reaction, pn.TimeInterval),
         (CallbackPage.group, CallbackGroup),
+        (CallbackPage.duration, pn.TimeInterval),
+        (CallbackPage.offset, pn.TimeInterval),
         (Place.balloons, BalloonToken),
         (Place.tokenType, TokenType),
         (Transition.clause, InputClause),
+        (Transition.duration, pn.TimeInterval),
     ],
     opposites=[
         (InputClause.transition, Transition.clause),
@@ -2232,6 +2378,7 @@ for _enumeration in (
     Middleware,
     Liveliness,
     Execution,
+    CallbackOrder,
     MessagePart,
     PropertyLanguage,
     SignalVariant,

@@ -23,6 +23,7 @@ from dineros.metamodel.constraints.families import (
     topics,
 )
 from dineros.metamodel.constraints.families.actions import clients, servers
+from dineros.metamodel.constraints.families.times import given
 
 
 def _of(*families: ModuleType) -> tuple[Constraint, ...]:
@@ -38,4 +39,5 @@ OTHERS = _of(
     *(names, nets, node_nets, callbacks, topics, histories, services, requests, servers, clients),
     *(ports, clauses),
     *(tokens, token_types, results, sizes),
+    given,
 )

@@ -264,7 +264,7 @@ def _add(xml: etree._Element, name: str, text: str) -> None:
 
 
 def _is_plain_port(port: sym.TopicPort) -> bool:
-    return port.qos is None and port.assumed is None
+    return port.qos is None and port.assumed is None and port.latency is None
 
 
 def _is_plain(text: str | None) -> bool:
@@ -296,7 +296,7 @@ def _is_plain_group(group: sym.CallbackGroup) -> bool:
 def _is_plain_client(client: sym.ClientPort) -> bool:
     """Tell whether the dialect has words for all that a client says."""
     timed = client.timeout is not None or client.timedOut is not None
-    more = timed or client.group is not None or client.waitsForService
+    more = timed or client.group is not None or client.waitsForService or client.latency is not None
     return _is_plain(client.client) and client.outstanding is None and not more
 
 

@@ -7,6 +7,7 @@ from tests.support.broken import (
     nets,
     node_nets,
     sizes,
+    times,
     token_types,
     tokens,
 )
@@ -39,5 +40,6 @@ FAMILIES = (
     token_types,
     results,
     sizes,
+    times,
 )
 CASES: list[Case] = [case for family in FAMILIES for case in family.CASES]

@@ -80,6 +80,9 @@ def intervals(draw: st.DrawFn) -> pn.TimeInterval:
     return interval
 
 
+_some_interval = st.one_of(st.none(), st.none(), intervals())
+
+
 @st.composite
 def plain_nets(
     draw: st.DrawFn, pages: bool = True, graphics: bool = True, time: bool = True, priorities: bool = True
@@ -178,6 +181,8 @@ def system_models(draw: st.DrawFn, with_properties: bool = False) -> sym.SystemM
     """Return a valid system model of one to three node nets, with topics, services, signals and clauses."""
     make_id = _Ids(draw, ODD_SUFFIXES)
     model = sym.SystemModel(id=make_id("model"), name=draw(st.sampled_from(NAMES)))
+    if draw(st.booleans()):
+        model.times = sym.DefaultTimes(latency=draw(intervals()), reaction=draw(_some_interval))
     fields = _token_type(draw, make_id, model)
     canvas = None
     if draw(st.booleans()):
@@ -267,6 +272,7 @@ def _node_net(draw: st.DrawFn, make_id: _Ids, model: sym.SystemModel, fields: li
         name=draw(st.sampled_from([None, "controller"])),
         package=draw(st.sampled_from([None, "sorting_cell"])),
         namespace=draw(st.sampled_from([None, "/left"])),
+        reaction=draw(_some_interval),
         executor="multi" if threads > 1 else "single",
         threads=threads,
         graphics=draw(node_graphics()),
@@ -338,6 +344,7 @@ def _topic(
         id=make_id("topic"),
         name=draw(st.sampled_from(NAMES)),
         topic=f"/cell/topic{number}",
+        latency=draw(_some_interval),
         graphics=draw(node_graphics()),
         canvas=canvas,
         model=model,
@@ -367,7 +374,9 @@ def _topic(
         onward = pn.ReferencePlace(id=make_id("ref"), target=_some_place(net), page=page)
         flow(received, handle, onward)
         channel.subscribers.append(
-            sym.SubscriberPort(place=received, limit=draw(st.sampled_from([10, 10, 1, 3])))
+            sym.SubscriberPort(
+                place=received, limit=draw(st.sampled_from([10, 10, 1, 3])), latency=draw(_some_interval)
+            )
         )
     if draw(st.booleans()):
         first = channel.subscribers[0].place.page
@@ -403,7 +412,11 @@ def _service(
         done = sym.Transition(id=make_id("done"), page=net)
         flow(_some_transition(net), request)
         flow(response, done, _some_place(net))
-        channel.clients.append(sym.ClientPort(client=make_id("client"), request=request, response=response))
+        channel.clients.append(
+            sym.ClientPort(
+                client=make_id("client"), request=request, response=response, latency=draw(_some_interval)
+            )
+        )
 
 
 def _some_transition(net: sym.NodeNet) -> sym.Transition:
