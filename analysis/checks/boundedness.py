@@ -173,7 +173,9 @@ class Places(Question):
     asks = "whether the net is one-safe, whether a marking is stable"
 
     def leave_open(self, checked: Checked, reason: str) -> None:
-        """Leave it undecided, which is no fault."""
+        """Leave it undecided, which is no fault; of system models it is not asked."""
+        if isinstance(checked.model, sym.SystemModel):
+            return
         checked.leave_open(self.asks, reason, may_be_fault=False)
 
     def ask(self, checked: Checked) -> None:

@@ -47,6 +47,11 @@ class Properties(Question):
     asks = "the properties of the model"
     needs_space: ClassVar[bool] = False
 
+    def leave_open(self, checked: Checked, reason: str) -> None:
+        """Leave those open that are not answered."""
+        for property in _left(checked):
+            checked.leave_open(f"whether property {label(property)} holds", reason)
+
     def ask_first(self, checked: Checked) -> None:
         """Ask each for a short while."""
         for property in properties_of(checked.model):
@@ -59,7 +64,7 @@ class Properties(Question):
 
     def ask(self, checked: Checked) -> None:
         """Ask those that are left one after the other, each with its share of what is left."""
-        left = [property for property in properties_of(checked.model) if _mark(property) not in checked.told]
+        left = _left(checked)
         for number, property in enumerate(left):
             self._ask_of(checked, property, checked.budget.share(1 / (len(left) - number)))
         self._order(checked)
@@ -125,6 +130,11 @@ def _unless(checked: Checked, question: Asked, outcome: Outcome) -> str:
         return ""  # which runs with times are fair is not known
     needed = needed_fairness(question.subject, linear, outcome, checked.budget)
     return "" if needed is None else f"; only unfair runs violate it: it holds with {needed}"
+
+
+def _left(checked: Checked) -> list[sym.Property]:
+    """Return the properties that are not answered."""
+    return [property for property in properties_of(checked.model) if _mark(property) not in checked.told]
 
 
 def _mark(property: sym.Property) -> str:

@@ -119,6 +119,21 @@ def test_every_question_may_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(REASON in each.reason for each in report.unknown)
 
 
+def test_only_properties_without_an_answer_are_left_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All are answered before other questions; then one is not, and time is up."""
+    monkeypatch.setattr(properties.Properties, "ask", fails)
+    report = check(model(), LIMITS)
+    assert not any("propert" in each.question for each in report.unknown)
+
+    def all_but_one(property: sym.Property, *rest: Any) -> Any:
+        return fails() if property.id == "NotTwice" else asked(property, *rest)
+
+    monkeypatch.setattr(properties, "asked", all_but_one)
+    report = check(model(), LIMITS)
+    left = [each.question for each in report.unknown if "propert" in each.question]
+    assert left == ["whether property NotTwice holds"]
+
+
 @pytest.mark.parametrize("ends", [KeyboardInterrupt, SystemExit])
 def test_what_ends_the_process_passes(
     ends: Callable[[], BaseException], monkeypatch: pytest.MonkeyPatch
