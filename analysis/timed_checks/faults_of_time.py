@@ -14,8 +14,9 @@ from dineros.analysis.nets.graph_parts import numbered_parts
 from dineros.analysis.timed.exploring import Explored, Trace
 from dineros.analysis.timed.graph import enabling, timed_graph
 from dineros.analysis.timed.nets import TimedNet
+from dineros.analysis.timed_checks import faults
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
-from dineros.analysis.witnesses.findings import Fault, witness_of
+from dineros.analysis.witnesses.findings import witness_of
 
 GRAPH_SHARE = 0.3
 """Part of the time for the graph of strong classes, which only nets with priorities need here."""
@@ -27,13 +28,7 @@ Edges = tuple[Int64Array, Int64Array, Int64Array]
 class NeverInTime(Question):
     """Whether a transition gets its tokens, but never fires, because others always come first."""
 
-    TOO_LATE = Fault(
-        "never-in-time",
-        "warning",
-        "A transition gets its tokens, but never fires: others always come before its interval begins.",
-        "transition {transition} gets its tokens, but never fires: others always come before its interval "
-        "{interval} begins",
-    )
+    TOO_LATE = faults.TOO_LATE
     faults = (TOO_LATE,)
     asks = "which transitions never fire in time"
 
@@ -70,18 +65,7 @@ class TimeStops(Question):
     time go on. A loop with other transitions may: each of them is enabled anew in each round, and waits then.
     """
 
-    STOPS = Fault(
-        "time-stops",
-        "error",
-        "Infinitely many firings can happen in no time.",
-        "time can stop: {loop} can fire again and again in no time",
-    )
-    LOCKED = Fault(
-        "time-lock",
-        "error",
-        "A state can be reached in which something has to fire, and priorities forbid it.",
-        "time can come to an end: {transitions} have priority over each other, so none of them fires",
-    )
+    STOPS, LOCKED = faults.STOPS, faults.LOCKED
     faults = (STOPS, LOCKED)
     asks = "whether time can stop"
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
-from dineros.analysis.checks.check import FAULTS, check
+from dineros.analysis.checks.check import check
 from dineros.analysis.checks.clauses import Clauses
 from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
@@ -45,11 +45,6 @@ TIMED_QUESTIONS: tuple[Question, ...] = (
     Properties(),
 )
 """All questions, in the order they are asked."""
-
-TIMED_FAULTS = FAULTS | {
-    fault.rule: fault for question in (NeverInTime, TimeStops) for fault in question.faults
-}
-"""All that a check with times may find, by its rule."""
 
 
 def check_timed(

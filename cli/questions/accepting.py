@@ -61,7 +61,7 @@ class Acceptance:
 
     def apply(self, report: Report) -> Report:
         """Return a report with what is accepted set apart, and the worst findings first."""
-        from dineros.analysis.timed_checks.timed_check import TIMED_FAULTS
+        from dineros.analysis.timed_checks.faults import TIMED_FAULTS
         from dineros.analysis.witnesses.findings import worst_first
 
         report = self._suppressions.apply(report, TIMED_FAULTS)

@@ -125,7 +125,7 @@ def check(
     start_quickly()
     from dineros.analysis.checks.check import check as check_model
     from dineros.analysis.consequences.folding import fold_consequences
-    from dineros.analysis.timed_checks.timed_check import TIMED_FAULTS, check_timed
+    from dineros.analysis.timed_checks.faults import TIMED_FAULTS
     from dineros.analysis.witnesses.findings import Report, Unknown
 
     format = "json" if as_json else format
@@ -170,6 +170,8 @@ def check(
         run.follow(Coming(report, acceptance.apply))
     confirmation, budget = None, run.budget().begun()
     if timed:
+        from dineros.analysis.timed_checks.timed_check import check_timed
+
         check_timed(net, budget, report, orders_beside(model, no_cache))
     elif scheduler is None:
         check_model(net, budget, report, behaviour, orders_beside(model, no_cache))

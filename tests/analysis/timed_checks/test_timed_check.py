@@ -13,7 +13,8 @@ from dineros.analysis.checks.check import FAULTS, check
 from dineros.analysis.timed.growth import growing_loop
 from dineros.analysis.timed.nets import compile_timed_net
 from dineros.analysis.timed.timed_subject import signals_matter
-from dineros.analysis.timed_checks.timed_check import TIMED_FAULTS, check_timed
+from dineros.analysis.timed_checks.faults import TIMED_FAULTS
+from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, inhibit, read

@@ -1,0 +1,29 @@
+"""What a check with times may find besides, as data: every check knows these names."""
+
+from __future__ import annotations
+
+from dineros.analysis.checks.check import FAULTS
+from dineros.analysis.witnesses.findings import Fault
+
+TOO_LATE = Fault(
+    "never-in-time",
+    "warning",
+    "A transition gets its tokens, but never fires: others always come before its interval begins.",
+    "transition {transition} gets its tokens, but never fires: others always come before its interval "
+    "{interval} begins",
+)
+STOPS = Fault(
+    "time-stops",
+    "error",
+    "Infinitely many firings can happen in no time.",
+    "time can stop: {loop} can fire again and again in no time",
+)
+LOCKED = Fault(
+    "time-lock",
+    "error",
+    "A state can be reached in which something has to fire, and priorities forbid it.",
+    "time can come to an end: {transitions} have priority over each other, so none of them fires",
+)
+
+TIMED_FAULTS = FAULTS | {fault.rule: fault for fault in (TOO_LATE, STOPS, LOCKED)}
+"""All that a check with times may find, by its rule."""
