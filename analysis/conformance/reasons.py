@@ -7,26 +7,7 @@ from collections.abc import Sequence
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.metamodel import sym
 from dineros.metamodel.errors import counted
-from dineros.metamodel.records import (
-    Accept,
-    Accepted,
-    Cancel,
-    Canceling,
-    Checkpoint,
-    Drop,
-    Feedback,
-    Finish,
-    Fire,
-    Goal,
-    GoalStep,
-    Hear,
-    Lifecycle,
-    Outcome,
-    Record,
-    Reject,
-    Signal,
-    Start,
-)
+from dineros.metamodel.records import Checkpoint, Drop, Fire, GoalStep, Lifecycle, Record, Signal, Start
 from dineros.metamodel.records.schema import ChannelStep
 
 
@@ -66,8 +47,7 @@ def step_words(record: Record) -> str:
         case ChannelStep():
             return f"{record.place} {_declared_words(record)} ({record.channel})"
         case GoalStep():
-            goal = f"goal {record.message}" if record.message else "no goal"
-            return f"{_DOES[type(record)]} {goal} ({record.channel})"
+            return f"{_declared_words(record)} ({record.channel})"
         case Checkpoint():
             return "checkpoint"
         case Start():
@@ -79,20 +59,6 @@ def _declared_words(record: Record) -> str:
     declared = record.declared
     has_id = getattr(record, "message", None)
     return (declared.does if has_id else declared.does_nameless).format(**vars(record))
-
-
-_DOES: dict[type[Record], str] = {
-    Goal: "the client sends",
-    Accept: "the server accepts",
-    Reject: "the client learns of the refusal of",
-    Accepted: "the client learns of the acceptance of",
-    Cancel: "the client asks to cancel",
-    Canceling: "the server hears of the request to cancel",
-    Feedback: "the server gives feedback on",
-    Hear: "the client hears feedback on",
-    Finish: "the server ends",
-    Outcome: "the client learns of the end of",
-}
 
 
 def _clause(disjunction: sym.Disjunction) -> str:

@@ -10,6 +10,7 @@ from dataclasses import field
 from typing import Literal, TypeAlias
 
 from dineros.metamodel.records.base import Data, Record
+from dineros.metamodel.records.declarations import Declaration
 from dineros.metamodel.records.steps import Step
 
 OutcomeKind: TypeAlias = Literal["succeeded", "aborted", "canceled"]
@@ -46,15 +47,26 @@ class GoalStep(Step):
 class Goal(GoalStep, event="goal"):
     """A client's token leaves as a goal."""
 
+    declared = Declaration(does="the client sends goal {message}", does_nameless="the client sends no goal")
+
 
 class Accept(GoalStep, event="accept"):
     """The server accepts a goal, carrying `data`, and begins to work on it."""
+
+    declared = Declaration(
+        does="the server accepts goal {message}", does_nameless="the server accepts no goal"
+    )
 
     data: Data = field(default_factory=dict)
 
 
 class Reject(GoalStep, event="reject"):
     """A client learns that its goal, whose `data` the token carries, is refused."""
+
+    declared = Declaration(
+        does="the client learns of the refusal of goal {message}",
+        does_nameless="the client learns of the refusal of no goal",
+    )
 
     data: Data = field(default_factory=dict)
 
@@ -65,9 +77,18 @@ class Cancel(GoalStep, event="cancel"):
     Without a `message`, and without an `instance` in a witness, it finds none, and is gone.
     """
 
+    declared = Declaration(
+        does="the client asks to cancel goal {message}", does_nameless="the client asks to cancel no goal"
+    )
+
 
 class Canceling(GoalStep, event="canceling"):
     """The server learns that a goal is to be canceled, and will do so: its token there carries `data`."""
+
+    declared = Declaration(
+        does="the server hears of the request to cancel goal {message}",
+        does_nameless="the server hears of the request to cancel no goal",
+    )
 
     data: Data = field(default_factory=dict)
 
@@ -75,11 +96,21 @@ class Canceling(GoalStep, event="canceling"):
 class Feedback(GoalStep, event="feedback"):
     """A token of the server leaves as feedback, the goal's `number`-th."""
 
+    declared = Declaration(
+        does="the server gives feedback on goal {message}",
+        does_nameless="the server gives feedback on no goal",
+    )
+
     number: int = 0
 
 
 class Hear(GoalStep, event="hear"):
     """Feedback, carrying `data`, arrives at the client; `number` is 0 where it has none."""
+
+    declared = Declaration(
+        does="the client hears feedback on goal {message}",
+        does_nameless="the client hears feedback on no goal",
+    )
 
     number: int = 0
     data: Data = field(default_factory=dict)
@@ -97,6 +128,8 @@ class Finish(GoalStep, event="finish"):
         it; None: there is none left. Only in runs.
     """
 
+    declared = Declaration(does="the server ends goal {message}", does_nameless="the server ends no goal")
+
     outcome: OutcomeKind
     unheeded: int | None = None
 
@@ -104,12 +137,22 @@ class Finish(GoalStep, event="finish"):
 class Outcome(GoalStep, event="outcome"):
     """The result of a goal, carrying `data`, arrives at the client."""
 
+    declared = Declaration(
+        does="the client learns of the end of goal {message}",
+        does_nameless="the client learns of the end of no goal",
+    )
+
     outcome: OutcomeKind
     data: Data = field(default_factory=dict)
 
 
 class Accepted(GoalStep, event="accepted"):
     """A client learns that its goal is accepted; the token for that, if there is one, carries `data`."""
+
+    declared = Declaration(
+        does="the client learns of the acceptance of goal {message} ({channel})",
+        does_nameless="the client learns of the acceptance of no goal ({channel})",
+    )
 
     data: Data = field(default_factory=dict)
 
