@@ -200,7 +200,7 @@ class _Work:
             return self.answer("holds")
         maybe = self._held(sets.closure(self.goal, everything, backwards=True))
         stuck = self._held(sets.difference(everything, maybe))
-        for wanted in (sets.intersection(stuck, self._full), stuck):
+        for wanted in (stuck, sets.intersection(stuck, self._full)):
             way = self._way_to(self._held(wanted))
             if way is not None and self.sets.contains(stuck, self._seen(replay(self.net, way)[-1])):
                 return self.answer("violated", way)
