@@ -321,13 +321,16 @@ def _target(function: object) -> object:
 
 
 def _finish(machine: Interpreter, main: CallbackFact) -> None:
-    """Give what belongs to no node to the first one; leave out callbacks that say the same."""
+    """Give what belongs to no node to those whose ports it uses, else to the first."""
     loose = [callback.fact for callback in machine.callbacks.values() if callback.node is None]
     if machine.nodes:
-        first = machine.nodes[0]
-        first.callbacks += [
-            fact for fact in ([main] if main.effects else []) + loose if fact not in first.callbacks
-        ]
+        for fact in ([main] if main.effects else []) + loose:
+            used = [
+                node for node in machine.nodes if any(each.entity in node.entities for each in fact.effects)
+            ]
+            for node in used or machine.nodes[:1]:
+                if fact not in node.callbacks:
+                    node.callbacks.append(fact)
     for node in machine.nodes:
         for entity in node.entities:
             for role, fact in entity.callbacks.items():

@@ -18,10 +18,11 @@ from dineros.observation.importing.names import Ids, flat
 
 @dataclass(frozen=True)
 class Call:
-    """Where a callback calls a service: the places of a client, on its page."""
+    """Where a callback calls a service: places of a client on its page; in `timed_out`, it has given up."""
 
     request: sym.Place
     response: sym.Place
+    timed_out: sym.Place | None = None
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Possible:
     """
 
     puts: Mapping[Step, tuple[pn.Place, ...]]
-    call: Callable[[sym.CallbackPage, str], Call]
+    call: Callable[[sym.CallbackPage, str, float | None], Call]
     calls: tuple[Step, ...]
 
     def steps(self) -> tuple[Step, ...]:
@@ -67,6 +68,7 @@ class Body:
         self._possible = possible
         self._references: dict[pn.Place, pn.ReferencePlace] = {}
         self._calls: dict[str, Call] = {}
+        self._limits: dict[str, float | None] = {}
 
     def place(self, word: str, **features: object) -> sym.Place:
         """Put a place on the page."""
@@ -93,6 +95,11 @@ class Body:
                 self._do(step, state, state)
             return state
         for step in steps:
+            if step.verb == "call":  # one client stands for all calls: it gives up only where all do
+                known = self._limits.get(step.name, step.timeout)
+                both = known is not None and step.timeout is not None
+                self._limits[step.name] = max(known or 0, step.timeout or 0) if both else None
+        for step in steps:
             if step.times == "*":
                 self._do(step, state, state)
                 continue
@@ -113,10 +120,14 @@ class Body:
     def _do(self, step: Step, before: pn.Place, after: pn.Place) -> None:
         name = flat(step.name)
         if step.verb == "call":
-            call = self._calls.get(step.name) or self._possible.call(self.page, step.name)
+            call = self._calls.get(step.name) or self._possible.call(
+                self.page, step.name, self._limits.get(step.name)
+            )
             self._calls[step.name] = call
             flow(before, self.transition(f"calls_{name}", at=step.at), call.request)
             flow(call.response, self.transition(f"has_{name}", at=step.at), after)
+            if call.timed_out is not None:
+                flow(call.timed_out, self.transition(f"gives_up_{name}", at=step.at), after)
             return
         for place in self._possible.puts[Step(step.verb, step.name)]:  # any of them, where there are several
             does = self.transition(f"{_VERBS[step.verb]}_{name}", at=step.at)

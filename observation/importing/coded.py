@@ -213,7 +213,7 @@ class _Node:
 
     def given(self) -> GivenNode:
         """Return what the code says of the node's behaviour."""
-        behaviour = Behaviour(self._names, self._taken, self._folder)
+        behaviour = Behaviour(self._names, self._taken, self._folder, self.fact.entities)
         callbacks: dict[str, GivenCallback] = {}
         timers: dict[str, float] = {}
         for entity, name in self._names.items():

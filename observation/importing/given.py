@@ -55,12 +55,15 @@ class Step:
         Once; once or not at all; any number of times.
     at : str
         The line of the code that says so, as ``file:line``.
+    timeout : float or None
+        Seconds after which a call gives up; None: never.
     """
 
     verb: str
     name: str
     times: str = ""
     at: str = field(default="", compare=False)
+    timeout: float | None = field(default=None, compare=False)
 
     def __str__(self) -> str:
         return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"

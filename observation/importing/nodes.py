@@ -349,7 +349,7 @@ class NodeBuilder:
         """Return a place for one token at a time: nothing bounds how often a callback puts one there."""
         return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net, capacity=1)
 
-    def _call(self, page: sym.CallbackPage, service: str) -> Call:
+    def _call(self, page: sym.CallbackPage, service: str, timeout: float | None) -> Call:
         client = next(each for each in self._node.clients if each.name == service)
         request, response = (
             sym.Place(
@@ -357,8 +357,12 @@ class NodeBuilder:
             )
             for word in ("asks", "answer_of")
         )
-        self._channels.ask(client, str(page.id), request, response, self._group(self._key(service)))
-        return Call(request, response)
+        port = self._channels.ask(client, str(page.id), request, response, self._group(self._key(service)))
+        if timeout is None or timeout <= 0:
+            return Call(request, response)
+        id = self._ids.new(f"{page.id}.no_answer_of_{flat(service)}")
+        port.timeout, port.timedOut = timeout, sym.Place(id=id, page=page, sourceLine=client.at or None)
+        return Call(request, response, port.timedOut)
 
     def _key(self, name: str) -> str:
         """Return the key of what a client does: one of its own where the node is the server, too."""

@@ -35,10 +35,15 @@ class Behaviour:
         Gets what is left out, a line each.
     folder : str
         In which the files are.
+    own : iterable of Entity
+        All entities of the node, those that the model leaves out among them.
     """
 
-    def __init__(self, names: Mapping[Entity, str], taken: list[str], folder: str = "") -> None:
+    def __init__(
+        self, names: Mapping[Entity, str], taken: list[str], folder: str = "", own: Iterable[Entity] = ()
+    ) -> None:
         self._names = names
+        self._own = set(own)
         self._folder = folder
         self._taken = taken
 
@@ -49,14 +54,21 @@ class Behaviour:
         found: list[Step] = []
         for effect in fact.effects:
             verb = self._verb(effect)
+            at = located(effect.at, self._folder)
+            if effect.do == "wait":
+                self._taken.append(
+                    f"{at}: waits for {effect.what} ({effect.how}); in the model it goes on at once"
+                )
             if verb is None:
                 continue
             if effect.entity is None:
                 return None
             name = self._names.get(effect.entity)
             if name is None:
-                continue  # that the entity is left out is said where it stands
-            step = Step(verb, name, _TIMES[effect.when], located(effect.at, self._folder))
+                if effect.entity not in self._own:  # else it is said where the entity is left out
+                    self._taken.append(f"{at}: uses {effect.what} of another node; left out of the model")
+                continue
+            step = Step(verb, name, _TIMES[effect.when], at, effect.timeout if verb == "call" else None)
             if effect.entity.details.get("instances") and step.times == "":
                 step = replace(step, times="?")
             found.append(step)

@@ -311,3 +311,32 @@ def test_facts_are_written(tmp_path: Path) -> None:
     run("import", "-q", "--source", source, "-o", tmp_path / "m.sym.xmi", "--facts", facts)
     found: dict[str, Any] = json.loads(facts.read_text())
     assert found["nodes"][0]["services"][0]["at"] == "battery.py:15"
+
+
+@pytest.mark.long
+def test_a_call_that_gives_up_hangs_nothing(tmp_path: Path) -> None:
+    model = tmp_path / "robot.sym.xmi"
+    text = MONITOR.replace("GROUP", "").replace("Trigger.Request())", "Trigger.Request(), timeout_sec=2.0)")
+    run("import", "-q", "--source", files(tmp_path, battery=BATTERY, monitor=text), "-o", model)
+    assert 'timeout="2"' in model.read_text()
+    _, found = run("check", "-q", model)
+    assert "callback-deadlock" not in found
+
+
+def test_what_the_main_function_does_belongs_to_the_node_whose_ports_it_uses(tmp_path: Path) -> None:
+    source = files(
+        tmp_path,
+        both="""
+        rclpy.init()
+        first, second = Node("first"), Node("second")
+        out = second.create_publisher(String, "out", 1)
+        first.create_timer(1.0, lambda: out.publish(String()))
+        out.publish(String())
+        for node in (first, second): SingleThreadedExecutor().add_node(node)
+        """,
+    )
+    found = read(source)
+    assert steps(found, "/second") == {"main": ["publish /out ?"]}
+    assert steps(found, "/first") == {} and any(
+        "no executor spins node /first" in line for line in found.taken
+    )
