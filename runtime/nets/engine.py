@@ -75,7 +75,7 @@ class Engine:
             [len(tokens) for tokens in marking],
             structure.initial_signals if signals is None else signals,
         )
-        self.weights = Weights(structure, self._enabling)
+        self.weights = Weights(structure, self._enabling, self._tokens)
         self._weighed = self.weights.places
         for place in self._weighed:
             self.weights.add(place, self._tokens[place])

@@ -2,7 +2,8 @@
 
 A number of tokens bounds memory only while messages are small. A place without a capacity of the model that
 others can fill counts, besides its tokens, about how many bytes they carry. At the limit it has no room, like
-a place at its number of tokens, until some are taken. It always has room for what one firing needs.
+a place at its number of tokens, until some are taken. It always has room for what one firing needs, and for a
+few tokens, which are not weighed.
 """
 
 from __future__ import annotations
@@ -16,6 +17,9 @@ from dineros.runtime.nets.tokens import Token
 
 MOST_BYTES = 64 << 20
 """Bytes, about, that the tokens of such a place carry at most, and one token more."""
+
+FEW = 8
+"""With no more tokens than this, a place is not weighed: looking at all data would cost most of a firing."""
 
 _CLOSED = 1 << 40
 """Room that is taken from a place at its limit: more than any place has."""
@@ -54,7 +58,9 @@ class Weights:
     structure : Structure
         The net.
     enabling : Enabling
-        Told where a place has no room any more, and where it has room again.
+        Gets the places that have no room any more, and those that have room again.
+    tokens : sequence of iterable of Token
+        The tokens of each place.
 
     Attributes
     ----------
@@ -64,15 +70,16 @@ class Weights:
         Those at their limit.
     """
 
-    def __init__(self, structure: Structure, enabling: Enabling) -> None:
-        self._enabling = enabling
+    def __init__(self, structure: Structure, enabling: Enabling, tokens: Sequence[Iterable[Token]]) -> None:
+        self._enabling, self._tokens = enabling, tokens
         self.places = frozenset(
             place
             for place, limit in enumerate(structure.limits)
             if limit is not None and structure.capacities[place] is None
         )
         self.heavy: set[int] = set()
-        self._bytes = dict.fromkeys(self.places, 0)
+        self._bytes: dict[int, int] = {}
+        """Of the places with more than a few tokens."""
         self._needs = dict.fromkeys(self.places, 1)
         for arcs in (*structure.inputs, *structure.reads):
             for place, weight in arcs:
@@ -81,14 +88,26 @@ class Weights:
 
     def add(self, place: int, tokens: Iterable[Token]) -> None:
         """Count tokens that are on a weighed place now."""
-        self._change(place, sum(size_of(token.data) for token in tokens))
+        if self._enabling.total[place] <= FEW:
+            return
+        known = self._bytes.get(place)
+        # The place has more than a few tokens from now on: all of them are weighed once.
+        added = tokens if known is not None else self._tokens[place]
+        self._note(place, (known or 0) + sum(size_of(token.data) for token in added))
 
     def remove(self, place: int, tokens: Iterable[Token]) -> None:
         """Count tokens no more that were on a weighed place until now."""
-        self._change(place, -sum(size_of(token.data) for token in tokens))
+        known = self._bytes.get(place)
+        if known is None:
+            return
+        if self._enabling.total[place] <= FEW:
+            self._note(place, 0)
+            del self._bytes[place]
+        else:
+            self._note(place, known - sum(size_of(token.data) for token in tokens))
 
-    def _change(self, place: int, more: int) -> None:
-        total = self._bytes[place] = self._bytes[place] + more
+    def _note(self, place: int, total: int) -> None:
+        self._bytes[place] = total
         is_heavy = total >= MOST_BYTES and self._enabling.total[place] >= self._needs[place]
         if is_heavy is not (place in self.heavy):
             self._enabling.change_room(place, -_CLOSED if is_heavy else _CLOSED)

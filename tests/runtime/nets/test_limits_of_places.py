@@ -137,14 +137,15 @@ def test_the_size_of_data() -> None:
 
 
 @settings(deadline=None, max_examples=50)
-@given(st.lists(st.sampled_from(["put", "fire", "take"]), max_size=60))
-def test_bytes_are_those_of_the_tokens_there(steps: list[str]) -> None:
+@given(st.lists(st.sampled_from(["put", "fire", "take"]), max_size=60), st.sampled_from([0, 2, 5]))
+def test_bytes_are_those_of_the_tokens_there(steps: list[str], few: int) -> None:
     """Whatever is put, fired and taken: bytes are those of the tokens, and at the limit there is no room."""
     structure = structure_of(talker(), "listener")
     engine = Engine(structure)
     heard, noted = structure.places.index("Heard"), structure.places.index("Noted")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(weights, "MOST_BYTES", 40)
+        patch.setattr(weights, "FEW", few)
         patch.setattr(weights, "size_of", lambda data: 10)
         for step in steps:
             if step == "put" and engine.has_room(heard):
@@ -154,5 +155,6 @@ def test_bytes_are_those_of_the_tokens_there(steps: list[str]) -> None:
             elif step == "take" and engine.count(noted):
                 engine.take(noted)
             for place in (heard, noted):
-                assert engine.has_room(place) is (10 * engine.count(place) < 40)
-                assert (place in engine.weights.heavy) is (10 * engine.count(place) >= 40)
+                is_heavy = engine.count(place) > few and 10 * engine.count(place) >= 40
+                assert engine.has_room(place) is not is_heavy
+                assert (place in engine.weights.heavy) is is_heavy
