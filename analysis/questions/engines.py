@@ -217,6 +217,7 @@ class Timed(Engine):
     def answer(self, question: Question, budget: Budget) -> Outcome:
         """Build state classes; a run that shows the answer has a schedule."""
         from dineros.analysis.logic.language.bounded import read_bounded
+        from dineros.analysis.timed.branching_time import check_timed_ctl
         from dineros.analysis.timed.durations.bounded_response import decide_bounded
         from dineros.analysis.timed.goals import find_timed, find_timed_firing
         from dineros.analysis.timed.linear_time import verify_timed_ltl
@@ -236,7 +237,9 @@ class Timed(Engine):
                 raise DinerosError(
                     "fairness is not known with --time", hint="latest bounds say what must happen"
                 )
-        raise DinerosError("formulas of CTL are not decided with --time yet", hint="say it in LTL")
+            case Branching(_, names, formula):
+                return check_timed_ctl(self.net, formula, names, budget)
+        raise DinerosError(f"questions of this type are not asked with --time: {type(question).__name__}")
 
 
 ENGINES: dict[str, Engine] = {engine.name: engine for engine in (Own(), Tina())}

@@ -2,6 +2,7 @@
 
 W and M are linear classes, by equality and by inclusion; S and E are strong classes, by equality and by
 inclusion. By inclusion only the largest classes are kept, so the graph has the same markings and fewer
+classes. A are atomic classes: those of E, cut until all states of a class have successors in the same
 classes. The letters are those of TINA.
 
 References
@@ -16,7 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Kind = Literal["W", "M", "S", "E"]
+Kind = Literal["W", "M", "S", "E", "A"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class ClassGraph:
 
     Attributes
     ----------
-    kind : {"W", "M", "S", "E"}
+    kind : {"W", "M", "S", "E", "A"}
     classes, edges, markings : int
         How many there are. An edge is a class, a transition and the class after it.
     deadlocks : int

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled, SomeFired
 from dineros.analysis.logic.language.syntax import (
     OPERATORS,
@@ -22,7 +22,8 @@ from dineros.analysis.logic.language.syntax import (
     Or,
 )
 from dineros.analysis.nets.compiled import CompiledNet, Int64Array
-from dineros.analysis.timed.classes import Kind
+from dineros.analysis.timed.atomic import AtomicSearch
+from dineros.analysis.timed.classes import ClassGraph, Kind
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.search import ClassSearch
 
@@ -139,8 +140,30 @@ def nothing_enabled(net: TimedNet, markings: Int64Array) -> Flags:
     return ~some
 
 
+def class_graph(net: TimedNet, kind: Kind = "W", budget: Budget = UNLIMITED) -> ClassGraph:
+    """Build the graph of all state classes.
+
+    Parameters
+    ----------
+    net
+        The net. W and M do not know priorities.
+    kind
+        Which classes; see `dineros.analysis.timed.classes`.
+    budget
+        Limits; a share of the free memory unless one is given.
+
+    Raises
+    ------
+    DinerosError
+        The net has priorities and the classes are linear, or a bound is too large.
+    """
+    search = AtomicSearch(net, budget) if kind == "A" else ClassSearch(net, kind, budget)
+    search.run()
+    return search.graph()
+
+
 def timed_graph(net: TimedNet, kind: Kind, budget: Budget) -> TimedGraph:
-    """Build the graph of all state classes, by equality.
+    """Build the graph of all state classes: W, S or A.
 
     Raises
     ------
@@ -151,14 +174,14 @@ def timed_graph(net: TimedNet, kind: Kind, budget: Budget) -> TimedGraph:
 
 
 def first_classes(net: TimedNet, kind: Kind, budget: Budget, most: int | None) -> tuple[TimedGraph, bool]:
-    """Build the graph of the state classes that are found first, by equality.
+    """Build the graph of the state classes that are found first: W, S or A.
 
     Parameters
     ----------
     net, kind, budget
         The net, which classes, and limits.
     most
-        Classes with which the search ends, about; None: all of them.
+        Classes with which the search ends, about; None: all of them, as A needs.
 
     Returns
     -------
@@ -173,14 +196,13 @@ def first_classes(net: TimedNet, kind: Kind, budget: Budget, most: int | None) -
         A limit was hit before.
     """
     share = budget if most is None else replace(budget, states=most)
-    search = ClassSearch(net, kind, share, keeps_edges=True)
+    search = AtomicSearch(net, share) if kind == "A" else ClassSearch(net, kind, share, keeps_edges=True)
     search.run()
     is_complete = search.reason is None
     if not is_complete and (most is None or search.reason != "states"):
         raise BudgetExceededError(search.reason)
     budget.check_memory(search.memory_bytes + 6 * 8 * search.edges)
-    marking_of, first, last, target, label = search.arrays()
-    source = np.repeat(np.arange(len(marking_of)), last - first)
+    marking_of, source, target, label = search.arrays()
     markings = search.markings()
     waits = np.ones(len(markings), dtype=np.bool_)
     for transition, interval in enumerate(net.intervals):

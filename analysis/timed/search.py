@@ -37,35 +37,13 @@ MAPPED_SHARE = 0.4
 """Share of the address space left that all tables together may map."""
 
 
-def class_graph(net: TimedNet, kind: Kind = "W", budget: Budget = UNLIMITED) -> ClassGraph:
-    """Build the graph of all state classes.
-
-    Parameters
-    ----------
-    net
-        The net. W and M do not know priorities.
-    kind
-        Which classes; see `dineros.analysis.timed.classes`.
-    budget
-        Limits; a share of the free memory unless one is given.
-
-    Raises
-    ------
-    DinerosError
-        The net has priorities and the classes are linear, or a bound is too large.
-    """
-    search = ClassSearch(net, kind, budget)
-    search.run()
-    return search.graph()
-
-
 class ClassSearch:
     """A search through the state classes of a net; `run` goes through with it.
 
     Parameters
     ----------
     net, kind, budget
-        As `class_graph` takes them.
+        The net, which classes, and limits; a share of the free memory unless one is given.
     keeps_edges : bool
         Whether edges are kept, not only counted.
     keeps_parents : bool
@@ -73,6 +51,15 @@ class ClassSearch:
     is_breadth_first : bool
         Whether classes are expanded in the order in which they are found, so that the ways to them are short.
         By equality it is always so; by inclusion the other order replaces fewer classes.
+
+    Attributes
+    ----------
+    tables, known
+        The net, and all that was found, as kernels read them.
+    bits, top, number_type
+        How bounds are stored: bits of an element, the element that stands for no bound, the type.
+    reason : str or None
+        Which limit ended the search.
     """
 
     def __init__(
@@ -93,24 +80,24 @@ class ClassSearch:
         self.is_done = False
         if budget.memory_bytes is None:
             budget = budget.share(most_bytes=int(free_memory() * DEFAULT_SHARE))
-        self._budget = budget.begun()
+        self.budget = budget.begun()
         self._keeps_edges = keeps_edges or self.by_inclusion
         self._is_stack = self.by_inclusion and not is_breadth_first
-        self._tables = net_tables(net)
+        self.tables = net_tables(net)
         largest = int(
-            max((abs(b) for b in (*self._tables.lower, *self._tables.upper) if b != UNBOUNDED), default=1)
+            max((abs(b) for b in (*self.tables.lower, *self.tables.upper) if b != UNBOUNDED), default=1)
         )
-        self._type, self._bits = next(
+        self.number_type, self.bits = next(
             (kind_of, bits) for kind_of, bits in ((np.int32, 31), (np.int64, 62)) if largest + 1 < 1 << bits
         )
-        self._top = (1 << self._bits) - 1
-        self._known = self._room(keeps_parents)
+        self.top = (1 << self.bits) - 1
+        self.known = self._room(keeps_parents)
         self._work = self._matrices(FIRST_CLOCKS)
 
     def _room(self, keeps_parents: bool) -> Known:
         """Map the tables; they take memory as they fill."""
         places, transitions = len(self.net.untimed.places), len(self.net.untimed.transitions)
-        mapped = min(self._budget.memory, int(mappable_memory() * MAPPED_SHARE) // 16)
+        mapped = min(self.budget.memory, int(mappable_memory() * MAPPED_SHARE) // 16)
         rows = max(mapped // 8, 1 << 12)
         classes = max(mapped // (8 * 4), 1 << 12)
         edges = rows if self._keeps_edges else 0
@@ -130,7 +117,7 @@ class ClassSearch:
             kept=lazy_zeros(rows // 2 + transitions).view(np.int32),
             class_marking=lazy_zeros(classes),
             record_start=lazy_zeros(classes + 1),
-            codes=lazy_zeros(rows).view(self._type),
+            codes=lazy_zeros(rows).view(self.number_type),
             class_table=np.zeros(FIRST_TABLE, dtype=np.int64),
             code=np.zeros(0, dtype=np.int64),
             parent=lazy_zeros(classes if keeps_parents else 0),
@@ -147,10 +134,10 @@ class ClassSearch:
 
     def _matrices(self, clocks: int) -> Work:
         """Make room for matrices of so many clocks."""
-        uppers = self._tables.upper[self._tables.has_clock]
+        uppers = self.tables.upper[self.tables.has_clock]
         depth = min(clocks, int((uppers == UNBOUNDED).sum())) if self.is_strong else 0
         size = clocks + 1
-        self._known = self._known._replace(code=np.zeros(size * (size + 2), dtype=np.int64))
+        self.known = self.known._replace(code=np.zeros(size * (size + 2), dtype=np.int64))
         return Work(
             self.net.untimed.initial.copy(),
             np.zeros((size, size), dtype=np.int64),
@@ -168,7 +155,7 @@ class ClassSearch:
         is_met
             Called now and then; the search ends, without a reason, once it returns true.
         """
-        self._budget.stage("state classes")
+        self.budget.stage("state classes")
         shape = (self.is_strong, self.by_inclusion)
         size = FIRST_SLICE
         has_begun = False
@@ -177,23 +164,21 @@ class ClassSearch:
                 if has_begun:
                     began = time.perf_counter()
                     status = kernels.explore(
-                        self._tables,
-                        self._known,
+                        self.tables,
+                        self.known,
                         self._work,
                         *shape,
                         self._is_stack,
                         self._keeps_edges,
-                        self._bits,
-                        self._top,
+                        self.bits,
+                        self.top,
                         size,
                     )
                     took = time.perf_counter() - began
                 else:
-                    status = kernels.begin(
-                        self._tables, self._known, self._work, *shape, self._bits, self._top
-                    )
+                    status = kernels.begin(self.tables, self.known, self._work, *shape, self.bits, self.top)
                     has_begun, took = status == kernels.DONE, 1.0
-                    self._known.control[EDGES] = 0  # no edge leads to the initial class
+                    self.known.control[EDGES] = 0  # no edge leads to the initial class
                 if status == kernels.DONE and took != 1.0:
                     self.is_done = True
                     return
@@ -203,7 +188,7 @@ class ClassSearch:
                 elif status == kernels.WANTS_TABLE:
                     self.enlarge_tables()
                 elif status == kernels.WANTS_CLOCKS:
-                    most = int(self._known.control[MOST_CLOCKS])
+                    most = int(self.known.control[MOST_CLOCKS])
                     self._work = self._matrices(max(most, 2 * (len(self._work.low) - 1)))
                 elif status == kernels.WANTS_ROOM:
                     self.reason = "memory"
@@ -218,7 +203,7 @@ class ClassSearch:
             self.reason = "memory"
 
     def _look(self) -> None:
-        budget, control = self._budget, self._known.control
+        budget, control = self.budget, self.known.control
         if budget.progress is not None:
             budget.progress(Progress("states", int(control[CLASSES]), self.memory_bytes))
         if self.reason is None and budget.is_over:
@@ -230,7 +215,7 @@ class ClassSearch:
 
     def enlarge_tables(self, always: bool = False) -> None:
         """Give markings and classes larger tables where theirs fill up, or always."""
-        known = self._known
+        known = self.known
         markings, classes = int(known.control[MARKINGS]), int(known.control[CLASSES])
         if always or 2 * markings > known.marking_table.size:
             known = known._replace(marking_table=lazy_zeros(2 * known.marking_table.size))
@@ -240,12 +225,12 @@ class ClassSearch:
                 class_table=lazy_zeros((8 if classes < 1 << 22 else 2) * known.class_table.size)
             )
             find_classes_again(known)
-        self._known = known
+        self.known = known
 
     @property
     def memory_bytes(self) -> int:
         """Bytes of the tables that are filled."""
-        known, control = self._known, self._known.control
+        known, control = self.known, self.known.control
         markings, enabled, kept, classes, codes, edges = (int(n) for n in control[: EDGES + 1])
         size: int = (
             markings * (4 * known.markings.shape[1] + 24)
@@ -261,13 +246,13 @@ class ClassSearch:
 
     def markings(self, first: int = 0, end: int | None = None) -> Int64Array:
         """Return the markings found, from a row on, up to another one, places in the order of the net."""
-        end = int(self._known.control[MARKINGS]) if end is None else end
-        found: Int64Array = self._known.markings[first:end].astype(np.int64)
+        end = int(self.known.control[MARKINGS]) if end is None else end
+        found: Int64Array = self.known.markings[first:end].astype(np.int64)
         return found
 
     def dead(self) -> NDArray[np.bool_]:
         """Return by class whether nothing can fire there, if edges are kept."""
-        known = self._known
+        known = self.known
         nothing: NDArray[np.bool_] = known.edge_first[: self.classes] == known.edge_last[: self.classes]
         if self.by_inclusion:
             nothing &= known.replaced_by[: self.classes] == kernels.ALIVE
@@ -276,30 +261,30 @@ class ClassSearch:
     @property
     def edges(self) -> int:
         """Number of edges found."""
-        return int(self._known.control[EDGES])
+        return int(self.known.control[EDGES])
 
     @property
     def classes(self) -> int:
         """Number of classes found, those that were replaced by larger ones included."""
-        return int(self._known.control[CLASSES])
+        return int(self.known.control[CLASSES])
 
     @property
     def marking_of(self) -> Int64Array:
         """By class its marking; a view that ends with the classes found so far."""
-        found: Int64Array = self._known.class_marking[: self.classes]
+        found: Int64Array = self.known.class_marking[: self.classes]
         return found
 
     def trace(self, number: int) -> tuple[int, ...]:
         """Return the firings by which a class was first reached, if parents are kept."""
         found: list[int] = []
-        while self._known.parent[number] >= 0:
-            found.append(int(self._known.via[number]))
-            number = int(self._known.parent[number])
+        while self.known.parent[number] >= 0:
+            found.append(int(self.known.via[number]))
+            number = int(self.known.parent[number])
         return tuple(reversed(found))
 
     def first_edge(self, transitions: Sequence[int]) -> tuple[int, int] | None:
         """Return the class and the transition of the first edge that fires one of some transitions."""
-        known = self._known
+        known = self.known
         edges = np.flatnonzero(np.isin(known.edge_label[: self.edges], transitions))
         if not len(edges):
             return None
@@ -309,33 +294,35 @@ class ClassSearch:
 
     def first_sources(self) -> dict[int, int]:
         """Return by transition that fires the class in which it was first seen to fire, if edges are kept."""
-        known = self._known
+        known = self.known
         labels, edges = np.unique(known.edge_label[: self.edges], return_index=True)
         classes = np.flatnonzero(known.edge_last[: self.classes] > known.edge_first[: self.classes])
         classes = classes[np.argsort(known.edge_first[classes], kind="stable")]
         at = np.searchsorted(known.edge_first[classes], edges, side="right") - 1
         return dict(zip(labels.tolist(), classes[at].tolist(), strict=True))
 
-    def arrays(self) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array, Int64Array]:
-        """Return the graph, if edges are kept and classes are compared by equality.
+    def arrays(self) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array]:
+        """Return the graph, if edges are kept and classes are compared by equality; class 0 is initial.
 
         Returns
         -------
-        marking_of, first, last, target, label
-            By class: its marking, and which edges leave it. By edge: the class after it and its transition.
+        marking_of : int64 array, shape (classes,)
+            By class its marking.
+        source, target, label : int64 arrays, shape (edges,)
+            By edge, sources ascending: its classes and its transition.
         """
-        known, classes = self._known, int(self._known.control[CLASSES])
+        known, classes = self.known, self.classes
+        leaving = known.edge_last[:classes] - known.edge_first[:classes]
         return (
             known.class_marking[:classes].copy(),
-            known.edge_first[:classes].copy(),
-            known.edge_last[:classes].copy(),
+            np.repeat(np.arange(classes), leaving),
             known.edge_target[: self.edges].copy(),
             known.edge_label[: self.edges].copy(),
         )
 
     def graph(self) -> ClassGraph:
         """Return what was found."""
-        control = self._known.control
+        control = self.known.control
         classes, edges, deadlocks = int(control[CLASSES]), int(control[EDGES]), int(control[DEADLOCKS])
         markings = int(control[MARKINGS])
         if self.by_inclusion:
@@ -351,14 +338,18 @@ class ClassSearch:
             self.memory_bytes,
         )
 
-    def _alive(self) -> tuple[int, int, int]:
-        known = self._known
-        count = int(known.control[CLASSES])
-        final = known.replaced_by[:count].copy()
-        alive = final == -1
+    def kept(self) -> Int64Array:
+        """Return by class the one that holds it, if they are compared by inclusion: itself if it is kept."""
+        final: Int64Array = self.known.replaced_by[: self.classes].copy()
+        alive = final == kernels.ALIVE
         final[alive] = np.flatnonzero(alive)
         while not alive[final].all():
             final = final[final]
+        return final
+
+    def _alive(self) -> tuple[int, int, int]:
+        known, final = self.known, self.kept()
+        alive = final == np.arange(len(final))
         edges = deadlocks = 0
         transitions = len(self.net.untimed.transitions)
         for number in np.flatnonzero(alive):

@@ -10,7 +10,7 @@ from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetEx
 from dineros.analysis.nets.memory import peak_memory
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.nets import TimedNet
-from dineros.analysis.timed.search import class_graph
+from dineros.analysis.timed.graph import class_graph
 
 TimedEngine = Literal["classes", "integer"]
 _REASONS = {
@@ -89,8 +89,8 @@ def _by_classes(net: TimedNet, kind: Kind, budget: Budget) -> TimedStateSpace:
 
 
 def _by_counting(net: TimedNet, budget: Budget) -> TimedStateSpace:
-    from dineros.analysis.timed.integer import integer_net
-    from dineros.analysis.timed.integer_counting import count_markings
+    from dineros.analysis.timed.integers.net import integer_net
+    from dineros.analysis.timed.integers.counting import count_markings
 
     made = integer_net(net)
     reason, markings = None, None

@@ -72,6 +72,47 @@ class Work(NamedTuple):
     split: Any
 
 
+class Atoms(NamedTuple):
+    """Classes that are cut until they are atomic, and the edges between them."""
+
+    control: Any
+    top: Any  #: one element: the stored bound that stands for none
+    marking: Any  #: by class
+    is_alive: Any
+    is_queued: Any
+    cell: Any  #: by class: where in `bounds` its matrix starts
+    code: Any
+    next_class: Any  #: by class: the next one in its slot of `table`
+    first_out: Any
+    first_in: Any
+    table: Any
+    bounds: Any
+    source: Any  #: by edge
+    at: Any  #: by edge: its transition's place among those that are enabled in a marking
+    target: Any
+    next_out: Any
+    last_out: Any
+    next_in: Any
+    last_in: Any
+    state: Any
+    queue: Any  #: classes to which edges lead that may not be stable
+
+
+class CuttingRoom(NamedTuple):
+    """Room to look at one class, and to cut those that lead to it."""
+
+    matrix: Any
+    before: Any
+    room: Any
+    other: Any
+    lead: Any
+    facets: Any
+    pieces: Any
+    numbers: Any
+    edges: Any
+    incoming: Any
+
+
 def net_tables(net: TimedNet) -> NetTables:
     """Return a net as kernels read it.
 

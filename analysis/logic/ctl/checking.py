@@ -153,7 +153,7 @@ def _explicitly(net: CompiledNet, tree: Formula, atoms: BoundAtoms, budget: Budg
         finally:
             states = graph.size
         budget.stage("sets of markings")
-        return replace(_decided(tree, ExplicitSets(graph), states, budget), by="explicit search")
+        return replace(decided(tree, ExplicitSets(graph), states, budget), by="explicit search")
     except BudgetExceededError as limit:
         return _unknown(budget, states, limit)
 
@@ -185,7 +185,7 @@ def _symbolically(
             raise DiagramMemoryError
         budget.check_time()
         budget.stage("sets of markings as decision diagrams")
-        answer = _decided(tree, SymbolicSets(space, atoms, budget), states, budget)
+        answer = decided(tree, SymbolicSets(space, atoms, budget), states, budget)
         return replace(answer, by="decision diagrams")
     except DiagramMemoryError:
         more = f"more than {budget.memory / 2**20:.0f} MiB needed"
@@ -194,7 +194,8 @@ def _symbolically(
         return _unknown(budget, states, limit)
 
 
-def _decided(tree: Formula, sets: StateSets[States], states: int, budget: Budget) -> Outcome:
+def decided(tree: Formula, sets: StateSets[States], states: int, budget: Budget) -> Outcome:
+    """Return whether the initial one of so many states satisfies a formula, and a run that shows it."""
     from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
     wanted = basic(tree)

@@ -73,6 +73,19 @@ class Arcs(NamedTuple):
         kernels.some_globally(*self, result, np.empty(result.size, dtype=np.int32))
         return result
 
+    def path(self, start: int, allowed: StateSet, goal: StateSet) -> list[int]:
+        """Return the states of a shortest path of at least one edge over allowed states to a goal, or []."""
+        parents = np.full(allowed.size, -1, dtype=np.int32)
+        queue = np.empty(allowed.size, dtype=np.int32)
+        state, end = kernels.path_states(self.pointer, self.targets, start, allowed, goal, parents, queue)
+        if end < 0:
+            return []
+        found = [end]
+        while state != start:
+            found.append(state)
+            state = int(parents[state])
+        return [int(state) for state in (*found, start)][::-1]
+
 
 class Exploration:
     """Markings of a net, breadth first, with their successors; a deadlock is its own successor.
@@ -188,20 +201,6 @@ class StateGraph(Exploration):
         word, bit = divmod(self.product.automaton.atoms.index(atom), BITS)
         result: StateSet = (self.letters[:, word] & (1 << bit)) != 0
         return result
-
-    def path(self, start: int, allowed: StateSet, goal: StateSet) -> list[int]:
-        """Return the states of a shortest path of at least one edge over allowed states to a goal, or []."""
-        parents = np.full(self.size, -1, dtype=np.int32)
-        queue = np.empty(self.size, dtype=np.int32)
-        pointer, targets, *_ = self.arcs
-        state, end = kernels.path_states(pointer, targets, start, allowed, goal, parents, queue)
-        if end < 0:
-            return []
-        found = [end]
-        while state != start:
-            found.append(state)
-            state = int(parents[state])
-        return [int(state) for state in (*found, start)][::-1]
 
     def transitions(self, states: Sequence[int]) -> tuple[int, ...]:
         """Return transitions that lead along a path of states; staying in a deadlock is none."""

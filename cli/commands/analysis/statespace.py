@@ -51,9 +51,9 @@ if TYPE_CHECKING:
 @click.option(
     "--classes",
     "construction",
-    type=click.Choice(["W", "M", "S", "E"]),
+    type=click.Choice(["W", "M", "S", "E", "A"]),
     help="With --time: linear classes by equality (W, the default) or inclusion (M), strong classes by "
-    "equality (S, the default with priorities) or inclusion (E).",
+    "equality (S, the default with priorities) or inclusion (E), atomic classes (A).",
 )
 @search_order_option("How the explicit engine goes; counts are the same.")
 @confirm_option

@@ -23,6 +23,7 @@ from dineros.metamodel.errors import DinerosError
     "dineros verify sorting.sym.xmi --signals none --ltl 'G F fired(TSense)'",
     "dineros verify door.sym.xmi Closes",
     "dineros verify race.net --time --ltl 'G (b == 0)'",
+    "dineros verify race.net --time --ctl 'AF (a >= 1)'",
     "dineros verify sorting.sym.xmi --ctl 'AG EF (Shown >= 3)' --write-properties questions.xml",
 )
 @model_argument()
@@ -57,7 +58,7 @@ from dineros.metamodel.errors import DinerosError
     help="Write what is asked as a property file of the contest, instead of answering it.",
 )
 @cache_option
-@time_option("Ask about the runs of the net with its firing intervals; with --ltl.")
+@time_option("Ask about the runs of the net with its firing intervals.")
 @question_options
 def verify(
     property_name: str | None,

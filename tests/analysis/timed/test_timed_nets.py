@@ -9,7 +9,7 @@ import pytest
 from dineros.analysis.explicit import explore
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net, exact
-from dineros.analysis.timed.search import class_graph
+from dineros.analysis.timed.graph import class_graph
 from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 
@@ -59,7 +59,7 @@ def test_a_sum_that_floating_point_gets_wrong() -> None:
     ],
 )
 def test_who_can_win(first: Interval, second: Interval, markings: int) -> None:
-    for kind in ("W", "M", "S", "E"):
+    for kind in ("W", "M", "S", "E", "A"):
         assert class_graph(race(first, second), kind).markings == markings
 
 
@@ -107,6 +107,6 @@ def test_without_intervals_there_is_one_class_for_each_marking() -> None:
     ]
     net = TimedNet.build({"p": 3, "q": 0}, steps, {})
     space = explore(CompiledNet.build({"p": 3, "q": 0}, steps))
-    for kind in ("W", "M", "S", "E"):
+    for kind in ("W", "M", "S", "E", "A"):
         graph = class_graph(net, kind)
         assert (graph.classes, graph.edges, graph.deadlocks) == (space.markings, space.arcs, space.deadlocks)

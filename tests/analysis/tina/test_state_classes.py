@@ -17,7 +17,7 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net
-from dineros.analysis.timed.search import class_graph
+from dineros.analysis.timed.graph import class_graph
 from dineros.analysis.tina import TinaError, count_classes
 from dineros.analysis.tina.timed_models import to_timed_model
 from tests.analysis.timed.time_nets import lively_net
@@ -28,7 +28,7 @@ STAND_IN = """#!{python}
 import sys
 sys.path.insert(0, {root!r})
 from dineros.analysis.timed.nets import compile_timed_net
-from dineros.analysis.timed.search import class_graph
+from dineros.analysis.timed.graph import class_graph
 from dineros.metamodel.files import load
 assert sys.argv[2] == "-q" and sys.argv[1] in ("-W", "-M", "-S", "-E", "-A"), sys.argv
 net = compile_timed_net(load(sys.argv[3]))

@@ -36,6 +36,8 @@ def race(tmp_path: Path) -> Path:
         (("find", "--marking", "deadlock & a >= 1"), 0, 0),
         (("verify", "--ltl", "G (b == 0)"), 1, 0),
         (("verify", "--ltl", "F fired(fast)"), 1, 0),
+        (("verify", "--ctl", "AF (a >= 1)"), 1, 0),
+        (("verify", "--ctl", "EF (b >= 1)"), 0, 1),
     ],
 )
 def test_times_decide(run: Run, race: Path, question: tuple[str, ...], without: int, with_time: int) -> None:
@@ -107,7 +109,6 @@ def test_the_quickest_way(run: Run, race: Path) -> None:
         ("find", "--marking", "a >= 1", "--confirm"),
         ("find", "--marking", "a >= 1", "--engine", "tina"),
         ("verify", "--ltl", "F (a >= 1)", "--fair", "all"),
-        ("verify", "--ctl", "AF (a >= 1)"),
     ],
 )
 def test_what_time_does_not_go_with(run: Run, race: Path, options: tuple[str, ...]) -> None:

@@ -38,7 +38,7 @@ def test_counts_with_and_without_time(run: Run, race: Path) -> None:
     assert json.loads(run("statespace", str(race), "--json").stdout)["states"] == 3
 
 
-@pytest.mark.parametrize("classes", ["W", "M", "S", "E"])
+@pytest.mark.parametrize("classes", ["W", "M", "S", "E", "A"])
 def test_each_construction_is_confirmed_by_counted_time(run: Run, race: Path, classes: str) -> None:
     done = run("statespace", str(race), "--time", "--classes", classes, "--confirm", "--json")
     assert done.exit_code == 0

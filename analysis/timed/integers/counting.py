@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.explicit.engine import count_marked
-from dineros.analysis.timed.integer import IntegerNet
+from dineros.analysis.timed.integers.net import IntegerNet
 
 FEW = 2_000_000
 """States up to which they are searched one by one before diagrams are tried."""
