@@ -165,9 +165,10 @@ def _walks() -> None:
 
 
 def _state_classes() -> None:
-    """Compile the search through state classes: linear and strong, by equality and by inclusion."""
+    """Compile the search through state classes: linear and strong, by equality and by inclusion, and atomic."""
     from fractions import Fraction
 
+    from dineros.analysis.timed.atomic import AtomicSearch
     from dineros.analysis.timed.nets import Interval, TimedNet
     from dineros.analysis.timed.search import ClassSearch
 
@@ -182,6 +183,9 @@ def _state_classes() -> None:
         search = ClassSearch(net, kind, Budget(MEMORY), keeps_parents=True)
         search.run()
         search.enlarge_tables(always=True)
+    cutting = AtomicSearch(net, Budget(MEMORY))
+    cutting.run()
+    cutting.enlarge_table()
 
 
 PARTS: dict[str, Callable[[], None]] = {

@@ -152,12 +152,17 @@ class AtomicSearch:
                 factor = CALL_SECONDS / max(time.perf_counter() - began, 1e-6)
                 size = int(max(1, min(LARGEST_SLICE, size * min(4.0, max(0.25, factor)))))
             elif status == kernels.WANTS_TABLE:
-                table = np.full(self._table_size(2 * self.classes), NONE, dtype=np.int32)
-                self._atoms = self._atoms._replace(table=table)
-                find_again(self._atoms)
+                self.enlarge_table()
             elif status == kernels.WANTS_ROOM:
                 self.reason = "memory"
             self._look()
+
+    def enlarge_table(self) -> None:
+        """Give the classes a larger table."""
+        assert self._atoms is not None
+        table = np.full(self._table_size(2 * int(self._atoms.control[CLASSES])), NONE, dtype=np.int32)
+        self._atoms = self._atoms._replace(table=table)
+        find_again(self._atoms)
 
     def _look(self) -> None:
         budget = self._budget

@@ -89,8 +89,8 @@ def _by_classes(net: TimedNet, kind: Kind, budget: Budget) -> TimedStateSpace:
 
 
 def _by_counting(net: TimedNet, budget: Budget) -> TimedStateSpace:
-    from dineros.analysis.timed.integers.net import integer_net
     from dineros.analysis.timed.integers.counting import count_markings
+    from dineros.analysis.timed.integers.net import integer_net
 
     made = integer_net(net)
     reason, markings = None, None

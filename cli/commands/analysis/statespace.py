@@ -83,6 +83,7 @@ def statespace(
     if order == "depth-first" and engine != "explicit":
         raise click.UsageError("--search depth-first goes with --engine explicit")
     if timed:
+        start_quickly()
         if reduce or engine not in ("auto", "classes", "integer", "tina"):
             raise click.UsageError("--time goes with --engine classes, integer or tina, and without --reduce")
         asked_of = TimedCount(model, settings, signals, overflow, construction, engine, confirm, as_json)

@@ -14,7 +14,11 @@ from dineros.metamodel.files import load
 FOLDER = Path(__file__).resolve().parents[4] / "shared/tpn"
 FIGURES = json.loads((FOLDER / "expected.json").read_text())["figures"] if FOLDER.exists() else {}
 
-COUNTED = [(name, kind) for name, kinds in FIGURES.items() for kind in kinds]
+COUNTED = [
+    pytest.param(name, kind, marks=[pytest.mark.long] * name.endswith("4"))
+    for name, kinds in FIGURES.items()
+    for kind in kinds
+]
 CUT_IN_ANOTHER_ORDER = [("countertrains4", "A")]
 """Where a class is cut by several bounds, their order may matter a little: 257 858 classes, not 257 863."""
 
