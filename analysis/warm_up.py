@@ -165,7 +165,7 @@ def _walks() -> None:
 
 
 def _state_classes() -> None:
-    """Compile the search through state classes: linear and strong, by equality and by inclusion, and atomic."""
+    """Compile the search through state classes: linear, strong and atomic, by equality and by inclusion."""
     from fractions import Fraction
 
     from dineros.analysis.timed.atomic import AtomicSearch

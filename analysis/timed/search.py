@@ -198,7 +198,7 @@ class ClassSearch:
                 if is_met is not None and is_met():
                     return
         except KeyboardInterrupt:  # who watches over the time asks a search to end in this way, too
-            self.reason = "time" if self._budget.is_over else "interrupted"
+            self.reason = "time" if self.budget.is_over else "interrupted"
         except MemoryError:
             self.reason = "memory"
 

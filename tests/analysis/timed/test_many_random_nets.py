@@ -17,8 +17,8 @@ from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.timed.atomic import AtomicSearch
 from dineros.analysis.timed.branching_time import check_timed_ctl
-from dineros.analysis.timed.integer import integer_net
-from dineros.analysis.timed.integer_counting import count_markings
+from dineros.analysis.timed.integers.counting import count_markings
+from dineros.analysis.timed.integers.net import integer_net
 from dineros.analysis.timed.linear_time import verify_timed_ltl
 from dineros.analysis.timed.search import ClassSearch
 from tests.analysis.timed.test_branching_time import is_true, random_formula
