@@ -9,8 +9,8 @@ from typing import Any, Literal
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.nets.memory import peak_memory
 from dineros.analysis.timed.classes import Kind
-from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.graph import class_graph
+from dineros.analysis.timed.nets import TimedNet
 
 TimedEngine = Literal["classes", "integer"]
 _REASONS = {

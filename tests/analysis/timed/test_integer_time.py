@@ -10,10 +10,10 @@ import pytest
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import Transition
 from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.analysis.timed.graph import class_graph
 from dineros.analysis.timed.integers.counting import count_markings
 from dineros.analysis.timed.integers.net import integer_net
 from dineros.analysis.timed.nets import Interval, TimedNet
-from dineros.analysis.timed.graph import class_graph
 from dineros.analysis.timed.state_space import timed_state_space
 from dineros.metamodel.errors import DinerosError
 from tests.analysis.timed.time_nets import lively_net

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from dineros.analysis.timed.nets import compile_timed_net
 from dineros.analysis.timed.graph import class_graph
+from dineros.analysis.timed.nets import compile_timed_net
 from dineros.metamodel.files import load
 
 FOLDER = Path(__file__).resolve().parents[4] / "shared/tpn"

@@ -8,8 +8,8 @@ import pytest
 
 from dineros.analysis.explicit import explore
 from dineros.analysis.nets.compiled import CompiledNet, Transition
-from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net, exact
 from dineros.analysis.timed.graph import class_graph
+from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net, exact
 from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 

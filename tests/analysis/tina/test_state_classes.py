@@ -16,8 +16,8 @@ from random import Random
 import pytest
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net
 from dineros.analysis.timed.graph import class_graph
+from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net
 from dineros.analysis.tina import TinaError, count_classes
 from dineros.analysis.tina.timed_models import to_timed_model
 from tests.analysis.timed.time_nets import lively_net
