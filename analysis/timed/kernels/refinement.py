@@ -2,8 +2,8 @@
 
 An edge leads from a class, by a transition, into a class. It is stable if each state of the first class has a
 successor in the second; else the first class is cut into those that have one and those that have none. A
-class that comes to hold the same states as another one is the same class. Which classes are left does not
-depend on the order of the cuts.
+class that comes to hold the same states as another one is the same class. For most nets, the classes that are
+left do not depend on the order of the cuts; for large ones they can differ by a few.
 """
 
 from __future__ import annotations
