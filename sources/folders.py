@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from dineros.metamodel.errors import DinerosError, Location, ModelFileError, counted
-from dineros.metamodel.files.reading import read_bytes
+from dineros.metamodel.files.reading import read_bytes, read_pieces
 
 MOST_FILES = 20_000
 """Files of a folder, of the kinds that are read."""
@@ -43,14 +43,14 @@ class SourceFolder:
 
     def read(self, path: str) -> str | None:
         """Return the text of a file; None, and a line in `unread`, if it cannot be read."""
-        content = self.read_bytes(path)
+        content = self.content(path)
         try:
             return None if content is None else content.decode()
         except UnicodeDecodeError:
             self.unread.append(f"{path}: it is no text in UTF-8")
         return None
 
-    def read_bytes(self, path: str) -> bytes | None:
+    def content(self, path: str) -> bytes | None:
         """Return the content of a file; None, and a line in `unread`, if it cannot be read."""
         try:
             return read_bytes(self.root / path, MOST_BYTES)
@@ -112,8 +112,7 @@ def _paths(root: Path, unread: list[str]) -> Iterator[str]:
 def _is_python(path: Path) -> bool:
     """Tell whether a file without an ending is a script in Python, by its first line."""
     try:
-        with path.open("rb") as file:
-            first = file.readline(200)
-    except OSError:
+        first = next(read_pieces(path, size=200), b"").partition(b"\n")[0]
+    except DinerosError:
         return False
     return first.startswith(b"#!") and b"python" in first

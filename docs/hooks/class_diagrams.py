@@ -63,6 +63,7 @@ PARTS = {
             "Durability Liveliness TopicPort PublisherPort SubscriberPort Dispatcher ServerPort ClientPort "
             "FieldMapping MessagePart",
         ),
+        "times": ("LR", "SystemModel DefaultTimes NodeNet CallbackOrder CallbackPage"),
         "actions": ("TB", "Channel ActionChannel ActionServerPort ActionClientPort CallbackGroup"),
     },
     "pnm": {"": ("TB", "")},

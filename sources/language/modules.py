@@ -130,7 +130,7 @@ class Modules:
         return found
 
     def _parse(self, path: str) -> ast.Module | None:
-        content = self._folder.read_bytes(path)
+        content = self._folder.content(path)
         if content is None:
             return None
         try:

@@ -106,7 +106,7 @@ class Draughtsman:
             self.hand.fill("name", transition.clause.name or "")
             self._back_to(transition)
         if transition.interval is not None:
-            self.hand.button("+ time interval")
+            self.hand.button("+ time interval", group="interval")
             self._fill(transition.interval)
             self._back_to(transition)
 

@@ -144,8 +144,10 @@ class Hand:
         self.idle()
         self.page.keyboard.press("Escape")
 
-    def button(self, name: str) -> None:
-        self.page.get_by_role("button", name=name, exact=True).click()
+    def button(self, name: str, *, group: str | None = None) -> None:
+        """Press a button: of the feature `group` of the form if several features have one of that name."""
+        within = self.page if group is None else self.page.get_by_role("group", name=group, exact=True)
+        within.get_by_role("button", name=name, exact=True).click()
         self.idle()
 
     def model(self) -> dict[str, Any]:

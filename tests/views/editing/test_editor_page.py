@@ -185,7 +185,7 @@ def test_what_somebody_else_wrote_can_be_compared_and_taken(file: Path, edit: Ed
     banner.wait_for()
     with hand.page.expect_popup() as opened:
         banner.get_by_text("Compare").click()
-    wait_until(opened.value, "Number(document.body.dataset.ready) >= 1")
+    wait_until(opened.value, "Number(document.body?.dataset.ready) >= 1")
     assert "theirs → mine" in opened.value.locator("h1").inner_text()
     opened.value.close()
     hand.button("Take theirs")
