@@ -54,7 +54,7 @@ class Asked:
 def proved(asked: Asked, budget: Budget = UNLIMITED) -> Outcome | None:
     """Answer a question by structure or induction; None where these do not do."""
     from dineros.analysis.evidence.checker import excluded
-    from dineros.analysis.questions.goals import proof_against
+    from dineros.analysis.portfolio.asking import proof_against
 
     for answer in ("unreachable",) if asked.kind in ("enabled", "marking") else ("holds", "violated"):
         budget = budget.begun()

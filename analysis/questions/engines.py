@@ -64,8 +64,8 @@ class Enabled(Question):
     order: Order = "breadth-first"
 
     def decided(self, budget: Budget) -> Outcome:
-        """Search for it; see `dineros.analysis.questions.goals`."""
-        from dineros.analysis.questions.goals import find_enabled
+        """Search for it; see `dineros.analysis.portfolio.asking`."""
+        from dineros.analysis.portfolio.asking import find_enabled
 
         return find_enabled(self.net, self.name, self.names, budget, self.order)
 
@@ -86,8 +86,8 @@ class Marking(Question):
     order: Order = "breadth-first"
 
     def decided(self, budget: Budget) -> Outcome:
-        """Search for it; see `dineros.analysis.questions.goals`."""
-        from dineros.analysis.questions.goals import find_marking
+        """Search for it; see `dineros.analysis.portfolio.asking`."""
+        from dineros.analysis.portfolio.asking import find_marking
 
         return find_marking(self.net, self.condition, self.names, budget, self.order)
 

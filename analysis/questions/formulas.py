@@ -30,9 +30,10 @@ from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.faults import check_fault, faulty_beginning
 from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.asking import find_enabled, find_marking
+from dineros.analysis.portfolio.plans import NEAR_STATES
 from dineros.analysis.properties.normal_form import goal_of
 from dineros.analysis.properties.predicates import is_condition
-from dineros.analysis.questions.goals import NEAR_STATES, find_enabled, find_marking
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.order_cache import OrderCache

@@ -1,37 +1,19 @@
-"""Ways to a goal, searched for explicitly, on the fly: one marking after another, or led by a diagram."""
+"""Ways to a firing: searched for explicitly, one marking after another, or led by a diagram."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.explicit import Order, find
-from dineros.analysis.explicit.answers import Reduction
-from dineros.analysis.explicit.engine import NO_END
-from dineros.analysis.explicit.goals import Goal, excludes
+from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.shortening import shortened
+from dineros.analysis.portfolio.methods.explicit_search import QUICK, search, way_without_detours
+from dineros.analysis.portfolio.reach import INTERRUPTED
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
-
-QUICK = 256 << 20
-"""Bytes for the search for a shortest trace, before the net is reduced."""
-
-NEAR_IF_UNBOUNDED = 1_000_000
-"""Markings of a search for a shortest trace in a net that is seen to have no end of them."""
-
-INTERRUPTED = "interrupted"
-_REASONS = {
-    "memory": "memory ran out",
-    "time": "time ran out",
-    "states": "the limit of markings was reached",
-    "unbounded": "the net is unbounded, and memory ran out",
-    "interrupted": INTERRUPTED,
-}
 
 
 def find_firing(net: CompiledNet, transition: int, budget: Budget = UNLIMITED) -> Outcome:
@@ -56,7 +38,7 @@ def find_firing(net: CompiledNet, transition: int, budget: Budget = UNLIMITED) -
         return answer
     index = {name: number for number, name in enumerate(net.transitions)}
     names = reduction.expand([*(smaller.transitions[number] for number in answer.trace), name])
-    trace = _to_goal(net, Goal.enabled(net, transition), [index[name] for name in names[:-1]])
+    trace = way_without_detours(net, Goal.enabled(net, transition), [index[name] for name in names[:-1]])
     return Outcome("reachable", (*trace, transition))
 
 
@@ -85,68 +67,4 @@ def way_to_firing(space: SymbolicStateSpace, transition: int) -> tuple[int, ...]
         goal = sets.some(enabling)
         scope.hold(goal)
         way = ways.way_to(goal)
-    return (*_to_goal(space.net, Goal.enabled(space.net, transition), way), transition)
-
-
-def search(
-    net: CompiledNet,
-    goal: Goal,
-    budget: Budget,
-    order: Order,
-    is_shortest: bool = True,
-    *,
-    is_near: bool = False,
-) -> Outcome:
-    """Search for a goal explicitly: for a shortest trace first, on an unbounded net also for a proof.
-
-    Where a shortest one is not asked for, any that the search meets first will do. Where only what is near is
-    asked for (`is_near`), that is all.
-    """
-
-    def explore(share: Budget) -> Outcome:
-        reduction: Reduction | None = "stubborn" if goal.is_deadlock else None
-        return find(
-            net,
-            goal,
-            share,
-            reduction=reduction,
-            order=order,
-            is_shortest=is_shortest,
-            most_if_unbounded=most_if_unbounded,
-        )
-
-    most_if_unbounded = NEAR_IF_UNBOUNDED
-    answer = explore(budget.share(most_bytes=QUICK))
-    # Of an unbounded net, more markings would prove nothing; the largest ones may.
-    if answer.reason == "unbounded" and not is_near:
-        from dineros.analysis.covering.goals import decide_goal
-        from dineros.analysis.nets.coverability import coverability
-
-        found = decide_goal(net, goal, budget.share(0.5))
-        if found is not None:
-            return found
-        if excludes(net, coverability(net, budget=budget.share(0.3)), goal):
-            return Outcome("unreachable", states=answer.states)
-    if answer.reason in ("memory", "unbounded") and budget.memory > QUICK and not is_near:
-        most_if_unbounded = NO_END
-        answer = explore(budget.share(most_bytes=budget.memory))
-    if answer.trace is None or order == "breadth-first":
-        return replace(answer, reason=_REASONS.get(answer.reason, answer.reason))
-    return Outcome("reachable", _to_goal(net, goal, answer.trace))
-
-
-def _to_goal(net: CompiledNet, goal: Goal, trace: Sequence[int]) -> tuple[int, ...]:
-    """Leave out of a trace what the goal does not need."""
-    if len(goal.transitions) == 1:
-        needs, inhibitors = net.pre.row(goal.transitions[0]), net.inhibitor.row(goal.transitions[0])
-
-        def is_goal(marking: list[int]) -> bool:
-            return all(marking[place] >= weight for place, weight in needs) and all(
-                marking[place] < weight for place, weight in inhibitors
-            )
-    else:
-
-        def is_goal(marking: list[int]) -> bool:
-            return goal.holds(net, marking)
-
-    return shortened(net, trace, is_goal)
+    return (*way_without_detours(space.net, Goal.enabled(space.net, transition), way), transition)

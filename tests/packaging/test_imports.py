@@ -89,6 +89,7 @@ FOLDERS = {
         "timed",
         "tina",
         "properties",
+        "portfolio",
         "callbacks",
         "questions",
         "requirements",

@@ -11,7 +11,7 @@ from dineros.analysis.explicit import explore
 from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.model.subject import Subject, base_subject, subject_of
-from dineros.analysis.questions.goals import find_enabled, find_marking
+from dineros.analysis.portfolio.asking import find_enabled, find_marking
 from dineros.analysis.reductions import reduce
 from dineros.analysis.suggestions.capacities import suggest_capacities
 from dineros.analysis.symbolic.engine import symbolic_state_space

@@ -12,7 +12,7 @@ from dineros.analysis.explicit.goals import Comparison, Goal, Relation
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.questions.goals import find_marking
+from dineros.analysis.portfolio.asking import find_marking
 from tests.analysis.covering.plain import plain_search
 from tests.analysis.strategies import nets
 from tests.support.systems.unbounded_systems import timer_and_logger

@@ -15,7 +15,7 @@ from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import And, Atom, Finally, Fired, Formula, Not, Or
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.questions.goals import find_marking
+from dineros.analysis.portfolio.asking import find_marking
 
 COUNT = 150
 #: A ring of places with one token, and a place that is never marked beside each.

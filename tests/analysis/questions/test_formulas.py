@@ -26,10 +26,13 @@ from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterex
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.questions import formulas, goals
+from dineros.analysis.portfolio import asking
+from dineros.analysis.portfolio.asking import find_marking
+from dineros.analysis.portfolio.plans import FIND
+from dineros.analysis.portfolio.scheduler import Turn
+from dineros.analysis.questions import formulas
 from dineros.analysis.questions.engines import ENGINES, Linear
 from dineros.analysis.questions.formulas import verify_branching, verify_linear
-from dineros.analysis.questions.goals import find_marking
 from dineros.analysis.questions.needed_fairness import NeededFairness, needed_fairness
 from dineros.metamodel import pn
 from tests.analysis import classic_nets as classic
@@ -43,8 +46,11 @@ LIMITS = Budget(1 << 26, seconds=20)
 @pytest.fixture(params=[1, 20_000])
 def near(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> int:
     """Markings of the first search: with one, the engines behind it answer."""
-    monkeypatch.setattr(goals, "NEAR_STATES", request.param)
-    monkeypatch.setattr(goals, "NEAR_IF_SHORTEST", request.param)
+    plan = [
+        replace(turn, most_states=request.param) if isinstance(turn, Turn) and turn.most_states else turn
+        for turn in FIND
+    ]
+    monkeypatch.setattr(asking, "FIND", plan)
     monkeypatch.setattr(formulas, "NEAR_STATES", request.param if request.param > 1 else 0)
     return int(request.param)
 

@@ -20,7 +20,7 @@ from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.verdict import check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.questions import goals
+from dineros.analysis.portfolio import asking as goals
 from dineros.analysis.tina import TinaError, trial
 from tests.analysis.logic.generated import random_ltl
 from tests.analysis.reference_search import reference_search

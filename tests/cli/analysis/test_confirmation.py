@@ -39,7 +39,7 @@ def test_the_commands_say_loudly_who_disagrees(
     net = tmp_path / "turns.net"
     net.write_text("net turns\npl a (2)\ntr t a -> b\ntr u b -> a\n")
     break_diagrams(monkeypatch)
-    monkeypatch.setattr("dineros.analysis.questions.reachability.find", broken)
+    monkeypatch.setattr("dineros.analysis.portfolio.methods.explicit_search.find", broken)
     for arguments in (
         ("statespace", net, "--no-cache", "--engine", "symbolic"),
         ("statespace", net, "--no-cache", "--engine", "explicit"),

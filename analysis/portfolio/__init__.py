@@ -1,0 +1,1 @@
+"""The portfolio: all methods of deciding, one scheduler, one record of what is known of a net."""

@@ -1,0 +1,125 @@
+"""Whether a marking can be reached: ``find``, ``EF`` and ``AG`` of CTL, ``G`` of LTL (paper, Alg. 5)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.explicit import Order
+from dineros.analysis.explicit.goals import Goal
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.rewriting import simplified
+from dineros.analysis.logic.language.syntax import (
+    TEMPORAL,
+    TRUE,
+    Enabled,
+    Exists,
+    Fired,
+    ForAll,
+    Formula,
+    Name,
+    Not,
+)
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import ending_with_one_of
+from dineros.analysis.portfolio.plans import FIND, NEAR, NEAR_STATES, PROVE
+from dineros.analysis.portfolio.reach import Reach
+from dineros.analysis.portfolio.scheduler import answered
+
+
+def find_enabled(
+    net: CompiledNet,
+    name: str,
+    names: Names,
+    budget: Budget = UNLIMITED,
+    order: Order = "breadth-first",
+    is_shortest: bool = True,
+) -> Outcome:
+    """Find a trace that ends with a transition; of several of the name, whichever is nearest.
+
+    A longer one may be found as `find_marking` says.
+
+    Raises
+    ------
+    FormulaError
+        No transition has the name.
+    """
+    transitions = names.transitions(name)
+    goals = (Goal.enabled(net, *transitions),)
+    answer = _found(net, Enabled(Name(name)), names, budget, order, is_shortest, goals)
+    if answer.trace is None:
+        return answer
+    return replace(answer, trace=ending_with_one_of(net, answer.trace, transitions))
+
+
+def find_marking(
+    net: CompiledNet,
+    condition: str | Formula,
+    names: Names,
+    budget: Budget = UNLIMITED,
+    order: Order = "breadth-first",
+    is_shortest: bool = True,
+) -> Outcome:
+    """Find a trace to a marking that fulfils a condition, a shortest one if the search goes breadth first.
+
+    It may be longer if only the reduced net, or a decision diagram, is small enough, or if `is_shortest` is
+    false: then the first way that a method finds will do.
+
+    Raises
+    ------
+    FormulaError
+        The condition is none on markings, or names something unknown.
+    """
+    tree = parse(condition, "state") if isinstance(condition, str) else condition
+    return _found(net, tree, names, budget, order, is_shortest)
+
+
+def _found(
+    net: CompiledNet,
+    condition: Formula,
+    names: Names,
+    budget: Budget,
+    order: Order,
+    is_shortest: bool,
+    goals: tuple[Goal, ...] | None = None,
+) -> Outcome:
+    is_shortest = is_shortest and order == "breadth-first"
+    question = Reach(net, condition, names, order, is_shortest, goals)
+    is_near = budget.states is not None and budget.states <= NEAR_STATES
+    return answered(question, NEAR if is_near else FIND, budget)
+
+
+def proof_against(net: CompiledNet, condition: Formula, names: Names, budget: Budget) -> Outcome | None:
+    """Prove that no reachable marking fulfils a condition, without a state space; None if that fails.
+
+    Parameters
+    ----------
+    condition : Formula
+        On markings; that a transition is fired stands for that it may be.
+
+    Raises
+    ------
+    FormulaError
+        The condition names something unknown.
+    """
+    if any(isinstance(part, (*TEMPORAL, ForAll, Exists)) for part in condition.subformulas()):
+        return None
+    answer = answered(Reach(net, _without_steps(condition), names), PROVE, budget)
+    return answer if answer.status == "unreachable" else None
+
+
+def _without_steps(condition: Formula) -> Formula:
+    """Return what a condition on markings and steps asks of markings: that what is fired is enabled."""
+    made: dict[Formula, Formula] = {}
+    wanted = simplified(condition)
+    for part in wanted.subformulas():
+        match part:
+            case Fired(name):
+                made[part] = Enabled(name)
+            case Not(Fired()):
+                made[part] = TRUE
+            case _:
+                made[part] = part.with_operands(tuple(made[operand] for operand in part.operands))
+    return made[wanted]

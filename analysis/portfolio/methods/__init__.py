@@ -1,0 +1,1 @@
+"""The methods of deciding, a class in each module; `portfolio.plans` says when each is asked."""

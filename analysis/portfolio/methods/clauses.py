@@ -1,0 +1,24 @@
+"""Property directed reachability: clauses are learned that keep the condition away."""
+
+from __future__ import annotations
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.portfolio.known import Known
+from dineros.analysis.portfolio.method import Method
+from dineros.analysis.portfolio.reach import Reach
+
+
+class Clauses(Method):
+    """Learn clauses that exclude the condition, or find a way; of nets with few tokens in a place."""
+
+    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+        """Ask the solver."""
+        from dineros.analysis.proofs.pdr import by_clauses
+
+        if known.sums is None:
+            return None
+        answer = by_clauses(question.net, question.condition, question.conditions, budget, known.sums)
+        if answer.trace is not None:
+            return question.reached(answer.trace, answer.by)
+        return answer if answer.status == "unreachable" else None

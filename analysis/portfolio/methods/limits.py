@@ -1,0 +1,35 @@
+"""Decision diagrams of a net in which places without bounds hold no more than a limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.language.syntax import Exists, Finally
+from dineros.analysis.portfolio.known import Known
+from dineros.analysis.portfolio.method import Method
+from dineros.analysis.portfolio.reach import Reach
+
+
+@dataclass(frozen=True)
+class NetWithLimits(Method):
+    """Decide nets whose markings may have no end.
+
+    Attributes
+    ----------
+    most_work : int, optional
+        Cache misses of saturation after which it gives up, about three millions a second.
+    """
+
+    most_work: int | None = None
+
+    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+        """Ask the diagram of the net with limits."""
+        from dineros.analysis.logic.ctl.limits import decide_with_limits
+
+        way = Exists(Finally(question.condition))
+        found = decide_with_limits(question.net, way, question.names, budget, self.most_work)
+        if found is None or found.trace is not None:
+            return found and question.reached(found.stem, found.by)
+        return replace(found, status="unreachable")

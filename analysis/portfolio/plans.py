@@ -1,0 +1,74 @@
+"""The plans: which method is asked when, and with what part of the budget. A new method is entered here."""
+
+from __future__ import annotations
+
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.turns import HEAD_START
+from dineros.analysis.logic.language.rewriting import simplified
+from dineros.analysis.portfolio.known import known_of
+from dineros.analysis.portfolio.methods.clauses import Clauses
+from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
+from dineros.analysis.portfolio.methods.explicit_search import QUICK, ExplicitSearch
+from dineros.analysis.portfolio.methods.induction import Induction
+from dineros.analysis.portfolio.methods.limits import NetWithLimits
+from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
+from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTraps
+from dineros.analysis.portfolio.methods.walks import Walks
+from dineros.analysis.portfolio.reach import Reach
+from dineros.analysis.portfolio.scheduler import Plan, Side, Together, Turn
+
+NEAR_STATES, NEAR_IF_SHORTEST = 20_000, 2_000_000
+"""Markings looked at before anything else; more of them if a shortest way is asked for."""
+
+FIRST_WORK = 3_000_000
+"""Cache misses of saturation, about a second, for a net with limits before other methods."""
+
+
+def wants_any_way(question: Reach, way: Outcome | None) -> bool:
+    """Whether any way will do, and goals can be searched for one by one."""
+    return not question.is_shortest and question.goals is not None
+
+
+def _has_no_way(question: Reach, way: Outcome | None) -> bool:
+    return question.is_shortest and way is None
+
+
+def _has_long_way(question: Reach, way: Outcome | None) -> bool:
+    return question.is_shortest and way is not None
+
+
+def _is_irreducible(question: Reach, way: Outcome | None) -> bool:
+    return known_of(question.net).reduced(simplified(question.condition), question.names) is None
+
+
+_SOLVERS = (
+    # Both ask solvers, and have the time of one.
+    Side((Turn(Induction()),), weight=0.5),
+    Side((Turn(Clauses()),), weight=0.5),
+)
+_EXPLICIT = (
+    Turn(ExplicitSearch(), most_bytes=QUICK),
+    Turn(ReducedNet(), if_more_bytes=QUICK),
+    Turn(ExplicitSearch(), _is_irreducible, if_more_bytes=QUICK),
+)
+_DIAGRAMS = Side((Turn(NetWithLimits()), Turn(DecisionDiagrams())))
+
+NEAR: Plan = (Turn(ExplicitSearch(is_near=True), most_bytes=QUICK, most_states=NEAR_STATES),)
+"""What is near: all there is of small nets."""
+
+FIND: Plan = (
+    *NEAR,
+    Turn(StateEquationAndTraps(), time=0.1, most_seconds=2.0),
+    Turn(Walks()),
+    Turn(ExplicitSearch(), _has_no_way, most_bytes=QUICK, most_states=NEAR_IF_SHORTEST),
+    Turn(ExplicitSearch(), _has_long_way, time=0.3, most_seconds=20.0, most_bytes=QUICK),
+    Turn(NetWithLimits(FIRST_WORK), wants_any_way, time=0.6),
+    # What is met everywhere far away is met at once.
+    Turn(ExplicitSearch(order="depth-first"), wants_any_way, most_states=NEAR_STATES),
+    Together((Side(_EXPLICIT), _DIAGRAMS, *_SOLVERS), when=lambda question, way: not question.is_shortest),
+    Together((Side(_EXPLICIT, head_start=HEAD_START), _DIAGRAMS, *_SOLVERS), when=_has_no_way),
+)
+"""A way to a marking, or a proof that there is none."""
+
+PROVE: Plan = (Turn(StateEquationAndTraps(), time=0.5), Together(_SOLVERS))
+"""A proof without a state space, which a certificate can show."""

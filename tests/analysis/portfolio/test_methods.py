@@ -1,0 +1,76 @@
+"""Each method of deciding alone, on small random nets, against a plain search."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.syntax import And, Formula, Not, Or
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.portfolio.method import Method
+from dineros.analysis.portfolio.methods.clauses import Clauses
+from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
+from dineros.analysis.portfolio.methods.explicit_search import ExplicitSearch
+from dineros.analysis.portfolio.methods.induction import Induction
+from dineros.analysis.portfolio.methods.limits import NetWithLimits
+from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
+from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTraps
+from dineros.analysis.portfolio.methods.walks import Walks
+from dineros.analysis.portfolio.plans import FIND, PROVE
+from dineros.analysis.portfolio.reach import Reach
+from dineros.analysis.portfolio.scheduler import Side, Together, Turn, answered
+from tests.analysis.logic.generated import atoms_of, random_net
+from tests.analysis.reference_search import distances
+
+LIMITS = Budget(1 << 24, states=2_000, seconds=1)
+LEAST = {
+    Clauses: 20,
+    DecisionDiagrams: 60,
+    ExplicitSearch: 90,
+    Induction: 20,
+    NetWithLimits: 0,
+    ReducedNet: 60,
+    StateEquationAndTraps: 10,
+    Walks: 20,
+}
+"""How many of 100 questions a method answers alone, at least: a method that never answers fails."""
+
+
+def methods(turns: object) -> set[type[Method]]:
+    found: set[type[Method]] = set()
+    for turn in turns:  # type: ignore[attr-defined]
+        if isinstance(turn, Turn):
+            found.add(type(turn.method))
+        elif isinstance(turn, Together):
+            for side in turn.sides:
+                assert isinstance(side, Side)
+                found |= methods(side.turns)
+    return found
+
+
+def test_every_method_stands_in_a_plan() -> None:
+    assert methods([*FIND, *PROVE]) == set(LEAST)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", LEAST)
+def test_a_method_alone(kind: type[Method]) -> None:
+    rng, known = random.Random(kind.__name__), 0
+    for _ in range(100):
+        net = random_net(rng)
+        one, other = (rng.choice(atoms_of(rng, net, with_fired=False)) for _ in range(2))
+        condition: Formula = rng.choice([one, Not(one), And((one, Not(other))), Or((one, other))])
+        question = Reach(net, condition, NetNames(net))
+        answer = answered(question, [Turn(kind())], LIMITS)
+        if answer.status == "unknown":
+            continue
+        known += 1
+        if answer.status == "reachable":
+            assert answer.trace is not None
+            assert question.holds(tuple(replay(net, answer.trace)[-1])), (condition, net)
+        else:
+            assert not any(map(question.holds, distances(net))), (condition, net)
+    assert known >= LEAST[kind]
