@@ -155,7 +155,7 @@ def _runs() -> None:
 
 def _walks() -> None:
     """Compile walks at random and along a solution of the state equation."""
-    from dineros.analysis.properties.walking import Walker, follow
+    from dineros.analysis.portfolio.walker import Walker, follow
     from dineros.analysis.walks.scouting import Scout
 
     Scout(rings(1)).walk()

@@ -124,6 +124,13 @@ class Budget:
             return stage
         return replace(stage, started=None, seconds=left * time).begun()
 
+    def at_most(self, seconds: float) -> Budget:
+        """Return the budget of a stage that may take so many seconds, and no more than is left."""
+        left = self.left
+        if left is not None and left <= seconds:
+            return self.begun()
+        return replace(self, started=None, seconds=max(0.0, seconds)).begun()
+
     @property
     def memory(self) -> int:
         """Bytes that diagrams may take."""

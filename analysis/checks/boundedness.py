@@ -180,8 +180,8 @@ class Places(Question):
 
     def ask(self, checked: Checked) -> None:
         """Look at all markings, or ask as of the contest's nets where there is no state space."""
-        from dineros.analysis.properties.answering import answer_properties
-        from dineros.analysis.properties.global_properties import is_stable
+        from dineros.analysis.portfolio.answering import answer_properties
+        from dineros.analysis.portfolio.global_properties import is_stable
         from dineros.analysis.properties.property import Property
 
         if isinstance(checked.model, sym.SystemModel):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from typing import ClassVar
 
@@ -55,12 +54,8 @@ class Properties(Question):
     def ask_first(self, checked: Checked) -> None:
         """Ask each for a short while."""
         for property in properties_of(checked.model):
-            share = checked.budget.share(FIRST_SHARE)
-            left = share.left
-            seconds = FIRST_SECONDS if left is None else min(FIRST_SECONDS, left)
-            self._ask_of(
-                checked, property, replace(share, started=None, seconds=seconds).begun(), is_first=True
-            )
+            share = checked.budget.share(FIRST_SHARE).at_most(FIRST_SECONDS)
+            self._ask_of(checked, property, share, is_first=True)
 
     def ask(self, checked: Checked) -> None:
         """Ask those that are left one after the other, each with its share of what is left."""

@@ -10,24 +10,40 @@ from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet
 
 if TYPE_CHECKING:
+    from dineros.analysis.explicit.layout import Layout
+    from dineros.analysis.portfolio.walker import Walker
     from dineros.analysis.proofs.encoding import Sums
     from dineros.analysis.proofs.state_equation import StateEquation
+    from dineros.analysis.properties.part_of_graph import PartOfGraph
     from dineros.analysis.properties.reduced import Reduced
+    from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 # What costs an import is imported where it is first asked for: most questions need little of it.
 
 
 class Known:
-    """The record of a net. What stands in it depends on the net alone, never on a budget.
+    """The record of a net.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
+
+    Attributes
+    ----------
+    graph : PartOfGraph or None
+        Markings stored with their successors, as far as a budget went.
+    space : SymbolicStateSpace or None
+        All markings as a decision diagram.
+    cells : Layout or None
+        How markings are written, which takes time to find.
     """
 
     def __init__(self, net: CompiledNet) -> None:
         self.net = net
+        self.graph: PartOfGraph | None = None
+        self.space: SymbolicStateSpace | None = None
+        self.cells: Layout | None = None
         self._reduced: dict[Formula, Reduced | None] = {}
 
     @cached_property
@@ -43,6 +59,22 @@ class Known:
         from dineros.analysis.proofs.induction import sums_of
 
         return sums_of(self.net)
+
+    @cached_property
+    def walker(self) -> Walker:
+        """Random walks, which go on from one question to the next."""
+        from dineros.analysis.portfolio.walker import Walker
+
+        return Walker(self.net)
+
+    @property
+    def has_all_markings(self) -> bool:
+        """Whether all markings are stored one by one."""
+        return self.graph is not None and self.graph.is_complete
+
+    def forget(self) -> None:
+        """Give back what takes much memory."""
+        self.graph = self.space = None
 
     @cached_property
     def transition_index(self) -> dict[str, int]:

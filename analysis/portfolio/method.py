@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from contextlib import suppress
+from typing import TYPE_CHECKING
 
-from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.portfolio.known import Known
-from dineros.analysis.portfolio.reach import Reach
+
+if TYPE_CHECKING:
+    from dineros.analysis.portfolio.known import Known
+    from dineros.analysis.portfolio.reach import Reach
+    from dineros.analysis.portfolio.sheet import Sheet
 
 
-class Method(ABC):
-    """A method of deciding. A new one is a class in a module of its own, and stands in a plan."""
+class Method:
+    """A method of deciding. A new one is a class in a module of its own, and stands in a plan.
 
-    @abstractmethod
+    It answers single questions, or many about a net at once, or both.
+    """
+
     def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
         """Answer a question.
 
@@ -37,3 +43,25 @@ class Method(ABC):
         BudgetExceededError
             The budget did not suffice.
         """
+        return None
+
+    def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
+        """Answer what can be answered of many questions about a net, and note it on their sheet.
+
+        Each question whether a marking can be reached is asked alone, with a fair share of the time. A method
+        that can do better for all of them at once, or that answers other questions, has its own way.
+
+        Raises
+        ------
+        BudgetExceededError
+            The budget did not suffice.
+        """
+        asked = sheet.open_questions()
+        for number, one in enumerate(asked):
+            if budget.is_over:
+                return
+            share = budget.share(1 / (len(asked) - number)).at_most(sheet.patience)
+            with suppress(BudgetExceededError):
+                found = self.answer(one.question, known, share)
+                if found is not None and found.status != "unknown":
+                    one.note(found)

@@ -48,7 +48,7 @@ _SOLVERS = (
 )
 _EXPLICIT = (
     Turn(ExplicitSearch(), most_bytes=QUICK),
-    Turn(ReducedNet(), if_more_bytes=QUICK),
+    Turn(ReducedNet((Turn(ExplicitSearch()),)), if_more_bytes=QUICK),
     Turn(ExplicitSearch(), _is_irreducible, if_more_bytes=QUICK),
 )
 _DIAGRAMS = Side((Turn(NetWithLimits()), Turn(DecisionDiagrams())))

@@ -9,15 +9,18 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from dineros.analysis.answers.beside import first_of_two
 from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.turns import Member
-from dineros.analysis.portfolio.known import known_of
+from dineros.analysis.portfolio.known import Known, known_of
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.reach import Reach
+
+if TYPE_CHECKING:
+    from dineros.analysis.portfolio.sheet import Sheet
 
 When: TypeAlias = Callable[[Reach, Outcome | None], bool]
 """Whether a turn comes: by the question, and by a way that is known though it may not be a shortest one."""
@@ -59,9 +62,7 @@ class Turn:
     def share(self, budget: Budget) -> Budget:
         """Return what it may cost of a budget."""
         share = budget.share(self.time, most_bytes=self.most_bytes, most_states=self.most_states)
-        if self.most_seconds is None or (share.left is not None and share.left <= self.most_seconds):
-            return share
-        return replace(share, started=None, seconds=self.most_seconds).begun()
+        return share if self.most_seconds is None else share.at_most(self.most_seconds)
 
 
 @dataclass(frozen=True)
@@ -151,3 +152,44 @@ def _side(question: Reach, side: Side, budget: Budget) -> Outcome | None:
         if budget.is_over:
             break
     return found
+
+
+def not_all_stored(known: Known) -> bool:
+    """Let a stage come unless all markings are stored: then only what asks those is worth its time."""
+    return not known.has_all_markings
+
+
+@dataclass(frozen=True)
+class Stage:
+    """When a method is asked all open questions about a net.
+
+    Attributes
+    ----------
+    name : str
+        What is done, in words.
+    method : Method
+        The method.
+    part : float
+        Part of the time of all questions that it may take.
+    when : callable
+        Whether it is asked, by what is known of the net.
+    """
+
+    name: str
+    method: Method
+    part: float
+    when: Callable[[Known], bool] = not_all_stored
+
+
+def answer_sheet(sheet: Sheet, stages: Sequence[Stage], known: Known) -> None:
+    """Answer many questions about a net, stage by stage, until everything is answered or time is up."""
+    whole = sheet.budget.seconds
+    for stage in stages:
+        if sheet.is_done or sheet.budget.is_over:
+            return
+        if not stage.when(known):
+            continue
+        sheet.budget.stage(stage.name)
+        share = sheet.budget if whole is None else sheet.budget.at_most(stage.part * whole)
+        with suppress(BudgetExceededError):
+            stage.method.answer_all(sheet, known, replace(share, stages=None))

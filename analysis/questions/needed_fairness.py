@@ -68,9 +68,7 @@ def needed_fairness(
     """
     if answer.status != "violated" or not answer.loop:
         return None
-    share = budget.share(SHARE)
-    left = SECONDS if share.left is None else min(SECONDS, share.left)
-    share = replace(share, started=None, seconds=left).begun()
+    share = budget.share(SHARE).at_most(SECONDS)
     names = subject.net.transitions
     weak: list[str] = []
     strong: list[str] = []

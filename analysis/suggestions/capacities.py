@@ -107,7 +107,7 @@ def suggest_capacities(
     for number, queue in enumerate(asked):
         budget.stage(f"the capacity of {queue}")
         share = budget.share(FIRST_PART / (len(asked) - number))
-        found.append(search.answer(queue, share if search.has_space else _at_most(share, FIRST_SECONDS)))
+        found.append(search.answer(queue, share if search.has_space else share.at_most(FIRST_SECONDS)))
     left = [number for number, each in enumerate(found) if each.needed is None and not each.grows]
     if left and not search.has_space:
         search.make_space(budget.share(SPACE_SHARE), None)
@@ -117,12 +117,6 @@ def suggest_capacities(
             if again.needed is not None or again.grows or not budget.is_over:
                 found[number] = again
     return found
-
-
-def _at_most(budget: Budget, seconds: float) -> Budget:
-    """Return a budget of so many seconds at most."""
-    left = budget.left
-    return replace(budget, started=None, seconds=seconds if left is None else min(seconds, left)).begun()
 
 
 class _Search:

@@ -235,7 +235,7 @@ def _check(model: pn.Net, asked: dict[str, Any], budget: Budget) -> Report | Con
 
 def _properties(model: pn.Net, asked: dict[str, Any], budget: Budget) -> list[PropertyAnswer]:
     from dineros.analysis.model.subject import subject_of
-    from dineros.analysis.properties.answering import answer_properties
+    from dineros.analysis.portfolio.answering import answer_properties
 
     subject = subject_of(model, asked["signals"], asked["overflow"])
     found = answer_properties(

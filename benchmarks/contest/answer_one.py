@@ -14,7 +14,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import compile_net
-from dineros.analysis.properties.answering import answer_properties
+from dineros.analysis.portfolio.answering import answer_properties
 from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property, PropertyAnswer
 from dineros.analysis.properties.reading import read_properties
 from dineros.analysis.questions.state_space import state_space

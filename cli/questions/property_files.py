@@ -38,7 +38,7 @@ def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | Non
     """
     from dineros.analysis.evidence.confirmation import confirm_properties
     from dineros.analysis.evidence.proving import Asked
-    from dineros.analysis.properties import answering
+    from dineros.analysis.portfolio import answering
     from dineros.analysis.properties.property import PropertyAnswer
 
     folder = asking.certificate

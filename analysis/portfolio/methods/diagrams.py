@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from dineros.analysis.answers.budget import Budget
+from typing import TYPE_CHECKING
+
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.syntax import Exists, Finally
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.reach import Reach
+
+if TYPE_CHECKING:
+    from dineros.analysis.portfolio.sheet import Sheet
+    from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 DIAGRAMS = "decision diagrams"
 
@@ -26,3 +32,69 @@ class DecisionDiagrams(Method):
         if answer.status == "violated":
             return Outcome("unreachable", states=answer.states, by=DIAGRAMS)
         return None
+
+    def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
+        """Decide bounds, questions about the whole net, and parts of branching time on one diagram.
+
+        A diagram that is there already has been asked once: then parts have all the time that is left.
+        """
+        from dineros.analysis.properties.normal_form import is_linear
+
+        has_parts = any(not is_linear(part) for part in sheet.open_parts())
+        if not (has_parts or sheet.open_limits() or sheet.open_globals()):
+            return
+        is_first = known.space is None
+        known.graph = None
+        space = known.space = known.space or _made(known, budget.share(memory=0.5))
+        if space is None:
+            return
+        for limits in sheet.open_limits().values():
+            weights, constant = space.weights_of(limits.factors)
+            limits.most = limits.least = constant + space.counts.largest(weights)
+        sheet.settle("symbolic")
+        if sheet.open_globals():
+            sheet.whole.by_diagram(space, sheet.budget.at_most(2 * sheet.patience))
+        _branch(sheet, space, is_first)
+
+
+def _made(known: Known, budget: Budget) -> SymbolicStateSpace | None:
+    """Return all markings as a diagram."""
+    from dineros.analysis.portfolio.budgets import GIVEN_UP, told
+    from dineros.analysis.symbolic.engine import symbolic_state_space
+
+    try:
+        space = symbolic_state_space(known.net, told(budget, budget.memory))
+    except GIVEN_UP:
+        return None
+    return space if space.complete else None
+
+
+def _branch(sheet: Sheet, space: SymbolicStateSpace, is_first: bool) -> None:
+    """Decide parts of branching time on a diagram, as far as each has time."""
+    from dineros.analysis.logic.ctl.fixpoints import basic, initially
+    from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+    from dineros.analysis.logic.language.atoms import BoundAtoms
+    from dineros.analysis.logic.language.syntax import TRUE, And
+    from dineros.analysis.portfolio.budgets import GIVEN_UP, told
+    from dineros.analysis.properties.normal_form import is_linear
+
+    parts = [part for part in sheet.open_parts() if not is_linear(part)]
+    atoms = BoundAtoms(sheet.net, And((TRUE, *parts)), sheet.names)
+    pinned, sets = len(space.diagram.pinned), None
+    for number, part in enumerate(parts):
+        # The first time round, none takes more than its own.
+        share = sheet.budget.share(1 / (len(parts) - number))
+        own = told(share.at_most(sheet.patience) if is_first else share).begun()
+        try:
+            # What one part has made, others use; if it takes too much memory, it is made again.
+            if sets is None:
+                sets = SymbolicSets(space, atoms, own)
+            sets.sets.budget = own
+            sheet.known[part] = initially(basic(part), sets)
+        except BudgetExceededError:
+            continue
+        except GIVEN_UP:
+            del space.diagram.pinned[pinned:]
+            sets = None
+            continue
+        sheet.settle("symbolic")

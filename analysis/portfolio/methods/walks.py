@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.covering.goals import with_goals
@@ -10,6 +12,9 @@ from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.reach import Reach
 from dineros.analysis.walks.first_round import first_round
+
+if TYPE_CHECKING:
+    from dineros.analysis.portfolio.sheet import Sheet
 
 WALKS = "walks"
 
@@ -29,3 +34,27 @@ class Walks(Method):
             way = asked.way(found.deadlock)
             ways += [way] if question.holds(replay(question.net, way)[-1]) else []
         return question.reached(min(ways, key=len), WALKS) if ways else None
+
+
+class RandomWalks(Method):
+    """Walk at random until all that walks can meet is met, or time is up; the way is not kept."""
+
+    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+        """Look at markings of random walks; of a question whose way is shown to nobody."""
+        from dineros.analysis.properties.predicates import satisfied
+
+        if question.is_shown or budget.deadline is None:
+            return None
+        while not budget.is_over:
+            if satisfied(known.walker.walk(), question.condition, question.conditions).any():
+                return Outcome("reachable", by="random walk")
+        return None
+
+    def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
+        """Let all questions look at the markings of the same walks."""
+        while not budget.is_over and not sheet.is_done:
+            rows = known.walker.walk()
+            sheet.look(rows, "random walk")
+            sheet.whole.look(rows, known.walker)
+            if not (sheet.open_goals() or sheet.open_limits() or sheet.open_globals()):
+                return

@@ -21,7 +21,7 @@ from dineros.analysis.evidence.confirmation import (
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties.answering import answer_properties
+from dineros.analysis.portfolio.answering import answer_properties
 from dineros.analysis.properties.property import Property, PropertyAnswer
 from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking
 from dineros.analysis.questions.state_space import state_space

@@ -15,10 +15,10 @@ from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import And, Exists, Finally, ForAll, Formula, Globally, Not, Or
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties import answering
-from dineros.analysis.properties.answering import answer_properties
+from dineros.analysis.portfolio import answering
+from dineros.analysis.portfolio.answering import answer_properties
+from dineros.analysis.portfolio.walker import Walker
 from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
-from dineros.analysis.properties.walking import Walker
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_ltl, random_net
 
 FEW = Budget(states=3_000)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties.answering import answer_properties
+from dineros.analysis.portfolio.answering import answer_properties
 from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
 from dineros.analysis.properties.reading import read_properties
 from dineros.analysis.properties.writing import write_properties

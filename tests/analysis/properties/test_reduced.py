@@ -11,7 +11,7 @@ from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import Exists, Finally
 from dineros.analysis.logic.ltl.verification import verify_ltl
-from dineros.analysis.properties.engines import always
+from dineros.analysis.portfolio.methods.on_the_fly import holds_always
 from dineros.analysis.properties.reduced import reduced
 from tests.analysis.logic.generated import atoms_of, random_ltl
 from tests.analysis.properties.test_answering import goal, small_nets
@@ -33,7 +33,9 @@ def test_answers_are_those_of_the_whole_net(seed: int) -> None:
                 continue
             smaller_nets += len(smaller.net.transitions) < len(net.transitions)
             answered += 1
-            holds = always(smaller.net, smaller.formula, NetNames(smaller.net), 1 << 26, 10.0)
+            holds = holds_always(
+                smaller.net, smaller.formula, NetNames(smaller.net), Budget(1 << 26, seconds=10)
+            )
             assert holds is (verify_ltl(net, formula, budget=FEW).status == "holds"), (net, str(formula))
     assert answered >= 20 and smaller_nets >= 5
 

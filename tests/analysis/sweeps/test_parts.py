@@ -22,7 +22,7 @@ from dineros.analysis.checks.check import check
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import Enabled, Exists, Finally, Name
 from dineros.analysis.model.subject import base_subject, subject_of
-from dineros.analysis.properties.answering import answer_properties
+from dineros.analysis.portfolio.answering import answer_properties
 from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
 from dineros.analysis.sweeps import cluster as clusters
 from dineros.analysis.sweeps.cluster import cluster_answers

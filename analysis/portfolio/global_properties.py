@@ -16,12 +16,12 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.graph_parts import numbered_parts
 from dineros.analysis.nets.repetition import repeatable_transitions
+from dineros.analysis.portfolio.budgets import GIVEN_UP, told
+from dineros.analysis.portfolio.walker import Walker
 from dineros.analysis.proofs.state_equation import StateEquation
 from dineros.analysis.properties.behaviour import TooMuchWorkError, behaviour
-from dineros.analysis.properties.engines import GIVEN_UP, Clock
 from dineros.analysis.properties.part_of_graph import PartOfGraph
 from dineros.analysis.properties.predicates import Flags, MarkingMatrix, enabled
-from dineros.analysis.properties.walking import Walker
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 Decide = Callable[[str, bool, str], None]
@@ -104,12 +104,12 @@ class GlobalQuestions:
         self.dead[transition] = True
         self.tell("QuasiLiveness", False, technique)
 
-    def by_state_equation(self, equation: StateEquation, clock: Clock) -> None:
+    def by_state_equation(self, equation: StateEquation, budget: Budget) -> None:
         """See what the state equation tells of transitions not seen enabled and places not seen to change."""
         net = self.net
         if self.is_open("QuasiLiveness"):
             for t in np.flatnonzero(~self.fired & ~self.dead).tolist():
-                if clock.is_over():
+                if budget.is_over:
                     return
                 case = equation.excludes([({p: 1}, weight) for p, weight in net.pre.row(t)])
                 if case is not None:
@@ -118,7 +118,7 @@ class GlobalQuestions:
                     break
         if self.is_open("StableMarking"):
             for p in np.flatnonzero(self.stable).tolist():
-                if clock.is_over():
+                if budget.is_over:
                     return
                 tokens = int(net.initial[p])
                 if equation.largest({p: 1}) == tokens and equation.largest({p: -1}) == -tokens:
@@ -126,7 +126,7 @@ class GlobalQuestions:
                     break
         if self.is_open("OneSafe"):
             for p in range(len(net.places)):
-                if clock.is_over() or (most := equation.largest({p: 1})) is None or most > 1:
+                if budget.is_over or (most := equation.largest({p: 1})) is None or most > 1:
                     return
             self.tell("OneSafe", True, "state equation")
 
@@ -171,7 +171,7 @@ class GlobalQuestions:
         self.tell("QuasiLiveness", quasi, technique)
         self.tell("StableMarking", stable, technique)
 
-    def by_diagram(self, space: SymbolicStateSpace, clock: Clock) -> None:
+    def by_diagram(self, space: SymbolicStateSpace, budget: Budget) -> None:
         """See what a decision diagram of all markings tells."""
         try:
             if self.is_open("OneSafe"):
@@ -186,7 +186,7 @@ class GlobalQuestions:
                 stable = (p for p in np.flatnonzero(self.stable).tolist() if is_stable(space, p))
                 self.tell("StableMarking", next(stable, None) is not None, "symbolic")
             if self.is_open("Liveness"):
-                self.tell("Liveness", not behaviour(space, Budget(progress=clock.tell)).not_live, "symbolic")
+                self.tell("Liveness", not behaviour(space, told(budget)).not_live, "symbolic")
         except (*GIVEN_UP, TooMuchWorkError):
             return
 

@@ -5,18 +5,27 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.evidence import Evidence, Excluded, Weighting, together
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.atoms import BoundAtoms, Condition, Linear, SomeEnabled
-from dineros.analysis.logic.language.names import Names
-from dineros.analysis.logic.language.syntax import OPERATORS, TRUE, And, Atom, Constant, Formula
+from dineros.analysis.logic.language.names import Names, NetNames
+from dineros.analysis.logic.language.syntax import OPERATORS, TRUE, And, Atom, Constant, Deadlock, Formula
 from dineros.analysis.nets.bounds import Bound
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.portfolio.global_properties import GlobalQuestions
+from dineros.analysis.portfolio.reach import Reach
 from dineros.analysis.properties.normal_form import folded, goal_of, initially, of_linear, parts_of
 from dineros.analysis.properties.predicates import MarkingMatrix, Markings, is_condition, satisfied, total
 from dineros.analysis.properties.property import Property, PropertyAnswer
+
+DEADLOCK = "ReachabilityDeadlock"
+"""The contest's name of the question whether a marking is reachable that enables nothing."""
 
 
 @dataclass
@@ -26,6 +35,14 @@ class Limits:
     factors: dict[int, int]
     least: int
     most: int | None = None
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A question of a sheet, and who notes its answer."""
+
+    question: Reach
+    note: Callable[[Outcome], None]
 
 
 @dataclass
@@ -39,12 +56,18 @@ class Sheet:
     properties : sequence of Property
     answered : callable
         Told every answer as soon as it is known.
+    budget : Budget
+        Of all questions together; begun.
+    patience : float
+        Seconds for one question.
     """
 
     net: CompiledNet
     names: Names
     properties: Sequence[Property]
     answered: Callable[[PropertyAnswer], None]
+    budget: Budget
+    patience: float
     known: dict[Formula, bool] = field(default_factory=dict)  #: parts, by their value in the initial marking
     always: dict[Formula, bool] = field(default_factory=dict)  #: conditions that are constant
     evidence: dict[Formula, Evidence] = field(
@@ -73,6 +96,14 @@ class Sheet:
         self._asked = dict(self.formulas)
         self.conditions = BoundAtoms(self.net, And((TRUE, *self.formulas.values())), self.names).conditions
         self.settle("initial marking")
+        self.whole = GlobalQuestions(self.net, self._decide)
+
+    def _decide(self, examination: str, value: bool, technique: str) -> None:
+        """Answer the questions about the net as a whole that have this name."""
+        for one in self.properties:
+            if one.kind == "global" and one.examination == examination:
+                is_dead = (examination, value) == ("QuasiLiveness", False)
+                self.answer(one.id, value, technique, *(self.whole.proof or ()) if is_dead else ())
 
     @property
     def seconds(self) -> float:
@@ -100,6 +131,32 @@ class Sheet:
         """Return parts that one reachable marking decides: part, condition, value where it is met."""
         goals = ((part, goal_of(part)) for part in self.open_parts())
         return [(part, *goal) for part, goal in goals if goal is not None]
+
+    def open_questions(self) -> list[Asked]:
+        """Return what asks whether a marking can be reached: goals, and a deadlock of the net."""
+        asked = [
+            Asked(Reach(self.net, condition, self.names, is_shown=False), partial(self._note, part, value))
+            for part, condition, value in self.open_goals()
+        ]
+        if self.open_globals() and self.whole.is_open(DEADLOCK):
+            stuck = Reach(self.net, Deadlock(), NetNames(self.net), is_shown=False)
+            asked.append(Asked(stuck, self._note_deadlock))
+        return asked
+
+    def _note(self, part: Formula, value_if_met: bool, outcome: Outcome) -> None:
+        if part in self.known:
+            return
+        if outcome.trace is not None:
+            end = np.array(replay(self.net, outcome.trace)[-1:], dtype=np.int64)
+            self.look(MarkingMatrix(self.net, end), outcome.by)
+        if part not in self.known:
+            self.known[part] = value_if_met if outcome.status == "reachable" else not value_if_met
+            if outcome.status == "unreachable" and outcome.evidence is not None:
+                self.evidence[part] = outcome.evidence
+            self.settle(outcome.by)
+
+    def _note_deadlock(self, outcome: Outcome) -> None:
+        self.whole.tell(DEADLOCK, outcome.status == "reachable", outcome.by)
 
     @property
     def is_done(self) -> bool:

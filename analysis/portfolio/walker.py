@@ -1,4 +1,4 @@
-"""Walks: markings that are surely reachable, found without storing any.
+"""Walks without ways: markings that are surely reachable, found without storing any.
 
 Random walks begin at the initial marking again and again. Half of their choices follow priorities that each
 walk draws anew, so that walks differ in where they go, not only in how they get there. Others are led by the

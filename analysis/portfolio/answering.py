@@ -1,0 +1,118 @@
+"""Answering many properties of one net: what prepares the net is done once, and cheap methods come first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.known import Known, known_of
+from dineros.analysis.portfolio.methods.bounds import PlaceBounds
+from dineros.analysis.portfolio.methods.clauses import Clauses
+from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
+from dineros.analysis.portfolio.methods.explicit_search import ExplicitSearch
+from dineros.analysis.portfolio.methods.induction import Induction
+from dineros.analysis.portfolio.methods.markings import FarMarkings, StoredMarkings
+from dineros.analysis.portfolio.methods.on_the_fly import AutomatonOnTheFly
+from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
+from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTraps
+from dineros.analysis.portfolio.methods.stubborn_sets import StubbornSets
+from dineros.analysis.portfolio.methods.walks import RandomWalks
+from dineros.analysis.portfolio.scheduler import Stage, Turn, answer_sheet
+from dineros.analysis.portfolio.sheet import Sheet
+from dineros.analysis.properties.property import Property, PropertyAnswer
+
+FEW_STATES = 20_000
+"""Markings of the first part of the graph."""
+
+SECONDS = 30.0
+"""For a question unless told otherwise."""
+
+
+def _always(known: Known) -> bool:
+    return True
+
+
+def _has_no_diagram(known: Known) -> bool:
+    return known.has_all_markings or known.space is None
+
+
+def _has_diagram(known: Known) -> bool:
+    return known.space is not None and not known.has_all_markings
+
+
+ALONE = (
+    Turn(Induction(), time=0.125),
+    Turn(Clauses(), time=0.15),
+    Turn(ExplicitSearch(), time=0.6),
+    Turn(RandomWalks()),
+)
+"""How the reduced net of one question is asked."""
+
+
+def stages() -> tuple[Stage, ...]:
+    """Return the plan of property files: each method, and its part of the time of all questions."""
+    all_markings = StoredMarkings(None, memory=0.5)
+    return (
+        Stage("the first markings", StoredMarkings(FEW_STATES, memory=0.25), 0.02),
+        Stage("random walks", RandomWalks(), 0.03),
+        Stage("bounds of places", PlaceBounds(), 0.05),
+        Stage("the state equation", StateEquationAndTraps(), 0.08),
+        Stage("many markings", all_markings, 0.08, _always),
+        Stage("markings far away", FarMarkings(), 0.05),
+        Stage("induction", Induction(), 0.04),
+        Stage("clauses", Clauses(), 0.06),
+        Stage("decision diagrams", DecisionDiagrams(), 0.25),
+        Stage("a deadlock", StubbornSets(), 1.0, _always),
+        Stage("each question on a smaller net", ReducedNet(ALONE, "reduced net"), 0.5, _always),
+        Stage("each question alone", AutomatonOnTheFly(), 1.0, _always),
+        Stage("what is left", all_markings, 1.0, _has_no_diagram),
+        Stage("what is left", DecisionDiagrams(), 1.0, _has_diagram),
+    )
+
+
+def answer_properties(
+    net: CompiledNet,
+    names: Names,
+    properties: Sequence[Property],
+    seconds: float = SECONDS,
+    memory: int = 2 << 30,
+    answered: Callable[[PropertyAnswer], None] = lambda answer: None,
+    stage: Callable[[str], None] = lambda name: None,
+) -> list[PropertyAnswer]:
+    """Answer properties of a net.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    names : Names
+        What names in the properties stand for.
+    properties : sequence of Property
+        All that is asked.
+    seconds : float
+        For each question; what one does not need, others may use.
+    memory : int
+        Bytes that searches may take.
+    answered : callable
+        Told each answer as soon as there is one.
+    stage : callable
+        Told the name of each stage of the work.
+
+    Returns
+    -------
+    list of PropertyAnswer
+        In the order of the properties.
+    """
+    budget = Budget(memory, seconds=seconds * len(properties), stages=stage).begun()
+    sheet, known = Sheet(net, names, properties, answered, budget, seconds), known_of(net)
+    try:
+        answer_sheet(sheet, stages(), known)
+    finally:
+        known.forget()
+    unknown = "time or memory did not suffice"
+    return [
+        sheet.answers.get(one.id) or PropertyAnswer(one.id, None, sheet.seconds, reason=unknown)
+        for one in properties
+    ]

@@ -1,0 +1,123 @@
+"""Markings stored with their successors: all of them, the first ones, or those far away.
+
+On a part of the graph, questions have three truth values (`dineros.analysis.properties.part_of_graph`).
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.logic.ctl.fixpoints import basic, satisfying
+from dineros.analysis.logic.language.syntax import Exists, ForAll
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.budgets import GIVEN_UP
+from dineros.analysis.portfolio.known import Known
+from dineros.analysis.portfolio.method import Method
+from dineros.analysis.portfolio.sheet import Sheet
+from dineros.analysis.properties.normal_form import everywhere, goal_of, is_linear
+from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
+from dineros.analysis.properties.predicates import total
+
+PROBE_STATES = 2_000
+"""Markings looked at from the end of a random walk on."""
+
+KEPT = ("delta", "changing")
+"""What is derived of a net that does not depend on its initial marking."""
+
+
+@dataclass(frozen=True)
+class StoredMarkings(Method):
+    """Store markings breadth first, and decide what they decide.
+
+    Attributes
+    ----------
+    most_states : int, optional
+        How many at most.
+    memory : float
+        Part of the memory that they may take.
+    """
+
+    most_states: int | None
+    memory: float
+
+    def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
+        """Store them, if not all are stored already, and look at each open question."""
+        graph = known.graph
+        if graph is None or not graph.is_complete:
+            known.graph = None  # its memory is for the next one
+            graph = known.graph = _part(known, budget.share(0.5, self.memory), self.most_states)
+            if graph is None:
+                return
+            known.cells = graph.layout
+            # What is stored is worth some time, also if storing took all of it.
+            left = max(budget.left or 0.0, sheet.patience / 2)
+            budget = replace(budget, started=None, seconds=left).begun()
+        _look_at(sheet, graph, budget)
+
+
+class FarMarkings(Method):
+    """Look for markings far away that refute ``AG f`` or show ``EF f``, if f is more than a condition."""
+
+    def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
+        """Store some markings from the end of each walk on."""
+        known.graph = None
+        ends = known.walker.ends
+        for number, start in enumerate(ends):
+            parts = [(part, inner) for part in sheet.open_parts() if (inner := everywhere(part)) is not None]
+            if not parts or budget.is_over:
+                return
+            own = budget.share(1 / (len(ends) - number))
+            graph = _part(known, own.share(0.5, 0.125), PROBE_STATES, start)
+            if graph is None:
+                return
+            sets = PartialSets(graph, sheet.conditions, own.check_time)
+            with contextlib.suppress(BudgetExceededError):
+                for part, inner in parts:
+                    wanted = basic(inner)
+                    sure, possible = satisfying(wanted, sets)[wanted]
+                    if isinstance(part, Exists) and sure.any():
+                        sheet.known[part] = True
+                    elif isinstance(part, ForAll) and not possible.all():
+                        sheet.known[part] = False
+            sheet.settle("explicit, from a random walk")
+
+
+def _part(
+    known: Known, budget: Budget, states: int | None, start: Sequence[int] | None = None
+) -> PartOfGraph | None:
+    """Return the first markings of a net, all if they are few; from another marking if one is given."""
+    net: CompiledNet = known.net
+    if start is not None:
+        derived: dict[str, Any] = {name: net.__dict__[name] for name in KEPT if name in net.__dict__}
+        net = replace(net, initial=np.array(start, dtype=np.int64))
+        net.__dict__.update(derived)
+    try:
+        return PartOfGraph(net, replace(budget, states=states, progress=None, stages=None), known.cells)
+    except GIVEN_UP:
+        return None
+
+
+def _look_at(sheet: Sheet, graph: PartOfGraph, budget: Budget) -> None:
+    """Decide what a part of the graph decides, as far as time goes."""
+    for limits in sheet.open_limits().values():
+        limits.least = max(limits.least, int(total(graph, limits.factors).max()))
+        if graph.is_complete:
+            limits.most = limits.least
+    sheet.settle("explicit")
+    if sheet.open_globals():
+        sheet.whole.by_graph(graph)
+    sets = PartialSets(graph, sheet.conditions, budget.check_time)
+    parts = [part for part in sheet.open_parts() if not is_linear(part)]
+    # Goals first: they need the least.
+    for part in sorted(parts, key=lambda part: goal_of(part) is None):
+        wanted = basic(part)
+        value = sets.value(satisfying(wanted, sets)[wanted])
+        if value is not None:
+            sheet.known[part] = value
+            sheet.settle("explicit")
