@@ -98,7 +98,7 @@ class Boundedness(Question):
             return str(limit)
         if not space.complete:
             return RAN_OUT[space.reason]
-        checked.space = checked.report.space = space
+        checked.known.space = checked.report.space = space
         checked.report.by = "decision diagrams: all markings, made once for all questions"
         checked.report.proved.append(
             f"the net is bounded: {space.markings} markings without signals, "

@@ -14,9 +14,9 @@ from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.waiting import Waiting
-from dineros.analysis.covering.directed import Directed
 from dineros.analysis.covering.firings import Firings, near_firings
 from dineros.analysis.model.subject import Subject, base_subject
+from dineros.analysis.portfolio.known import Known, known_of
 from dineros.analysis.properties.recurrence import Recurrence, recurrence
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.order_cache import OrderCache
@@ -55,8 +55,6 @@ class Checked:
         Whether runs are searched that show what is found.
     subject : Subject
         The net without signals, made when it is first needed.
-    space : SymbolicStateSpace
-        Its complete state space; there once `Boundedness` has been asked, unless `firings` is.
     firings : Firings or None
         What is known without a state space.
     recurs : bool
@@ -77,7 +75,6 @@ class Checked:
     work: int | None
     orders: OrderCache | None
     is_shown: bool = True
-    space: SymbolicStateSpace = field(init=False)
     firings: Firings | None = None
     recurs: bool = False
     is_closed: bool = False
@@ -107,10 +104,16 @@ class Checked:
         self.budget.stage("whether the net always comes back")
         return recurrence(self.subject.net, self.budget.share(RECURRENCE_SHARE))
 
-    @cached_property
-    def directed(self) -> Directed:
-        """Searches for firings that are far off."""
-        return Directed(self.subject.net)
+    @property
+    def known(self) -> Known:
+        """What is known of the net without signals, whoever asked."""
+        return known_of(self.subject.net)
+
+    @property
+    def space(self) -> SymbolicStateSpace:
+        """Its complete state space; there once `Boundedness` has been asked, unless `firings` is."""
+        assert self.known.space is not None
+        return self.known.space
 
     @property
     def why_open(self) -> str:

@@ -7,16 +7,11 @@ from collections.abc import Collection, Sequence
 from typing import TypeAlias
 
 from dineros.analysis.checks.question import Checked
-from dineros.analysis.covering.firings import FEW_MARKINGS
 from dineros.analysis.logic.verdicts.verdict import moves
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.analysis.witnesses.findings import Witness, witness_of
 from dineros.analysis.witnesses.folding import in_rounds
-
-NEAR = 64 << 20
-"""Bytes for the search for a shortest way to a fault."""
 
 MOST = 50_000
 """Markings among which a run is searched in which goals overtake each other."""
@@ -42,7 +37,8 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     if not checked.is_shown:
         return Witness(())
     # Most models need no search.
-    from dineros.analysis.questions.reachability import find_firing, way_to_firing
+    from dineros.analysis.portfolio.asking import find_firing
+    from dineros.analysis.portfolio.plans import WITNESS
 
     subject, known = checked.subject, checked.firings
     if known is not None:
@@ -52,15 +48,10 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
             return witness_of(subject, way)  # in another order it may have no schedule
         return witness_of(subject, in_rounds(subject.net, way))
     number = subject.transition_index[next(each for each in transitions if checked.space.enabled(each))]
-    trace = find_firing(subject.net, number, checked.budget.share(most_bytes=NEAR)).trace
-    if trace is None:
-        trace, _ = checked.directed.way_to(number, checked.budget.share(), FEW_MARKINGS)
+    trace = find_firing(subject.net, number, checked.budget, WITNESS).trace
     if trace is None:
         checked.budget.check_time()
-        try:
-            trace = way_to_firing(checked.space, number)
-        except DiagramMemoryError:
-            return None
+        return None
     return witness_of(subject, in_rounds(subject.net, trace))
 
 

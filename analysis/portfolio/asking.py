@@ -8,7 +8,7 @@ from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit import Order
 from dineros.analysis.explicit.goals import Goal
-from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.logic.language.syntax import (
@@ -24,9 +24,9 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import ending_with_one_of
-from dineros.analysis.portfolio.plans import FIND, NEAR, NEAR_STATES, PROVE
+from dineros.analysis.portfolio.plans import FIND, FIRE, NEAR, NEAR_STATES, PROVE
 from dineros.analysis.portfolio.reach import Reach
-from dineros.analysis.portfolio.scheduler import answered
+from dineros.analysis.portfolio.scheduler import Plan, answered
 
 
 def find_enabled(
@@ -74,6 +74,15 @@ def find_marking(
     """
     tree = parse(condition, "state") if isinstance(condition, str) else condition
     return _found(net, tree, names, budget, order, is_shortest)
+
+
+def find_firing(net: CompiledNet, transition: int, budget: Budget = UNLIMITED, plan: Plan = FIRE) -> Outcome:
+    """Find a trace that ends with a transition, by a plan: a shortest one, as far as the plan goes."""
+    name = net.transitions[transition]
+    goals = (Goal.enabled(net, transition),)
+    question = Reach(net, Enabled(Name(name)), NetNames(net), is_shortest=True, own_goals=goals)
+    answer = answered(question, plan, budget)
+    return answer if answer.trace is None else replace(answer, trace=(*answer.trace, transition))
 
 
 def _found(

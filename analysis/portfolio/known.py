@@ -10,12 +10,14 @@ from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet
 
 if TYPE_CHECKING:
+    from dineros.analysis.covering.directed import Directed
     from dineros.analysis.explicit.layout import Layout
     from dineros.analysis.portfolio.walker import Walker
     from dineros.analysis.proofs.encoding import Sums
     from dineros.analysis.proofs.state_equation import StateEquation
     from dineros.analysis.properties.part_of_graph import PartOfGraph
     from dineros.analysis.properties.reduced import Reduced
+    from dineros.analysis.reductions import Reduction
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 # What costs an import is imported where it is first asked for: most questions need little of it.
@@ -45,6 +47,7 @@ class Known:
         self.space: SymbolicStateSpace | None = None
         self.cells: Layout | None = None
         self._reduced: dict[Formula, Reduced | None] = {}
+        self._reductions: dict[str, Reduction] = {}
 
     @cached_property
     def equation(self) -> StateEquation:
@@ -80,6 +83,22 @@ class Known:
     def transition_index(self) -> dict[str, int]:
         """Numbers of the transitions by their names."""
         return {name: number for number, name in enumerate(self.net.transitions)}
+
+    @cached_property
+    def directed(self) -> Directed:
+        """Searches for firings that are far off, led by the state equation."""
+        from dineros.analysis.covering.directed import Directed
+
+        return Directed(self.net)
+
+    def reduced_for_firing(self, transition: str) -> Reduction:
+        """Return the net reduced for whether a transition ever fires, which LTL without next can say."""
+        from dineros.analysis.reductions import Property, reduce
+
+        if transition not in self._reductions:
+            kept = {Property.LTL_WITHOUT_NEXT}
+            self._reductions[transition] = reduce(self.net, kept, observed_transitions=[transition])
+        return self._reductions[transition]
 
     def reduced(self, condition: Formula, names: Names) -> Reduced | None:
         """Return the net reduced for a condition or a formula; None where it cannot be reduced for it."""

@@ -7,7 +7,8 @@ from dineros.analysis.answers.turns import HEAD_START
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.portfolio.known import known_of
 from dineros.analysis.portfolio.methods.clauses import Clauses
-from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
+from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams, LedByDiagram
+from dineros.analysis.portfolio.methods.directed_search import DirectedSearch
 from dineros.analysis.portfolio.methods.explicit_search import QUICK, ExplicitSearch
 from dineros.analysis.portfolio.methods.induction import Induction
 from dineros.analysis.portfolio.methods.limits import NetWithLimits
@@ -38,6 +39,8 @@ def _has_long_way(question: Reach, way: Outcome | None) -> bool:
 
 
 def _is_irreducible(question: Reach, way: Outcome | None) -> bool:
+    if question.transition is not None:
+        return False
     return known_of(question.net).reduced(simplified(question.condition), question.names) is None
 
 
@@ -72,3 +75,20 @@ FIND: Plan = (
 
 PROVE: Plan = (Turn(StateEquationAndTraps(), time=0.5), Together(_SOLVERS))
 """A proof without a state space, which a certificate can show."""
+
+FIRE: Plan = (
+    Turn(ExplicitSearch(), most_bytes=QUICK),
+    Turn(ReducedNet((Turn(ExplicitSearch()),)), _has_no_way),
+)
+"""A way to a firing: a shortest one, unless only the reduced net is small enough."""
+
+NEAR_BYTES = 64 << 20
+"""Bytes for the search for a shortest way to a fault."""
+
+WITNESS: Plan = (
+    Turn(ExplicitSearch(), most_bytes=NEAR_BYTES),
+    Turn(ReducedNet((Turn(ExplicitSearch()),)), _has_no_way, most_bytes=NEAR_BYTES),
+    Turn(DirectedSearch(), _has_no_way),
+    Turn(LedByDiagram(), _has_no_way),
+)
+"""A way to a firing that is known to be possible, where a diagram of all markings is there."""

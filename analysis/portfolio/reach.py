@@ -60,6 +60,13 @@ class Reach:
             return list(self.own_goals)
         return goals_of(self.net, self.condition, self.names)
 
+    @property
+    def transition(self) -> int | None:
+        """The only transition that is to be enabled, if the question is about one."""
+        goals = self.own_goals or ()
+        transitions = [t for goal in goals for t in goal.transitions]
+        return transitions[0] if len(goals) == len(transitions) == 1 else None
+
     @cached_property
     def bound(self) -> BoundAtoms:
         """The atoms of the condition."""

@@ -24,7 +24,7 @@ from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.coverability import Pumping, coverability
-from dineros.analysis.questions.reachability import find_firing
+from dineros.analysis.portfolio.asking import find_firing
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.walks.first_round import first_round

@@ -98,3 +98,34 @@ def _branch(sheet: Sheet, space: SymbolicStateSpace, is_first: bool) -> None:
             sets = None
             continue
         sheet.settle("symbolic")
+
+
+class LedByDiagram(Method):
+    """Follow the diagram of all markings, which is there already, to one that enables a transition.
+
+    So it is found however far away it is; the way need not be a shortest one. Of the markings that enable the
+    transition one is chosen: what leads to any of them can take far more nodes.
+    """
+
+    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+        """Return a way, if the question is about one transition and memory suffices."""
+        from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+        from dineros.analysis.symbolic.saturation import DiagramMemoryError
+        from dineros.analysis.symbolic.vector_sets import Scope
+
+        space = known.space
+        if question.transition is None or space is None:
+            return None
+        ways, everything = SymbolicSets(space), space.diagram.root
+        try:
+            with Scope(space.diagram) as scope:
+                others = ways.sets.without_boxes(everything, space.event_masks(question.transition))
+                scope.hold(others)
+                enabling = ways.sets.difference(everything, others)
+                scope.hold(enabling)
+                goal = ways.sets.some(enabling)
+                scope.hold(goal)
+                way = ways.way_to(goal)
+        except DiagramMemoryError:
+            return None
+        return question.reached(way, DIAGRAMS)

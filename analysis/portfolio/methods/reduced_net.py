@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.rewriting import simplified
+from dineros.analysis.logic.language.syntax import Enabled, Name
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.reach import Reach
 from dineros.analysis.portfolio.scheduler import Plan, answered
+
+if TYPE_CHECKING:
+    from dineros.analysis.reductions import Reduction
 
 REDUCED = "explicit search of the reduced net"
 
@@ -33,14 +39,30 @@ class ReducedNet(Method):
 
     def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
         """Ask it of the reduced net."""
-        smaller = known.reduced(simplified(question.condition), question.names)
+        smaller = _reduced(question, known)
         if smaller is None or budget.is_over:
             return None
-        small, names = smaller.net, NetNames(smaller.net)
-        asked = Reach(small, smaller.formula, names, question.order, is_shown=question.is_shown)
+        reduction, asked = smaller
         # What it rests on speaks of the places of the reduced net.
         found = replace(answered(asked, self.plan, budget), by=self.by, evidence=None)
         if found.trace is None or not question.is_shown:
             return replace(found, trace=None)
-        way = smaller.reduction.expand([small.transitions[number] for number in found.trace])
-        return question.reached([known.transition_index[name] for name in way], self.by)
+        last = [] if question.transition is None else [known.net.transitions[question.transition]]
+        names = reduction.expand([*(asked.net.transitions[number] for number in found.trace), *last])
+        way = [known.transition_index[name] for name in names[: len(names) - len(last)]]
+        return question.reached(way, self.by)
+
+
+def _reduced(question: Reach, known: Known) -> tuple[Reduction, Reach] | None:
+    """Return how the net becomes smaller, and what is asked then."""
+    order, is_shown = question.order, question.is_shown
+    if question.transition is not None:
+        name = known.net.transitions[question.transition]
+        reduction = known.reduced_for_firing(name)
+        small, goals = reduction.net, (Goal.enabled(reduction.net, name),)
+        condition = Enabled(Name(name))
+        return reduction, Reach(small, condition, NetNames(small), order, own_goals=goals, is_shown=is_shown)
+    found = known.reduced(simplified(question.condition), question.names)
+    if found is None:
+        return None
+    return found.reduction, Reach(found.net, found.formula, NetNames(found.net), order, is_shown=is_shown)

@@ -11,7 +11,10 @@ from dineros.analysis.explicit import explore
 from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.model.subject import Subject, base_subject, subject_of
+from dineros.analysis.portfolio import plans
 from dineros.analysis.portfolio.asking import find_enabled, find_marking
+from dineros.analysis.portfolio.methods.diagrams import LedByDiagram
+from dineros.analysis.portfolio.scheduler import Turn
 from dineros.analysis.reductions import reduce
 from dineros.analysis.suggestions.capacities import suggest_capacities
 from dineros.analysis.symbolic.engine import symbolic_state_space
@@ -131,7 +134,7 @@ def test_three_colours_on_one_topic_overflow_at_the_subscriber() -> None:
 
 @pytest.mark.long
 def test_the_state_space_leads_to_what_no_search_comes_near(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("dineros.analysis.checks.ways.NEAR", 1 << 12)
+    monkeypatch.setattr(plans, "WITNESS", [Turn(LedByDiagram())])
     model = build()
     find(model, "LeftCellObjects", sym.TopicChannel).subscribers[0].limit = 1
     report = check(model, MEMORY)

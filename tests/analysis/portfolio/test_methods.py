@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 import random
+from collections.abc import Iterable
 
 import pytest
 
@@ -10,6 +13,8 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import And, Formula, Not, Or
 from dineros.analysis.nets.witness import replay
+from dineros.analysis.portfolio import methods as folder
+from dineros.analysis.portfolio.answering import ALONE, stages
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.methods.clauses import Clauses
 from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
@@ -19,9 +24,9 @@ from dineros.analysis.portfolio.methods.limits import NetWithLimits
 from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
 from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTraps
 from dineros.analysis.portfolio.methods.walks import Walks
-from dineros.analysis.portfolio.plans import FIND, PROVE
+from dineros.analysis.portfolio.plans import FIND, FIRE, PROVE, WITNESS
 from dineros.analysis.portfolio.reach import Reach
-from dineros.analysis.portfolio.scheduler import Side, Together, Turn, answered
+from dineros.analysis.portfolio.scheduler import Stage, Together, Turn, answered
 from tests.analysis.logic.generated import atoms_of, random_net
 from tests.analysis.reference_search import distances
 
@@ -39,20 +44,22 @@ LEAST = {
 """How many of 100 questions a method answers alone, at least: a method that never answers fails."""
 
 
-def methods(turns: object) -> set[type[Method]]:
+def methods(turns: Iterable[Turn | Together | Stage]) -> set[type[Method]]:
     found: set[type[Method]] = set()
-    for turn in turns:  # type: ignore[attr-defined]
-        if isinstance(turn, Turn):
-            found.add(type(turn.method))
-        elif isinstance(turn, Together):
+    for turn in turns:
+        if isinstance(turn, Together):
             for side in turn.sides:
-                assert isinstance(side, Side)
                 found |= methods(side.turns)
+        else:
+            found.add(type(turn.method))
     return found
 
 
 def test_every_method_stands_in_a_plan() -> None:
-    assert methods([*FIND, *PROVE]) == set(LEAST)
+    for module in pkgutil.iter_modules(folder.__path__, f"{folder.__name__}."):
+        importlib.import_module(module.name)
+    assert methods([*FIND, *PROVE, *FIRE, *WITNESS, *ALONE, *stages()]) == set(Method.__subclasses__())
+    assert set(LEAST) == methods([*FIND, *PROVE])
 
 
 @pytest.mark.long
@@ -64,7 +71,8 @@ def test_a_method_alone(kind: type[Method]) -> None:
         one, other = (rng.choice(atoms_of(rng, net, with_fired=False)) for _ in range(2))
         condition: Formula = rng.choice([one, Not(one), And((one, Not(other))), Or((one, other))])
         question = Reach(net, condition, NetNames(net))
-        answer = answered(question, [Turn(kind())], LIMITS)
+        made = ReducedNet((Turn(ExplicitSearch()),)) if kind is ReducedNet else kind()
+        answer = answered(question, [Turn(made)], LIMITS)
         if answer.status == "unknown":
             continue
         known += 1

@@ -16,8 +16,7 @@ from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.portfolio.asking import find_marking
-from dineros.analysis.questions.reachability import find_firing
+from dineros.analysis.portfolio.asking import find_firing, find_marking
 from tests.analysis import classic_nets as classic
 from tests.analysis.strategies import nets
 

@@ -15,7 +15,7 @@ from dineros.analysis.model.step_roles import step_roles
 from dineros.analysis.model.subject import Subject, subject_of
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.questions.reachability import find_firing
+from dineros.analysis.portfolio.asking import find_firing
 from dineros.analysis.witnesses.causal_past import CausalPast, TokenNeed
 from dineros.analysis.witnesses.findings import Witness, witness_of
 from dineros.analysis.witnesses.first_cause import Cause, blocked_cause, first_cause

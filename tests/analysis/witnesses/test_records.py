@@ -9,7 +9,7 @@ import pytest
 
 from dineros.analysis.model.step_roles import step_roles
 from dineros.analysis.model.subject import subject_of
-from dineros.analysis.questions.reachability import find_firing
+from dineros.analysis.portfolio.asking import find_firing
 from dineros.analysis.witnesses.findings import witness_of
 from dineros.analysis.witnesses.records import witness_records
 from dineros.metamodel import sym
