@@ -36,7 +36,7 @@ engine_option: Adds = click.option(
     type=click.Choice(["auto", "tina"]),
     default="auto",
     show_default=True,
-    help="The engines of DiNeROS, or TINA where it is on the PATH.",
+    help="The engines of DiNeROS, or TINA if it is on the PATH.",
 )
 """Who answers a question."""
 
@@ -44,25 +44,25 @@ certificate_option: Adds = click.option(
     "--certificate",
     type=ModelPath(),
     metavar="FILE",
-    help="Write what an answer by structure or induction rests on (.json), for 'dineros certify'.",
+    help="Write the proof of an answer by structure or induction (.json), for 'dineros certify'.",
 )
 
 confirm_option: Adds = click.option(
     "--confirm",
     is_flag=True,
-    help="Have another engine, or another order, decide again what rests on all markings.",
+    help="Decide answers about all markings again, by another engine or another order of levels.",
 )
 
 scheduler_option: Adds = click.option(
     "--scheduler",
     metavar="ADDRESS",
-    help="Ask the workers of this Dask scheduler, such as tcp://10.0.0.1:8786.",
+    help="Use the workers of this Dask scheduler, such as tcp://10.0.0.1:8786.",
 )
 
 cache_option: Adds = click.option(
     "--no-cache",
     is_flag=True,
-    help="Neither use nor keep orders for decision diagrams, in .dineros/ beside the model.",
+    help="Do not read or write orders of decision diagrams in .dineros/ in the model's folder.",
 )
 
 trace_option = output_option("Write the trace to this file (JSON Lines).", metavar="TRACE")

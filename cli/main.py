@@ -120,7 +120,7 @@ def _modules() -> dict[str, str]:
     help="Show the version.",
 )
 def main() -> None:
-    """Model-driven, formally verified ROS applications, by Petri nets."""
+    """Model-driven, formally verified ROS applications, based on Petri nets."""
 
 
 if __name__ == "__main__":

@@ -138,7 +138,7 @@ source_options = together(
         default=3.0,
         show_default=True,
         metavar="SECONDS",
-        help="How long the graph is watched; longer while more of it comes to light.",
+        help="How long the graph is watched; extended while new parts appear.",
     ),
 )
 """They say where a system is seen, as `Source` has it."""
@@ -157,7 +157,7 @@ def recording_options(when: str = "") -> Adds:
             default=0.001,
             show_default=True,
             metavar="S",
-            help=said("messages of different topics no farther apart may have been published in any order."),
+            help=said("messages of different topics within this time may have been published in any order."),
         ),
         click.option(
             "--midway",

@@ -257,7 +257,7 @@ variant_options = together(
         type=click.Choice(OVERFLOW),
         default="weighted",
         show_default=True,
-        help="How a full queue drops: by weighted arcs, which tools reduce; by inhibitor arcs, for people.",
+        help="How a full queue loses messages: by weighted arcs, for tools; by inhibitor arcs, for readers.",
     ),
 )
 """How a system model is flattened."""

@@ -85,13 +85,13 @@ class SearchCommand(ExampleCommand):
             ["--timeout"],
             type=click.FloatRange(min=0, min_open=True),
             metavar="SECONDS",
-            help="End after so long, with what is answered until then.",
+            help="End after this time, with the answers so far.",
         )
         memory = click.Option(
             ["--memory"],
             type=Memory(),
             metavar="SIZE",
-            help="Memory that all processes may use, such as 4G; default: 70 % of what is free.",
+            help="Memory limit for all processes, such as 4G; default: 70 % of the free memory.",
         )
         return [timeout, memory, *super().own_options()]
 

@@ -16,13 +16,13 @@ from dineros.cli.options import command
     "--processes",
     type=click.IntRange(min=1, max=64),
     metavar="N",
-    help="Compile by so many processes side by side; by default one per core, up to eight.",
+    help="The number of parallel processes; by default one per core, up to eight.",
 )
 def warm_up(processes: int | None) -> int:
-    """Compile the engines, which otherwise the first questions after an installation do.
+    """Compile the engines; otherwise the first questions after an installation compile them.
 
-    What is compiled is kept beside the installed package, or in the user's cache folder where that cannot be
-    written. Each process takes up to 300 MiB. Done already, it takes no time.
+    The compiled code is stored next to the installed package, or in the user's cache folder if that folder
+    cannot be written. Each process takes up to 300 MiB. Repeating the command takes no time.
     """
     from dineros.analysis.warm_up import PARTS, is_warm
     from dineros.analysis.warm_up import warm_up as compile_all

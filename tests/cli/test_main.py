@@ -29,6 +29,53 @@ from tests.support.traces import Trace
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = main.list_commands(click.Context(main))
+NODE = """\
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import String
+
+
+class Talker(Node):
+    def __init__(self):
+        super().__init__("talker")
+        self.words = self.create_publisher(String, "/chatter", 10)
+        self.create_timer(1.0, self.tick)
+        self.create_subscription(String, "/chatter", self.hear, 10)
+
+    def tick(self):
+        self.words.publish(String())
+
+    def hear(self, word):
+        pass
+
+
+def main():
+    rclpy.init()
+    rclpy.spin(Talker())
+"""
+SETUP = """\
+from setuptools import setup
+
+setup(
+    name="talker",
+    packages=["talker"],
+    entry_points={"console_scripts": ["talker = talker.node:main"]},
+)
+"""
+LAUNCH = """\
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch_ros.actions import Node
+
+
+def generate_launch_description():
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("rviz", default_value="true"),
+            Node(package="talker", executable="talker"),
+        ]
+    )
+"""
 HEAVY = {"pyecore", "lxml", "lark", "networkx", "rich", "pysat", "numpy", "jinja2"}
 
 
@@ -95,6 +142,8 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
         '[topic."/dones"]\npublishers = ["/mapper"]\n'
     )
     (folder / "race.net").write_text("net race\ntr fast [1,2] p -> a\ntr slow [3,4] p -> b\npl p (1)\n")
+    (folder / "handler.net").write_text("net handler\ntr begin [1,2] p -> q\ntr end [3,4] q -> p\npl p (1)\n")
+    write_package(folder / "src")
     for command in (
         "import --bag recording -o seen.sym.xmi",
         "find sorting.sym.xmi --enabled TPick -o pick.jsonl",
@@ -106,6 +155,17 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
         program = [sys.executable, "-m", "dineros.cli.main", *command.split()]
         subprocess.run(program, cwd=folder, check=True, capture_output=True)
     return folder
+
+
+def write_package(folder: Path) -> None:
+    """Write source code that the examples import: a package with one node, and a launch file."""
+    package = folder / "talker"
+    (package / "talker").mkdir(parents=True)
+    (folder / "robot.launch.py").write_text(LAUNCH)
+    (package / "package.xml").write_text("<package format='3'><name>talker</name></package>\n")
+    (package / "setup.py").write_text(SETUP)
+    (package / "talker" / "__init__.py").touch()
+    (package / "talker" / "node.py").write_text(NODE)
 
 
 ENDLESS = {"edit", "top"}

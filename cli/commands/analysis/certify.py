@@ -22,10 +22,10 @@ from dineros.cli.supervising import search_command
 @click.argument("certificate", type=click.Path(path_type=Path), metavar="CERTIFICATE")
 @json_option
 def certify(model: Path, certificate: Path, as_json: bool) -> int:
-    """Check a certificate that find, verify or check wrote, without the engines that found it.
+    """Check a certificate of find, verify or check, without the engines that found the answer.
 
-    The model is changed and flattened as the certificate says, and what is printed says how. Exit status 0
-    when the certificate proves the answer that it names, 1 when it does not.
+    The model is changed and flattened as recorded in the certificate; the output shows how. The exit status
+    is 0 if the certificate proves its answer, 1 if it does not.
     """
     from dineros.analysis.evidence.certificate import BASE, difference, read_certificate, subject_as
     from dineros.analysis.evidence.checker import refutation

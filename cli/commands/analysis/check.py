@@ -63,17 +63,17 @@ if TYPE_CHECKING:
 @click.option(
     "--suggest-capacities",
     is_flag=True,
-    help="Instead, for each queue, the smallest capacity that loses no message.",
+    help="Instead: the smallest capacity of each queue that loses no message.",
 )
 @click.option(
     "--suggest-callback-groups",
     is_flag=True,
-    help="Instead, the smallest change of groups and threads after which no callback waits for ever.",
+    help="Instead: the smallest change of groups and threads after which no callback waits forever.",
 )
 @click.option(
     "--suggest-start-order",
     is_flag=True,
-    help="Instead, an order of bringing managed nodes up in which no message is lost.",
+    help="Instead: a start order of managed nodes in which no message is lost.",
 )
 @click.option(
     "--behaviour",
@@ -83,13 +83,13 @@ if TYPE_CHECKING:
 @time_option("Take firing intervals into account; each finding has a schedule.")
 @click.option("--witnesses", is_flag=True, help="Print how each finding comes about, step by step.")
 @output_option(
-    "Write a report (.html); or how the findings come about to OUT, OUT with .2, .3 ... (JSON Lines)."
+    "Write a report (.html); or the witnesses of the findings to OUT, OUT with .2, .3 ... (JSON Lines)."
 )
 @click.option(
     "--certificate",
     type=ModelPath(),
     metavar="FILE|FOLDER",
-    help="Write what answers rest on that structure or induction prove: of all (.json), or one file each.",
+    help="Write the proofs of answers by structure or induction: in one file (.json), or one file each.",
 )
 @baseline_options
 @confirm_option
@@ -119,8 +119,8 @@ def check(
 ) -> int:
     """Check a model: clauses, overflow of queues, unused and dead parts, boundedness, deadlock.
 
-    Exit status 1 when something is found (a note, a suppressed finding and one of the baseline do not count),
-    3 when something stays unknown (what could be a note at worst does not count).
+    The exit status is 1 if there is a finding (notes, suppressed findings and those of the baseline do not
+    count), and 3 if an answer stays unknown that could be more than a note.
     """
     start_quickly()
     from dineros.analysis.checks.check import check as check_model

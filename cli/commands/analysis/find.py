@@ -40,13 +40,13 @@ if TYPE_CHECKING:
 @click.option("--marking", metavar="EXPR", help="Find a marking with a property, such as 'Shown >= 2'.")
 @search_order_option("Breadth first finds a shortest way, depth first often a long one sooner.")
 @time_option("Ask about the net with its firing intervals; the way has a schedule.")
-@click.option("--quickest", is_flag=True, help="With --time: the way that takes the least time.")
+@click.option("--quickest", is_flag=True, help="With --time: the firing sequence that takes the least time.")
 @question_options
 def find(enabled: str | None, marking: str | None, order: Order, quickest: bool, **options: Any) -> int:
-    """Find a way to a marking: a shortest one, unless the search goes depth first or on a reduced net.
+    """Find a firing sequence to a marking: a shortest one, unless searched depth first or on a reduced net.
 
-    With --engine tina the way is one that TINA's programs sift and pathto tell, replayed; it may be longer.
-    Exit status 0: found; 1: proved unreachable; 3: unknown.
+    With --engine tina, TINA's programs sift and pathto find the sequence, which may be longer; it is
+    replayed. Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
     start_quickly()
     from dineros.analysis.questions.engines import Enabled, Marking, Question

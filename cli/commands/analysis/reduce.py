@@ -49,7 +49,7 @@ PROPERTIES = (
     multiple=True,
     default=["state_space_size"],
     show_default=True,
-    help="What the smaller net must agree on; repeatable.",
+    help="What the smaller net must preserve; repeatable.",
 )
 @click.option("--keep", multiple=True, metavar="ELEMENT", help="A place or transition to keep; repeatable.")
 @variant_options
@@ -65,9 +65,9 @@ def reduce(
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
-    """Reduce a net by structural rules; each names what it preserves, and only those that fit are applied.
+    """Reduce a net by structural rules. Only rules that preserve what --preserve names are applied.
 
-    Exit status 3 where time ran out: the net that is written is then the smaller one of until then.
+    The exit status is 3 if time ran out: the net as reduced until then is written.
     """
     from dineros.analysis.nets.models import to_model
     from dineros.analysis.reductions import reduce as reduce_net

@@ -38,7 +38,11 @@ if TYPE_CHECKING:
 )
 @model_argument()
 @variant_options
-@click.option("--reduce", is_flag=True, help="Count on a smaller net; what that does not keep is left out.")
+@click.option(
+    "--reduce",
+    is_flag=True,
+    help="Count on a reduced net; figures that the reduction does not preserve are left out.",
+)
 @click.option(
     "--engine",
     type=click.Choice(["auto", "explicit", "symbolic", "tina", "classes", "integer"]),
@@ -76,9 +80,9 @@ def statespace(
 ) -> int:
     """Count the complete state space of a model, exactly.
 
-    Exit status 3 where time or memory ran out, and what was seen is printed, or where the net is unbounded:
-    then the firings are printed that make places grow for ever. Where places that nothing takes from, such as
-    counters and logs, may be all that grows, the state space of the rest is counted: of the net without them.
+    The exit status is 3 if time or memory ran out; the partial count is printed. It is also 3 if the net is
+    unbounded; the growing places and the firings are printed. If only places grow from which no transition
+    takes tokens, such as counters and logs, the state space of the net without them is counted.
     """
     if order == "depth-first" and engine != "explicit":
         raise click.UsageError("--search depth-first goes with --engine explicit")

@@ -107,7 +107,7 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     "--point-timeout",
     type=click.FloatRange(0, min_open=True),
     metavar="SECONDS",
-    help="Give up a point after so long.",
+    help="Give up a point after this time.",
 )
 @middleware_option
 @settings_option
@@ -128,10 +128,10 @@ def sweep(
 ) -> int:
     """Count the state spaces of a grid of models, and write a table with a row for each.
 
-    Finished points stand in OUT.partial.jsonl at once: run the same command again after an interruption, or
-    when --timeout has ended it, and it goes on. Exit status 3 when some point stays unknown; the column
-    `error` says why. Points at a time share the memory; where --memory leaves too little for each, there are
-    fewer. With --scheduler it is the memory of one point, by default 2G.
+    Finished points are stored in OUT.partial.jsonl at once: after an interruption, or when --timeout has
+    ended the command, run it again to continue. The exit status is 3 if a point stays unknown; the column
+    `error` has the reason. Simultaneous points share the memory; if --memory is too small for all of them,
+    fewer run at a time. With --scheduler, --memory is for one point, by default 2G.
     """
     from dineros.analysis.sweeps import Axis, Grid
 

@@ -42,7 +42,7 @@ from dineros.metamodel.errors import DinerosError
     "strong",
     multiple=True,
     metavar="TRANSITION",
-    help="Strongly fair, with --ltl; the same words. Repeatable.",
+    help="Strongly fair, with --ltl; the same values. Repeatable.",
 )
 @click.option(
     "--properties",
@@ -55,7 +55,7 @@ from dineros.metamodel.errors import DinerosError
     "written",
     type=ModelPath(),
     metavar="FILE.xml",
-    help="Write what is asked as a property file of the contest, instead of answering it.",
+    help="Write the questions as a property file of the contest, instead of answering them.",
 )
 @cache_option
 @time_option("Ask about the runs of the net with its firing intervals.")
@@ -73,14 +73,14 @@ def verify(
 ) -> int:
     """Verify a formula of linear (LTL) or branching (CTL) temporal logic, or all of a property file.
 
-    Or a PROPERTY that the model stores, by its id or name: with the signals that it says, under the
-    assumptions of the model. Exit status 0 where that is as expected, 1 where not. Without any formula,
-    --write-properties writes all that the model stores.
+    Or verify a PROPERTY that the model stores, by its id or name, with the property's signals and under the
+    assumptions of the model. The exit status is 0 if the answer is the expected one, 1 if not. Without any
+    formula, --write-properties writes all properties of the model.
 
     Atoms are `Shown >= 2`, `A + 2*B < 3`, `enabled(T)`, `fired(T)`, `signal(S)` and `deadlock`. A run that
-    ends in a deadlock stays there for ever. Exit status 0: holds; 1: violated; 3: unknown. An answer for
-    which no run is found in time stands without one, and says so. With --engine tina, TINA's programs tina
-    and selt answer for LTL; the run that selt shows is replayed. --properties takes property files of the
+    ends in a deadlock stays in that marking forever. Exit status 0: holds; 1: violated; 3: unknown. If no run
+    is found in time for an answer, the answer is given without one, and says so. With --engine tina, TINA's
+    programs tina and selt answer LTL; the run of selt is replayed. --properties takes property files of the
     Model Checking Contest, and the names ReachabilityDeadlock, OneSafe, QuasiLiveness, Liveness and
     StableMarking.
     """

@@ -37,14 +37,14 @@ from dineros.cli.supervising import search_command
     default=50,
     show_default=True,
     metavar="N",
-    help="How many orders are tried where losses or messages without ids leave several open.",
+    help="How many orders are tried if losses or messages without ids allow several.",
 )
 @click.option(
     "--invariant",
     "invariants",
     multiple=True,
     metavar="EXPR",
-    help="What has to hold all the time, such as 'PickRun + PlaceRun <= 1'; repeatable.",
+    help="A condition that must hold all the time, such as 'PickRun + PlaceRun <= 1'; repeatable.",
 )
 @click.option(
     "--bag",
@@ -77,10 +77,10 @@ def conform(
     An invariant on places of one node is checked in every marking of it; one on several nodes in one of the
     orders that the messages allow.
 
-    Of a recording, only messages are known: it conforms if some run of the model shows just these messages,
-    in the order of each topic. The first that no run shows is named, with what was possible then. It is a
-    finding, too, if a topic that was regular falls silent although the model must go on, and if a response
-    was sent that no client took.
+    A recording contains only messages: it conforms if some run of the model shows exactly these messages, in
+    the order of each topic. The first message that no run shows is named, with the messages that were
+    possible. Two further findings: a regular topic falls silent although the model must publish on it again,
+    and a response was sent that no client took.
 
     Exit status 0: the run conforms; 1: a step is not allowed, an invariant does not hold, or one of these
     findings; 3: unknown.

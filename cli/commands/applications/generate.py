@@ -35,18 +35,18 @@ FOUND = 1
     type=click.Path(path_type=Path),
     metavar="WORKSPACE",
     required=True,
-    help="The workspace: its folder src/ gets the packages.",
+    help="The workspace; the packages are written to its folder src/.",
 )
 @middleware_option
 @settings_option
-@click.option("--check", is_flag=True, help="Write nothing; exit status 1 when anything is stale.")
+@click.option("--check", is_flag=True, help="Write nothing; exit status 1 if a file is stale.")
 @click.option(
     "--templates",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Templates of your own, which override ours file by file; to be named each time.",
+    help="Your own templates, which override the built-in ones file by file; must be named each time.",
 )
-@click.option("--default-templates", is_flag=True, help="Go back to our templates.")
+@click.option("--default-templates", is_flag=True, help="Return to the built-in templates.")
 @click.option("--lifecycle/--plain", default=None, help="Lifecycle nodes or plain nodes; remembered.")
 @click.option("--systemd/--no-systemd", default=None, help="A unit that runs the nodes; remembered.")
 @click.option(
@@ -79,10 +79,10 @@ def generate(
 ) -> int:
     """Generate a ROS 2 workspace from a system model, or bring one up to date.
 
-    Each node net becomes a package with a module `handlers.py` that is its developer's: it is written once,
+    Each node net becomes a package with a module `handlers.py`, which developers edit: it is written once,
     and stubs for new transitions are added at its end. Everything else is generated again when the model
-    changes; where such a file was edited, nothing is written and the differences are shown. The nodes have
-    the rules of ros2, unless --middleware says otherwise.
+    changes. If such a file was edited, nothing is written and the differences are shown. The nodes have the
+    rules of ros2 unless --middleware is given.
     """
     from dineros import generators
 

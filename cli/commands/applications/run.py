@@ -39,26 +39,32 @@ from dineros.cli.options import (
     "handler_file",
     type=click.Path(path_type=Path),
     metavar="FILE.py",
-    help="The handlers; by default handlers.py beside the model, where it is there.",
+    help="The handlers; by default handlers.py in the model's folder, if it exists.",
 )
-@click.option("--until", metavar="EXPR", help="End when this holds, such as 'Shown >= 4'.")
-@click.option("--trace", type=click.Path(path_type=Path), metavar="DIR", help="Keep the nodes' traces here.")
-@click.option("--timeout", type=click.FloatRange(min=0), metavar="S", help="End after so many seconds.")
+@click.option("--until", metavar="EXPR", help="End when this condition holds, such as 'Shown >= 4'.")
+@click.option(
+    "--trace", type=click.Path(path_type=Path), metavar="DIR", help="Write the nodes' traces to this folder."
+)
+@click.option(
+    "--timeout", type=click.FloatRange(min=0), metavar="S", help="End after this number of seconds."
+)
 @click.option(
     "--watchdog",
     type=click.FloatRange(0, 86400),
     metavar="S",
-    help="Name a handler that keeps its node from all else for so many seconds, by default 10; 0: never.",
+    help="Report a handler that blocks its node for this number of seconds, by default 10; 0: never.",
 )
 @click.option("--only", multiple=True, metavar="NODE", help="Run this node only; repeatable.")
 @click.option(
     "--without",
     multiple=True,
     metavar="NODE",
-    help="Run all nodes but this one, which runs elsewhere; repeatable.",
+    help="Run all nodes except this one, which runs elsewhere; repeatable.",
 )
-@click.option("--resume", is_flag=True, help="Go on from the traces in DIR.")
-@click.option("--monitor", is_flag=True, help="Replay the run on the model meanwhile; end at a deviation.")
+@click.option("--resume", is_flag=True, help="Resume from the traces in DIR.")
+@click.option(
+    "--monitor", is_flag=True, help="Replay the run on the model while it runs; end at a deviation."
+)
 @click.option("--view", is_flag=True, help="Serve a page on 127.0.0.1 that follows and steers the run.")
 @click.option(
     "--with",

@@ -13,7 +13,7 @@ from dineros.cli.options import command, json_option, reach_options
     "dineros top --once --seconds 3 --json",
 )
 @reach_options("How far ROS messages go, as for the nodes.")
-@click.option("--once", is_flag=True, help="Listen for --seconds, show what was heard, and end.")
+@click.option("--once", is_flag=True, help="Listen for --seconds, show the result, and end.")
 @click.option(
     "--seconds",
     type=click.FloatRange(0.1, 3600),
@@ -26,8 +26,8 @@ from dineros.cli.options import command, json_option, reach_options
 def top(domain: int | None, reach: str, once: bool, seconds: float, as_json: bool) -> int:
     """Show the nodes of a running application: their states, queues, losses, and what waits for what.
 
-    All of it is what the nodes tell on /diagnostics, once a second. Ctrl-C ends it. With --once, the exit
-    status is 1 where no node was heard.
+    The data is what the nodes publish on /diagnostics once a second. Ctrl-C ends the command. With --once,
+    the exit status is 1 if no node was found.
     """
     from dineros.cli.presentation.overviews import show_live, show_once
     from dineros.cli.running.running import domain_of

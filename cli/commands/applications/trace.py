@@ -33,10 +33,12 @@ _PICTURES = (".html", ".svg", ".png")
 @click.option("--follow", is_flag=True, help="Open a live page that follows a running application.")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Port of the live page.")
 @click.option("--model", "given", type=ModelPath(), metavar="MODEL", help="The model, if it has moved.")
-@click.option("--compare", type=ModelPath(), metavar="FILE", help="Show a second trace, and where they part.")
-@click.option("--fold", is_flag=True, help="Fold runs of steps that do not matter (.svg, .png).")
+@click.option(
+    "--compare", type=ModelPath(), metavar="FILE", help="Show a second trace, and where the two diverge."
+)
+@click.option("--fold", is_flag=True, help="Fold steps that do not concern the shown lanes (.svg, .png).")
 @click.option("--filter", "words", default="", metavar="WORDS", help="Lanes to show (.svg, .png).")
-@click.option("--firings", is_flag=True, help="Of a run: by number of firings, not by time (.svg, .png).")
+@click.option("--firings", is_flag=True, help="For a run: by number of firings, not by time (.svg, .png).")
 @theme_option
 @settings_option
 def trace(

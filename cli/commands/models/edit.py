@@ -15,13 +15,18 @@ from dineros.metamodel.errors import counted
 
 @command("dineros edit sorting.sym.xmi", "dineros edit new.sym.xmi --no-browser --port 8400")
 @click.argument("model", type=ModelPath())
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="The port; that of last time, or any.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=0,
+    help="The port; by default the last one used, or any free one.",
+)
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
 def edit(model: Path, port: int, no_browser: bool) -> int:
     """Draw a model in the browser: a new one, or that of an .xmi or .pnml file.
 
-    The page is served on this machine only, to those who know the address that is printed. What is done
-    there is kept in a journal beside the model until it is saved. Ctrl-C ends it; the exit status is 0 then.
+    The page is served on this machine only, and only with the printed address. Changes are kept in a journal
+    in the model's folder until the model is saved. Ctrl-C ends the editor with exit status 0.
     """
     from dineros.metamodel.editing import Document
     from dineros.views.editing import serve_editor

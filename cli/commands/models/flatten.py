@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 @click.option(
     "--explain",
     metavar="ELEMENT",
-    help="Say which rule made an element from what, and what was made from it.",
+    help="Show which rule made an element from which elements, and what was made from it.",
 )
 @json_option
 def flatten(
@@ -55,8 +55,8 @@ def flatten(
 ) -> int:
     """Flatten a system model into one plain Petri net.
 
-    The place invariants that the rules guarantee are checked on the net. A trace model is written beside OUT:
-    for sorting.pnm it is sorting.trace.xmi.
+    The place invariants that the rules guarantee are checked on the net. A trace model is written next to
+    OUT: for sorting.pnm it is sorting.trace.xmi.
     """
     from dineros.transformations.flattening import flatten as flattening
     from dineros.transformations.pictures.explaining import explain as explain_element

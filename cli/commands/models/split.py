@@ -28,8 +28,8 @@ from dineros.cli.presentation.workspaces import say_parts
 def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -> int:
     """Split a system model into one run-time model per node net: DIR/NODE.rtm.xmi.
 
-    Channels are gone; their ports stay as information on the places. DIR is made where it is not there; other
-    files in it are left alone.
+    Channels are removed; their ports stay as information on the places. DIR is created if it does not exist;
+    other files in it are not changed.
     """
     from dineros.metamodel import files
     from dineros.metamodel.files.xmi import xmi_bytes

@@ -26,7 +26,7 @@ STYLES = {"error": "red", "warning": "yellow"}
 )
 @model_argument(required=False)
 @settings_option
-@click.option("--strict", is_flag=True, help="Let warnings count as violations.")
+@click.option("--strict", is_flag=True, help="Count warnings as violations.")
 @click.option(
     "--list", "list_constraints", is_flag=True, help="List the constraints instead of checking them."
 )
@@ -36,8 +36,8 @@ def validate(
 ) -> int:
     """Check a model against all constraints.
 
-    Prints each violation with its element, a fix and the name of the constraint. The exit status is 1 when
-    there is an error (with --strict: or a warning), 2 when MODEL cannot be read.
+    Prints each violation with its element, a fix and the name of the constraint. The exit status is 1 if
+    there is an error (with --strict: or a warning), 2 if MODEL cannot be read.
     """
     if list_constraints:
         return _list(as_json)

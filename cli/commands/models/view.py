@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     "--compare",
     type=ModelPath(),
     metavar="OTHER",
-    help="Show what MODEL has, lacks and changes against OTHER.",
+    help="Show what MODEL adds, removes and changes compared with OTHER.",
 )
 @click.option(
     "--around", multiple=True, metavar="ELEMENT", help="Show only what is near this element; repeatable."
@@ -63,14 +63,14 @@ if TYPE_CHECKING:
     "badges",
     multiple=True,
     metavar="ELEMENT=TEXT",
-    help="Put a short text beside an element; repeatable.",
+    help="Put a short text next to an element; repeatable.",
 )
 @theme_option
 @click.option(
     "--width",
     type=click.FloatRange(min=20, max=2000),
     metavar="MM",
-    help="For paper (.svg, .png): so many millimetres wide, with all text of 6 points or more.",
+    help="For paper (.svg, .png): the width in millimetres; all text has 6 points or more.",
 )
 @click.option(
     "--aspect",
@@ -94,12 +94,12 @@ def view(
 ) -> int:
     """Show a model as a picture: a system model, a runtime model, a flattened or a plain net.
 
-    Pages are collapsed where names would be too small to read at first sight, and in .svg and .png those of
-    models of more than 150 nodes, unless --expand says otherwise. Of a model that is too large for --width,
-    the pages are drawn one by one, into files with their ids.
+    Pages are collapsed if names would be too small to read at first sight, and in .svg and .png if the model
+    has more than 150 nodes, unless --expand is given. If a model is too large for --width, its pages are
+    drawn one by one, into files named after their ids.
 
-    Without -o, a page is opened in the browser. It needs no network: click to learn more, collapse and expand
-    pages, search with '/', '?' lists the keys.
+    Without -o, a page is opened in the browser. It needs no network. Click elements for details, collapse and
+    expand pages, search with '/'; '?' lists the keys.
     """
     if output is not None:
         refuse_output(output, PICTURES)

@@ -42,8 +42,9 @@ def diff(
 ) -> int:
     """Compare a model with a running graph or a recording: nodes, ports, types, quality of service.
 
-    Of a recording, topics only are compared: it does not tell its nodes. A node that went while it was
-    watched counts as missing. The exit status is 1 where something differs; a note does not count.
+    For a recording, only topics are compared, because it does not contain nodes. A node that disappeared
+    while the graph was watched counts as missing. The exit status is 1 if something differs; notes do not
+    count.
     """
     from dineros.analysis.witnesses.findings import worst_first
     from dineros.observation.differences.comparing import FAULTS, differences

@@ -31,14 +31,14 @@ from dineros.cli.supervising import search_command
     "--interfaces",
     multiple=True,
     metavar="PACKAGE",
-    help="Instead, the messages of an installed package, as token types; repeatable.",
+    help="Instead: the messages of an installed package, as token types; repeatable.",
 )
 @click.option(
     "--given",
     type=click.Path(path_type=Path),
     metavar="FILE.toml",
     show_default="OUT with .given.toml",
-    help="What no graph tells: depths, groups, threads, timers, what callbacks do.",
+    help="Facts that a graph does not show: depths, groups, threads, timers, actions of callbacks.",
 )
 @output_option("The model to write: .xmi or .pnml.", required=True)
 @json_option
@@ -62,14 +62,14 @@ def import_(
     """Make a system model of a running graph, a recording or source code, with one node net per node.
 
     --source reads Python packages without running them: ports, groups, executors, and what callbacks do, with
-    the lines of the code. What it cannot follow is taken as open, and listed.
+    the lines of the code. Code that it cannot follow is left open, and listed.
 
-    What no graph tells is assumed, marked in the model and listed; a file beside the model says it once and
-    for all: it is written where there is none, and never overwritten. Callbacks of which nothing is said may
-    do all that their node can.
+    Facts that a graph does not show are assumed, marked in the model and listed. A file next to the model
+    contains them: it is written if it does not exist, and never overwritten; correct it, and import again. A
+    callback without declared actions can do everything that its node can.
 
-    The exit status is 1 where ports do not match or names have two meanings: the model is written all the
-    same. Where there is no node or topic it is 2, and nothing is written.
+    The exit status is 1 if ports do not match or names have two meanings; the model is still written. If
+    there is no node or topic it is 2, and nothing is written.
     """
     refuse_output(output, (".xmi", ".pnml"))
     if interfaces:

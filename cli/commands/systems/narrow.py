@@ -45,7 +45,7 @@ from dineros.cli.supervising import search_command
     "--tracing",
     type=ModelPath(),
     metavar="TRACE",
-    help="Tracing files of ros2_tracing: a folder of LTTng, read by babeltrace2, or the text that it writes.",
+    help="Tracing files of ros2_tracing: a folder of LTTng, read by babeltrace2, or its text output.",
 )
 @click.option(
     "--within",
@@ -53,7 +53,7 @@ from dineros.cli.supervising import search_command
     default=1.0,
     show_default=True,
     metavar="S",
-    help="What comes later after a message is no consequence of it.",
+    help="Maximum delay (seconds) between a message and its effect.",
 )
 @click.option(
     "--threshold",
@@ -86,20 +86,20 @@ def narrow(
     """Propose which callbacks of an imported model lead to which messages, and narrow it by what is accepted.
 
     A proposal says that a message on a topic always, sometimes or never follows another one, or that a timer
-    publishes it; with how often and how soon, and the share of times at which it can be expected to hold.
-    Where services tell of their calls (service introspection), calls are proposed as well, and what follows
-    requests and answers. Tracing files show which callback was running when a message was published, and
-    stand above times; they may also stand for the recording.
+    publishes it; with frequency, delays, and the probability that it holds next time. If services record
+    their calls (service introspection), calls are proposed as well, and what follows requests and answers.
+    Tracing files show which callback was running when a message was published, and take precedence over
+    times; they can also replace the recording.
 
-    In the narrowed model, what is accepted holds, and the rest stays open. It explains the recording: what it
-    could not be explained with is weakened, or taken back, and listed. Beside it stands what is given of the
-    system now, for the next import.
+    In the narrowed model, accepted proposals hold, and the rest stays open. The model explains the recording:
+    proposals that contradict it are weakened, or withdrawn, and listed. A file next to the model contains the
+    resulting facts, for the next import.
 
-    A response that a server sent and no client took is a finding, as of a client that waits in a callback
-    whose group the response needs.
+    A response that a server sent and no client took is a finding, for example if the client waits in a
+    callback whose group the response needs.
 
-    Exit status 0: fine; 1: there is such a response, or the model, open as it is, does not explain the
-    recording; 3: unknown.
+    Exit status 0: success; 1: there is such a response, or the model does not explain the recording although
+    it is open; 3: unknown.
     """
     is_accepting = threshold is not None or bool(accept)
     if is_accepting != (output is not None):
