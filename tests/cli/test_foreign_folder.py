@@ -28,7 +28,7 @@ COMMANDS = {
         "trace run -o run.svg",
     ],
     "local": ["run {model} --local --timeout 0.5"],
-    "ros": ["run {model} --timeout 0.5 --reach memory"],
+    "ros": ["run {model} --timeout 120 --until Words>=3&Noted<1 --reach memory"],
     "convert": ["convert {model} -o model.svg"],
 }
 

@@ -103,9 +103,9 @@ def test_wrong_use(run: Run, net: Path, questions: Path, tmp_path: Path) -> None
     assert not (tmp_path / "w.xml").exists()
 
 
-def test_symmetric_nets_are_refused(run: Run, questions: Path, tmp_path: Path) -> None:
-    kind = "http://www.pnml.org/version-2009/grammar/symmetricnet"
+def test_high_level_nets_are_refused(run: Run, questions: Path, tmp_path: Path) -> None:
+    kind = "http://www.pnml.org/version-2009/grammar/highlevelnet"
     head = '<pnml xmlns="http://www.pnml.org/version-2009/grammar/pnml">'
     (tmp_path / "net.pnml").write_text(f'{head}<net id="n" type="{kind}"><page id="p"/></net></pnml>')
     result = run("verify", tmp_path / "net.pnml", "--properties", questions)
-    assert is_one_line_of_wrong_use(result, "symmetricnet' is not supported")
+    assert is_one_line_of_wrong_use(result, "highlevelnet' is not supported")
