@@ -6,9 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from dineros.analysis.callbacks.blocking import Blocked, blocked
 from dineros.analysis.callbacks.circles import Circle
-from dineros.analysis.callbacks.searching import searched
 from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.logic.language.errors import FormulaError
@@ -19,6 +17,7 @@ from dineros.analysis.witnesses.findings import Fault, Wait, Witness, witness_of
 from dineros.metamodel.elements import is_unseen, node_net_of
 
 if TYPE_CHECKING:
+    from dineros.analysis.callbacks.blocking import Blocked
     from dineros.analysis.checks.deadlocks import DeadlockGroup
 
 
@@ -119,6 +118,8 @@ class Callbacks(Question):
         if has_no_space or checked.space.markings > MOST_MARKINGS:
             self.ask_early(checked)
             return
+        from dineros.analysis.callbacks.blocking import blocked
+
         try:
             found = self._report(checked, blocked(checked.space, checked.waiting, checked.budget))
         except DiagramMemoryError:
@@ -132,6 +133,8 @@ class Callbacks(Question):
         """Look for them without the state space, which may take long, or have no end."""
         if checked.callbacks_asked or not checked.waiting.callbacks:
             return
+        from dineros.analysis.callbacks.searching import searched
+
         checked.budget.stage(cls.asks)
         search = searched(checked.subject.net, checked.waiting, checked.budget)
         checked.callbacks_asked = True

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import RAN_OUT, BudgetExceededError
 from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.remedies import remedy_text
-from dineros.analysis.covering.firings import Firings, firings
-from dineros.analysis.covering.growth import growth_of, near_growth, remedy_of
-from dineros.analysis.nets.coverability import Pumping
+from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.witnesses.findings import Fault, pumping_witness
 from dineros.metamodel import sym
+
+if TYPE_CHECKING:
+    from dineros.analysis.nets.coverability import Pumping
+
+# Of most models, all places have bounds: what is about tokens that grow is imported where it is needed.
 
 FIRST_SHARE = 4_000_000
 """Cache misses of saturation, a few seconds, that the state space may cost before a smaller net is asked."""
@@ -57,14 +61,15 @@ class Boundedness(Question):
     def ask(self, checked: Checked) -> None:
         """Make the state space, or find out what is known without it."""
         net = checked.subject.net
-        checked.budget.stage("whether tokens grow")
-        pumpings = near_growth(net, checked.budget.share(GROWTH_SHARE))
+        pumpings = self._near_growth(checked)
         reason = GROWS if pumpings else ""
         if not pumpings:
             try:
                 reason = self._make_space(checked)
             except UnknownBoundError as error:
                 reason = GROWS
+                from dineros.analysis.covering.growth import growth_of
+
                 checked.budget.stage("whether tokens grow")
                 pumping = growth_of(net, checked.budget.share(0.3))
                 pumpings = [] if pumping is None else [pumping]
@@ -81,11 +86,24 @@ class Boundedness(Question):
                 if not reason or self._recurs(checked):
                     return
                 checked.leave_open("whether the net is bounded", reason)
+        from dineros.analysis.covering.firings import firings
+
         self._grow(checked, pumpings)
         Callbacks.ask_early(checked)
         checked.report.by = f"searches forward and backward, and coverability: {reason}"
         checked.budget.stage("what can happen without bounds")
         checked.firings = firings(net, checked.budget.share(FIRINGS_SHARE), known=checked.near)
+
+    @staticmethod
+    def _near_growth(checked: Checked) -> list[Pumping]:
+        """Return proofs that places grow without bound, of what is near or met by walks."""
+        net = checked.subject.net
+        checked.budget.stage("whether tokens grow")
+        if all(bound is not None for bound in place_bounds(net)):
+            return []
+        from dineros.analysis.covering.growth import near_growth
+
+        return near_growth(net, checked.budget.share(GROWTH_SHARE))
 
     def _make_space(self, checked: Checked) -> str:
         """Make the state space; return why there is none, which is empty where there is one."""
@@ -130,6 +148,8 @@ class Boundedness(Question):
         )
         checked.report.by = "a smaller net, which always comes back; all markings take too much work"
         # Lost messages never come back: where the net does, no queue overflows.
+        from dineros.analysis.covering.firings import Firings
+
         possible = frozenset(range(len(checked.subject.net.transitions))) - proof.dead
         checked.recurs = True
         checked.firings = Firings(
@@ -144,7 +164,11 @@ class Boundedness(Question):
             grown = tuple(subject.place_text(place) for place in pumping.places)
             way = pumping_witness(subject, pumping)
             report.findings.append(self.UNBOUNDED.found(*grown, witness=way, places=", ".join(grown)))
-        remedy = remedy_of(subject.net) if pumpings else None
+        if not pumpings:
+            return
+        from dineros.analysis.covering.growth import remedy_of
+
+        remedy = remedy_of(subject.net)
         if remedy is not None:
             preposition = "with " if remedy.weights else ""
             report.proved.append(f"the net would be bounded {preposition}{remedy_text(subject, remedy)}")
@@ -180,19 +204,20 @@ class Places(Question):
 
     def ask(self, checked: Checked) -> None:
         """Look at all markings, or ask as of the contest's nets where there is no state space."""
-        from dineros.analysis.portfolio.answering import answer_properties
-        from dineros.analysis.portfolio.global_properties import is_stable
-        from dineros.analysis.properties.property import Property
-
         if isinstance(checked.model, sym.SystemModel):
             return
         if checked.firings is None:
+            from dineros.analysis.symbolic.places import is_stable
+
             initial, largest = checked.subject.net.initial.tolist(), checked.space.largest_place()
             crowded = [p for p, most in enumerate(largest) if most > 1]
             still = [p for p, most in enumerate(largest) if most == initial[p]]
             self._say(checked, self.NOT_ONE_SAFE, crowded)
             self._say(checked, self.STABLE, [p for p in still if is_stable(checked.space, p)])
             return
+        from dineros.analysis.portfolio.answering import answer_properties
+        from dineros.analysis.properties.property import Property
+
         left = checked.budget.share(PLACES_SHARE).seconds
         asked = [Property(each, "global", examination=each) for each in ("OneSafe", "StableMarking")]
         subject, seconds = checked.subject, SECONDS_FOR_PLACES if left is None else left

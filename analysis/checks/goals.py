@@ -6,13 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 
-from dineros.analysis.callbacks.blocking import last_parts, never_without
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
-from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.model.wording import outcome_words
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import holds_thread, runs_callbacks, threads_of
@@ -107,7 +104,7 @@ class Goals(Question):
                 unheard(checked, client)
                 self._results(checked, client)
                 self._overtaking(checked, client)
-        is_timed = isinstance(checked.subject, TimedSubject)
+        is_timed = checked.subject.is_timed
         if checked.firings is not None:
             if not checked.recurs:
                 reason = checked.firings.why_open or (
@@ -139,7 +136,7 @@ class Goals(Question):
         """Look for two goals of a client of which the later one ends first."""
         if client.port.outstanding < 2 or len(client.works) < 2:
             return
-        if isinstance(checked.subject, TimedSubject):
+        if checked.subject.is_timed:
             question = f"whether goals of {client.words} can overtake each other"
             checked.leave_open(question, "it is not asked with times", may_be_fault=False)
             return
@@ -156,6 +153,9 @@ class Goals(Question):
 
     def _hangs(self, checked: Checked, client: _Client) -> bool:
         """Look for goals that no marking ends from some marking on; return whether there are any."""
+        from dineros.analysis.callbacks.blocking import last_parts, never_without
+        from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+
         sets, index = SymbolicSets(checked.space, budget=checked.budget), checked.subject.place_index
         waits: list[tuple[Fault, list[str], dict[str, str]]] = [
             (self.NOT_ACCEPTED, client.waits, {}),

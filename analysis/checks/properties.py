@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.logic.language.errors import FormulaError
-from dineros.analysis.questions.engines import Linear
-from dineros.analysis.questions.needed_fairness import needed_fairness
-from dineros.analysis.requirements.stored import Asked, asked, properties_of
-from dineros.analysis.timed.timed_subject import TimedSubject
+from dineros.analysis.requirements.listing import properties_of
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import sym
 from dineros.metamodel.elements import label
+
+if TYPE_CHECKING:
+    from dineros.analysis.requirements.stored import Asked
 
 FIRST_SECONDS, FIRST_SHARE = 5.0, 0.08
 """Seconds at most, and part of the time that is left, for each property before all other questions."""
@@ -75,6 +75,8 @@ class Properties(Question):
     def _ask_of(
         self, checked: Checked, property: sym.Property, budget: Budget, is_first: bool = False
     ) -> None:
+        from dineros.analysis.requirements.stored import asked
+
         shown = f"property {label(property)}"
         asks = f"whether {shown} holds"
         checked.budget.stage(asks)
@@ -118,10 +120,13 @@ class Properties(Question):
 
 def _unless(checked: Checked, question: Asked, outcome: Outcome) -> str:
     """Return which fairness would prove a property that only unfair runs violate; empty where none would."""
+    from dineros.analysis.questions.engines import Linear
+    from dineros.analysis.questions.needed_fairness import needed_fairness
+
     linear = question.question()
     if not isinstance(linear, Linear) or question.reading.is_negated:
         return ""
-    if isinstance(question.subject, TimedSubject):
+    if question.subject.is_timed:
         return ""  # which runs with times are fair is not known
     needed = needed_fairness(question.subject, linear, outcome, checked.budget)
     return "" if needed is None else f"; only unfair runs violate it: it holds with {needed}"

@@ -7,22 +7,24 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from dineros.analysis.answers.apart import is_end
 from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.waiting import Waiting
-from dineros.analysis.covering.firings import Firings, near_firings
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.portfolio.known import Known, known_of
-from dineros.analysis.properties.recurrence import Recurrence, recurrence
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.witnesses.findings import Fault, Report
 from dineros.metamodel import pn
 from dineros.metamodel.errors import BudgetError
+
+if TYPE_CHECKING:
+    from dineros.analysis.covering.firings import Firings
+    from dineros.analysis.properties.recurrence import Recurrence
 
 OUT_OF_MEMORY = RAN_OUT["memory"]
 
@@ -95,12 +97,16 @@ class Checked:
     @cached_property
     def near(self) -> Firings:
         """What the first round tells of what can happen, before a state space, or without one."""
+        from dineros.analysis.covering.firings import near_firings
+
         self.budget.stage("what can happen nearby")
         return near_firings(self.subject.net, self.budget.share(NEAR_SHARE))
 
     @cached_property
     def recurrence(self) -> Recurrence | None:
         """What a smaller net proves of it."""
+        from dineros.analysis.properties.recurrence import recurrence
+
         self.budget.stage("whether the net always comes back")
         return recurrence(self.subject.net, self.budget.share(RECURRENCE_SHARE))
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from dineros.analysis.covering.growth import Remedy
 from dineros.analysis.model.queues import queues
 from dineros.analysis.model.subject import Subject
+
+if TYPE_CHECKING:
+    from dineros.analysis.covering.growth import Remedy
 
 
 def remedy_text(subject: Subject, remedy: Remedy) -> str:

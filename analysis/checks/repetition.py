@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import RAN_OUT
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.model.queues import queues
-from dineros.analysis.properties.recurrence import Recurrence
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault
+
+if TYPE_CHECKING:
+    from dineros.analysis.properties.recurrence import Recurrence
 
 BEHAVIOUR = "liveness, reversibility, home markings"
 REVERSIBLE = "the net is reversible: the initial marking can always be reached again"

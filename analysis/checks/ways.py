@@ -7,9 +7,7 @@ from collections.abc import Collection, Sequence
 from typing import TypeAlias
 
 from dineros.analysis.checks.question import Checked
-from dineros.analysis.logic.verdicts.verdict import moves
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.analysis.witnesses.findings import Witness, witness_of
 from dineros.analysis.witnesses.folding import in_rounds
 
@@ -44,7 +42,7 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     if known is not None:
         numbers = [subject.transition_index[each] for each in transitions]
         way = known.way_to(numbers)
-        if isinstance(subject, TimedSubject):
+        if subject.is_timed:
             return witness_of(subject, way)  # in another order it may have no schedule
         return witness_of(subject, in_rounds(subject.net, way))
     number = subject.transition_index[next(each for each in transitions if checked.space.enabled(each))]
@@ -77,6 +75,8 @@ def overtaking(
     ends : collection of int
         The transitions by which that goal ends.
     """
+    from dineros.analysis.logic.verdicts.verdict import moves
+
     start: _Here = (tuple(net.initial.tolist()), False)
     before: dict[_Here, tuple[_Here, int] | None] = {start: None}
     queue = deque([start])

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from dineros.analysis.logic.ctl.fixpoints import basic, satisfying
-from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-from dineros.analysis.logic.language.atoms import BoundAtoms, Step
-from dineros.analysis.logic.language.parser import parse
-from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.model.subject import Subject
-from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.metamodel import sym
+
+if TYPE_CHECKING:
+    from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 
 class FinalCondition:
@@ -31,6 +29,10 @@ class FinalCondition:
     """
 
     def __init__(self, subject: Subject, text: str) -> None:
+        from dineros.analysis.logic.ctl.fixpoints import basic
+        from dineros.analysis.logic.language.atoms import BoundAtoms
+        from dineros.analysis.logic.language.parser import parse
+
         self._formula = basic(parse(text, "state"))
         self._atoms = BoundAtoms(subject.net, self._formula, subject.names)
 
@@ -49,8 +51,14 @@ class FinalCondition:
 
     def holds_at(self, marking: Sequence[int]) -> bool:
         """Tell whether a marking that enables nothing satisfies the condition."""
+        from dineros.analysis.logic.language.atoms import Step
+        from dineros.analysis.logic.language.semantics import holds_on_lasso
+
         return holds_on_lasso(self._formula, [], [Step(tuple(marking), None)], self._atoms.is_true)
 
     def among(self, space: SymbolicStateSpace) -> int:
         """Return the set of all markings that satisfy the condition, pinned in the diagram."""
+        from dineros.analysis.logic.ctl.fixpoints import satisfying
+        from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+
         return satisfying(self._formula, SymbolicSets(space, self._atoms))[self._formula]

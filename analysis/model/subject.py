@@ -64,6 +64,11 @@ class Subject:
     flattened: Flattened | None = None
     blocked: tuple[str, ...] = ()
 
+    @property
+    def is_timed(self) -> bool:
+        """Whether runs need a schedule."""
+        return False
+
     @cached_property
     def place_index(self) -> dict[str, int]:
         """Index of each place, by its id in the net."""

@@ -23,6 +23,7 @@ from dineros.analysis.properties.behaviour import TooMuchWorkError, behaviour
 from dineros.analysis.properties.part_of_graph import PartOfGraph
 from dineros.analysis.properties.predicates import Flags, MarkingMatrix, enabled
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
+from dineros.analysis.symbolic.places import is_stable
 
 Decide = Callable[[str, bool, str], None]
 
@@ -189,15 +190,6 @@ class GlobalQuestions:
                 self.tell("Liveness", not behaviour(space, told(budget)).not_live, "symbolic")
         except (*GIVEN_UP, TooMuchWorkError):
             return
-
-
-def is_stable(space: SymbolicStateSpace, place: int) -> bool:
-    """Whether a place (by number) holds the same tokens in all markings."""
-    most: list[int] = []
-    for sign in (1, -1):
-        weights, constant = space.weights_of({place: sign})
-        most.append(constant + space.counts.largest(weights))
-    return most[0] == -most[1]
 
 
 def _is_live(graph: PartOfGraph, able: dict[int, Flags]) -> bool:

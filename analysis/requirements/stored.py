@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -29,6 +28,7 @@ from dineros.analysis.logic.language.syntax import (
 from dineros.analysis.model.fairness import fair_transitions
 from dineros.analysis.model.subject import Subject, base_subject, subject_of
 from dineros.analysis.questions.engines import ENGINES, Branching, Linear, Question, Timed
+from dineros.analysis.requirements.listing import properties_of
 from dineros.analysis.requirements.patterns import Reading, read_pattern
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subject, timed_subject_of
@@ -111,11 +111,6 @@ class Asked:
             # Whether the run is fair, or goes on as a fair one, is not known.
             return Outcome("unknown", reason=UNFAIR, states=found.states, seconds=found.seconds)
         return found
-
-
-def properties_of(model: pn.Net) -> Sequence[sym.Property]:
-    """Return the properties that a model stores; a plain net has none."""
-    return tuple(model.properties) if isinstance(model, sym.SystemModel) else ()
 
 
 def property_named(model: pn.Net, name: str) -> sym.Property:

@@ -22,6 +22,11 @@ class TimedSubject(Subject):
 
     timed: TimedNet = field(kw_only=True)
 
+    @property
+    def is_timed(self) -> bool:
+        """Runs need one."""
+        return True
+
     def times_of(self, trace: Sequence[int]) -> Sequence[FiringTime | None]:
         """Return by firing of a sequence when it happens; each as early as it can.
 

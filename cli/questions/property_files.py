@@ -164,7 +164,8 @@ def write_stored(model: Path, settings: Sequence[str], overflow: str, output: Pa
     from dineros.analysis.model.subject import base_subject
     from dineros.analysis.properties import writing
     from dineros.analysis.properties.property import Property
-    from dineros.analysis.requirements.stored import properties_of, read
+    from dineros.analysis.requirements.listing import properties_of
+    from dineros.analysis.requirements.stored import read
 
     net = load_valid(model, settings)
     subject = base_subject(net, overflow)  # type: ignore[arg-type]

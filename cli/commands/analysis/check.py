@@ -124,7 +124,6 @@ def check(
     """
     start_quickly()
     from dineros.analysis.checks.check import check as check_model
-    from dineros.analysis.consequences.folding import fold_consequences
     from dineros.analysis.timed_checks.faults import TIMED_FAULTS
     from dineros.analysis.witnesses.findings import Report, Unknown
 
@@ -186,7 +185,9 @@ def check(
         )
     if confirmation is not None:
         add_confirmation(report, confirmation)
-    if report.times is None:
+    if report.times is None and report.findings:
+        from dineros.analysis.consequences.folding import fold_consequences
+
         fold_consequences(net, report, budget, orders_beside(model, no_cache))
     report = acceptance.apply(report)
     with run.answer():

@@ -1,0 +1,14 @@
+"""What a decision diagram of all markings says of single places."""
+
+from __future__ import annotations
+
+from dineros.analysis.symbolic.engine import SymbolicStateSpace
+
+
+def is_stable(space: SymbolicStateSpace, place: int) -> bool:
+    """Whether a place (by number) holds the same tokens in all markings."""
+    most: list[int] = []
+    for sign in (1, -1):
+        weights, constant = space.weights_of({place: sign})
+        most.append(constant + space.counts.largest(weights))
+    return most[0] == -most[1]
