@@ -10,6 +10,7 @@ import pytest
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.checks import boundedness, goals, overflow, properties
 from dineros.analysis.checks.check import QUESTIONS, check
+from dineros.analysis.requirements import stored
 from dineros.analysis.requirements.stored import asked
 from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import pn, sym
@@ -67,7 +68,7 @@ def without(report: Report, words: str) -> set[str]:
     ("where", "name", "words"),
     [
         (overflow, "firing_witness", "overflow"),
-        (properties, "asked", "property"),
+        (stored, "asked", "property"),
         (goals, "_clients", "goal"),
     ],
 )
@@ -89,7 +90,7 @@ def test_each_queue_and_each_property_fails_alone(monkeypatch: pytest.MonkeyPatc
     def fails_once(property: sym.Property, *rest: Any) -> Any:
         return fails() if property.id == "NotTwice" else asked(property, *rest)
 
-    monkeypatch.setattr(properties, "asked", fails_once)
+    monkeypatch.setattr(stored, "asked", fails_once)
     report = check(model(), LIMITS)
     assert [each.question for each in report.unknown if REASON in each.reason] == [
         "whether property NotTwice holds"
@@ -128,7 +129,7 @@ def test_only_properties_without_an_answer_are_left_open(monkeypatch: pytest.Mon
     def all_but_one(property: sym.Property, *rest: Any) -> Any:
         return fails() if property.id == "NotTwice" else asked(property, *rest)
 
-    monkeypatch.setattr(properties, "asked", all_but_one)
+    monkeypatch.setattr(stored, "asked", all_but_one)
     report = check(model(), LIMITS)
     left = [each.question for each in report.unknown if "propert" in each.question]
     assert left == ["whether property NotTwice holds"]
