@@ -135,7 +135,7 @@ def _diagrams() -> None:
 
 def _formulas() -> None:
     """Compile branching time, on markings stored one by one and on diagrams."""
-    from dineros.analysis.logic.ctl.checking import check_ctl
+    from dineros.analysis.portfolio.branching_time import check_ctl
 
     net = rings(1)
     for engine in ("explicit", "symbolic"):

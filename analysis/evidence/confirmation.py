@@ -13,7 +13,6 @@ from typing import TypeVar
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.ctl.fixpoints import basic, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
@@ -33,6 +32,7 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.logic.language.syntax import Enabled as AtomEnabled
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.properties.normal_form import is_linear, of_linear
 from dineros.analysis.properties.property import Property, PropertyAnswer, said_of_all
 from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking, Question

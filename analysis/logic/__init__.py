@@ -1,6 +1,6 @@
 """Temporal logic on nets: conditions on markings, state/event LTL with fairness, and CTL.
 
-`verify_ltl` and `check_ctl` answer with an `Outcome`; its trace has been replayed by the plain firing rule.
+`verify_ltl` answers with an `Outcome`; its trace has been replayed by the plain firing rule.
 Importing this package imports neither Numba nor what answers; the first use does.
 """
 
@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from dineros.analysis.answers.budget import Budget, Progress
     from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.answers.outcome import Outcome as Verdict
-    from dineros.analysis.logic.ctl.checking import check_ctl
     from dineros.analysis.logic.language.errors import FormulaError
     from dineros.analysis.logic.language.names import Names, NetNames
     from dineros.analysis.logic.language.parser import parse
@@ -25,7 +24,6 @@ __all__ = [
     "Outcome",
     "Progress",
     "Verdict",
-    "check_ctl",
     "parse",
     "verify_ltl",
 ]
@@ -33,7 +31,6 @@ __all__ = [
 _MODULES = {
     **dict.fromkeys(("Budget", "Progress"), "dineros.analysis.answers.budget"),
     **dict.fromkeys(("Outcome", "Verdict"), "dineros.analysis.answers.outcome"),
-    "check_ctl": "dineros.analysis.logic.ctl.checking",
     "FormulaError": "dineros.analysis.logic.language.errors",
     **dict.fromkeys(("Names", "NetNames"), "dineros.analysis.logic.language.names"),
     "parse": "dineros.analysis.logic.language.parser",

@@ -10,7 +10,7 @@ from dineros.analysis.answers.outcome import Outcome
 
 if TYPE_CHECKING:
     from dineros.analysis.portfolio.known import Known
-    from dineros.analysis.portfolio.reach import Reach
+    from dineros.analysis.portfolio.satisfies import Question
     from dineros.analysis.portfolio.sheet import Sheet
 
 
@@ -20,12 +20,12 @@ class Method:
     It answers single questions, or many about a net at once, or both.
     """
 
-    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Answer a question.
 
         Parameters
         ----------
-        question : Reach
+        question : Reach or Satisfies
             The question.
         known : Known
             What is known of its net.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.turns import HEAD_START
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.portfolio.known import known_of
@@ -16,7 +15,8 @@ from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
 from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTraps
 from dineros.analysis.portfolio.methods.walks import Walks
 from dineros.analysis.portfolio.reach import Reach
-from dineros.analysis.portfolio.scheduler import Plan, Side, Together, Turn
+from dineros.analysis.portfolio.satisfies import Question
+from dineros.analysis.portfolio.scheduler import Plan, Side, SoFar, Together, Turn
 
 NEAR_STATES, NEAR_IF_SHORTEST = 20_000, 2_000_000
 """Markings looked at before anything else; more of them if a shortest way is asked for."""
@@ -25,21 +25,25 @@ FIRST_WORK = 3_000_000
 """Cache misses of saturation, about a second, for a net with limits before other methods."""
 
 
-def wants_any_way(question: Reach, way: Outcome | None) -> bool:
+def wants_any_way(question: Question, so_far: SoFar) -> bool:
     """Whether any way will do, and goals can be searched for one by one."""
-    return not question.is_shortest and question.goals is not None
+    return isinstance(question, Reach) and not question.is_shortest and question.goals is not None
 
 
-def _has_no_way(question: Reach, way: Outcome | None) -> bool:
-    return question.is_shortest and way is None
+def _takes_any_way(question: Question, so_far: SoFar) -> bool:
+    return isinstance(question, Reach) and not question.is_shortest
 
 
-def _has_long_way(question: Reach, way: Outcome | None) -> bool:
-    return question.is_shortest and way is not None
+def _has_no_way(question: Question, so_far: SoFar) -> bool:
+    return isinstance(question, Reach) and question.is_shortest and so_far.way is None
 
 
-def _is_irreducible(question: Reach, way: Outcome | None) -> bool:
-    if question.transition is not None:
+def _has_long_way(question: Question, so_far: SoFar) -> bool:
+    return isinstance(question, Reach) and question.is_shortest and so_far.way is not None
+
+
+def _is_irreducible(question: Question, so_far: SoFar) -> bool:
+    if not isinstance(question, Reach) or question.transition is not None:
         return False
     return known_of(question.net).reduced(simplified(question.condition), question.names) is None
 
@@ -68,7 +72,7 @@ FIND: Plan = (
     Turn(NetWithLimits(FIRST_WORK), wants_any_way, time=0.6),
     # What is met everywhere far away is met at once.
     Turn(ExplicitSearch(order="depth-first"), wants_any_way, most_states=NEAR_STATES),
-    Together((Side(_EXPLICIT), _DIAGRAMS, *_SOLVERS), when=lambda question, way: not question.is_shortest),
+    Together((Side(_EXPLICIT), _DIAGRAMS, *_SOLVERS), _takes_any_way),
     Together((Side(_EXPLICIT, head_start=HEAD_START), _DIAGRAMS, *_SOLVERS), when=_has_no_way),
 )
 """A way to a marking, or a proof that there is none."""

@@ -96,5 +96,9 @@ class Reach:
         # Explicit search finds a shortest way where one is asked for; ways of others may be longer.
         return outcome.status == "unreachable" or not self.is_shortest or outcome.by == EXPLICIT
 
+    def ends_others(self, outcome: Outcome) -> bool:
+        """Whether methods that work side by side are ended by an outcome."""
+        return self.is_answer(outcome)
+
 
 EXPLICIT = "explicit search"

@@ -17,16 +17,33 @@ from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.turns import Member
 from dineros.analysis.portfolio.known import Known, known_of
 from dineros.analysis.portfolio.method import Method
-from dineros.analysis.portfolio.reach import Reach
+from dineros.analysis.portfolio.satisfies import Question
 
 if TYPE_CHECKING:
     from dineros.analysis.portfolio.sheet import Sheet
 
-When: TypeAlias = Callable[[Reach, Outcome | None], bool]
-"""Whether a turn comes: by the question, and by a way that is known though it may not be a shortest one."""
+
+@dataclass(frozen=True)
+class SoFar:
+    """What other turns have brought.
+
+    Attributes
+    ----------
+    way : Outcome or None
+        A way that is known though it may not be a shortest one.
+    last : Outcome or None
+        What the last method said that said something.
+    """
+
+    way: Outcome | None = None
+    last: Outcome | None = None
 
 
-def always(question: Reach, way: Outcome | None) -> bool:
+When: TypeAlias = Callable[[Question, SoFar], bool]
+"""Whether a turn comes: by the question, and by what other turns have brought."""
+
+
+def always(question: Question, so_far: SoFar) -> bool:
     """Let a turn come in any case."""
     return True
 
@@ -103,7 +120,7 @@ class Together:
 Plan: TypeAlias = Sequence[Turn | Together]
 
 
-def answered(question: Reach, plan: Plan, budget: Budget) -> Outcome:
+def answered(question: Question, plan: Plan, budget: Budget) -> Outcome:
     """Answer a question by a plan.
 
     Returns
@@ -112,9 +129,9 @@ def answered(question: Reach, plan: Plan, budget: Budget) -> Outcome:
         The first one that answers the question; otherwise a way that may not be a shortest one, or why
         nothing is known.
     """
-    budget, way, left = budget.begun(), None, Outcome("unknown", reason=RAN_OUT["time"])
+    budget, so_far, left = budget.begun(), SoFar(), Outcome("unknown", reason=RAN_OUT["time"])
     for turn in plan:
-        if not turn.when(question, way):
+        if not turn.when(question, so_far):
             continue
         found = None
         with suppress(BudgetExceededError):
@@ -122,29 +139,28 @@ def answered(question: Reach, plan: Plan, budget: Budget) -> Outcome:
         if found is not None:
             if question.is_answer(found):
                 return replace(found, seconds=budget.spent)
-            if found.status != "unknown":
-                way = found
-            else:
+            so_far = SoFar(so_far.way if found.status == "unknown" else found, found)
+            if found.status == "unknown":
                 left = found if found.states is not None else replace(found, states=left.states)
         elif isinstance(turn, Together):
             left = replace(left, reason=RAN_OUT["time"])
         if budget.is_over:
             break
-    return replace(way or left, seconds=budget.spent)
+    return replace(so_far.way or left, seconds=budget.spent)
 
 
-def _asked(question: Reach, turn: Turn | Together, budget: Budget) -> Outcome | None:
+def _asked(question: Question, turn: Turn | Together, budget: Budget) -> Outcome | None:
     if isinstance(turn, Turn):
         return turn.method.answer(question, known_of(question.net), turn.share(budget))
     members = [Member(partial(_side, question, side), side.weight, side.head_start) for side in turn.sides]
-    return first_of_two(members, budget, question.is_answer)
+    return first_of_two(members, budget, question.ends_others)
 
 
-def _side(question: Reach, side: Side, budget: Budget) -> Outcome | None:
+def _side(question: Question, side: Side, budget: Budget) -> Outcome | None:
     """Take the turns of a side; the answer of another one ends it by an exception, which passes."""
     found: Outcome | None = None
     for turn in side.turns:
-        if budget.memory <= turn.if_more_bytes or not turn.when(question, found):
+        if budget.memory <= turn.if_more_bytes or not turn.when(question, SoFar(None, found)):
             continue
         found = _asked(question, turn, budget) or found
         if found is not None and (found.status != "unknown" or question.is_answer(found)):

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.atoms import BoundAtoms, all_resolved
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.parser import parse
@@ -31,6 +30,7 @@ from dineros.analysis.logic.verdicts.faults import check_fault, faulty_beginning
 from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.portfolio.asking import find_enabled, find_marking
+from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.portfolio.plans import NEAR_STATES
 from dineros.analysis.properties.normal_form import goal_of
 from dineros.analysis.properties.predicates import is_condition

@@ -272,10 +272,10 @@ def _drawn(
     subject: Subject, question: Question, asked: dict[str, Any], start: int, budget: Budget
 ) -> Outcome:
     """Ask diagrams whose order of levels is searched for from another start."""
-    from dineros.analysis.logic.ctl.checking import check_ctl
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.logic.language.syntax import Enabled, Exists, Finally, Name
     from dineros.analysis.nets.witness import ending_with_one_of
+    from dineros.analysis.portfolio.branching_time import check_ctl
 
     net, names, text = subject.net, subject.names, asked["text"]
     if asked["kind"] == "ctl":

@@ -44,6 +44,8 @@ class Scout:
         A sequence to a marking that enables nothing.
     pumping : Pumping or None
         A loop that was met which leaves more tokens than it found, replayed.
+    last : int64 array
+        The firings of the last walk.
     """
 
     def __init__(self, net: CompiledNet) -> None:
@@ -51,6 +53,7 @@ class Scout:
         self.ways: dict[int, tuple[int, ...]] = {}
         self.deadlock: tuple[int, ...] | None = None
         self.pumping: Pumping | None = None
+        self.last: Int64Array = np.empty(0, dtype=np.int64)
         self._arrays = NetArrays(net)
         self._random = np.random.default_rng(1)
         self._sequence = np.empty(MOST_FIRINGS, dtype=np.int64)
@@ -93,6 +96,7 @@ class Scout:
         )
         if length is None:
             self._length = SHORTEST_WALK if self._length >= LONGEST_WALK else 4 * self._length
+        self.last = sequence[:firings].copy()
         is_new = self._note_ways(sequence, first)
         if ending == DEADLOCK and (self.deadlock is None or firings < len(self.deadlock)):
             is_new |= self.deadlock is None

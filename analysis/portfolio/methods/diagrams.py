@@ -10,6 +10,7 @@ from dineros.analysis.logic.language.syntax import Exists, Finally
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.reach import Reach
+from dineros.analysis.portfolio.satisfies import NO_BOUNDS, Question, Satisfies
 
 if TYPE_CHECKING:
     from dineros.analysis.portfolio.sheet import Sheet
@@ -21,12 +22,17 @@ DIAGRAMS = "decision diagrams"
 class DecisionDiagrams(Method):
     """Make the diagram of all markings, and look for one that fulfils the condition."""
 
-    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Ask whether some marking fulfils it, and for a way there."""
-        from dineros.analysis.logic.ctl.checking import check_ctl
+        from dineros.analysis.logic.ctl.checking import symbolically
 
-        way = Exists(Finally(question.condition))
-        answer = check_ctl(question.net, way, question.names, budget, engine="symbolic")
+        net, bound = question.net, question.bound
+        if isinstance(question, Satisfies):
+            found = symbolically(net, question.formula, bound, budget, question.orders, question.seed)
+            return found or Outcome("unknown", states=0, reason=NO_BOUNDS)
+        answer = symbolically(net, Exists(Finally(question.condition)), bound, budget)
+        if answer is None:
+            return None
         if answer.status == "holds" and answer.trace is not None and not answer.reason.startswith("a run"):
             return question.reached(answer.trace, DIAGRAMS)
         if answer.status == "violated":
@@ -107,14 +113,14 @@ class LedByDiagram(Method):
     transition one is chosen: what leads to any of them can take far more nodes.
     """
 
-    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Return a way, if the question is about one transition and memory suffices."""
         from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
         from dineros.analysis.symbolic.saturation import DiagramMemoryError
         from dineros.analysis.symbolic.vector_sets import Scope
 
         space = known.space
-        if question.transition is None or space is None:
+        if not isinstance(question, Reach) or question.transition is None or space is None:
             return None
         ways, everything = SymbolicSets(space), space.diagram.root
         try:

@@ -17,6 +17,7 @@ from dineros.analysis.nets.shortening import shortened
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.reach import EXPLICIT, INTERRUPTED, Reach
+from dineros.analysis.portfolio.satisfies import Question
 
 QUICK = 256 << 20
 """Bytes for the search for a shortest trace, before the net is reduced."""
@@ -49,8 +50,10 @@ class ExplicitSearch(Method):
     is_near: bool = False
     order: Order | None = None
 
-    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Search for each goal, or for a run that never meets the condition."""
+        if not isinstance(question, Reach):
+            return None
         if question.goals is None:
             return _by_temporal_logic(question, budget)
         order = self.order or question.order

@@ -9,7 +9,7 @@ from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.syntax import Exists, Finally
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
-from dineros.analysis.portfolio.reach import Reach
+from dineros.analysis.portfolio.satisfies import Question, Satisfies
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,15 @@ class NetWithLimits(Method):
 
     most_work: int | None = None
 
-    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Ask the diagram of the net with limits."""
         from dineros.analysis.logic.ctl.limits import decide_with_limits
 
+        net, names = question.net, question.names
+        if isinstance(question, Satisfies):
+            return decide_with_limits(net, question.formula, names, budget, self.most_work)
         way = Exists(Finally(question.condition))
-        found = decide_with_limits(question.net, way, question.names, budget, self.most_work)
+        found = decide_with_limits(net, way, names, budget, self.most_work)
         if found is None or found.trace is not None:
             return found and question.reached(found.stem, found.by)
         return replace(found, status="unreachable")

@@ -8,24 +8,35 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.ctl.fixpoints import basic, satisfying
-from dineros.analysis.logic.language.syntax import Exists, ForAll
+from dineros.analysis.logic.language.syntax import And, Exists, ForAll, Formula
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.shortening import shortened
+from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio.budgets import GIVEN_UP
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
-from dineros.analysis.portfolio.sheet import Sheet
+from dineros.analysis.portfolio.methods.walks import WALKS
+from dineros.analysis.portfolio.satisfies import Question, Satisfies
 from dineros.analysis.properties.normal_form import everywhere, goal_of, is_linear
 from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
 from dineros.analysis.properties.predicates import total
+from dineros.analysis.walks.scouting import Scout
+
+if TYPE_CHECKING:
+    from dineros.analysis.portfolio.sheet import Sheet
 
 PROBE_STATES = 2_000
 """Markings looked at from the end of a random walk on."""
+
+WALKS_TRIED = 8
+"""Walks from whose ends a formula is looked at."""
 
 KEPT = ("delta", "changing")
 """What is derived of a net that does not depend on its initial marking."""
@@ -43,8 +54,16 @@ class StoredMarkings(Method):
         Part of the memory that they may take.
     """
 
-    most_states: int | None
-    memory: float
+    most_states: int | None = None
+    memory: float = 1.0
+
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
+        """Decide a formula of CTL on all markings."""
+        from dineros.analysis.logic.ctl.checking import explicitly
+
+        if not isinstance(question, Satisfies):
+            return None
+        return explicitly(question.net, question.formula, question.bound, budget)
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
         """Store them, if not all are stored already, and look at each open question."""
@@ -63,6 +82,18 @@ class StoredMarkings(Method):
 
 class FarMarkings(Method):
     """Look for markings far away that refute ``AG f`` or show ``EF f``, if f is more than a condition."""
+
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
+        """Walk to markings where what ``AG`` asks, such as ``EF p``, is surely false."""
+        if not isinstance(question, Satisfies):
+            return None
+        formula = question.formula
+        for part in formula.operands if isinstance(formula, And) else (formula,):
+            inner = everywhere(part) if isinstance(part, ForAll) else None
+            way = None if inner is None else _way_against(question, inner, known, budget)
+            if way is not None:
+                return Outcome("violated", way, by=WALKS)
+        return None
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
         """Store some markings from the end of each walk on."""
@@ -86,6 +117,24 @@ class FarMarkings(Method):
                     elif isinstance(part, ForAll) and not possible.all():
                         sheet.known[part] = False
             sheet.settle("explicit, from a random walk")
+
+
+def _way_against(question: Satisfies, inner: Formula, known: Known, budget: Budget) -> tuple[int, ...] | None:
+    """Return a walk that ends where a formula is surely false, by the markings that follow there."""
+    net, wanted, conditions = known.net, basic(inner), question.bound.conditions
+    scout = Scout(net)
+    for _ in range(WALKS_TRIED):
+        budget.check_time()
+        scout.walk()
+        way = scout.last.tolist()
+        end = replay(net, way)[-1]
+        graph = _part(known, budget.share(0.5, 0.125), PROBE_STATES, end)
+        if graph is None:
+            return None
+        _, possible = satisfying(wanted, PartialSets(graph, conditions, budget.check_time))[wanted]
+        if not possible[0]:
+            return shortened(net, way, lambda marking, end=end: marking == end)  # type: ignore[misc]
+    return None
 
 
 def _part(

@@ -14,6 +14,7 @@ from dineros.analysis.logic.language.syntax import Enabled, Name
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.reach import Reach
+from dineros.analysis.portfolio.satisfies import Question
 from dineros.analysis.portfolio.scheduler import Plan, answered
 
 if TYPE_CHECKING:
@@ -37,8 +38,10 @@ class ReducedNet(Method):
     plan: Plan
     by: str = REDUCED
 
-    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Ask it of the reduced net."""
+        if not isinstance(question, Reach):
+            return None
         smaller = _reduced(question, known)
         if smaller is None or budget.is_over:
             return None

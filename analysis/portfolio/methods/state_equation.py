@@ -11,6 +11,7 @@ from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.reach import Reach
+from dineros.analysis.portfolio.satisfies import Question
 
 if TYPE_CHECKING:
     from dineros.analysis.answers.evidence import Row
@@ -24,10 +25,12 @@ STATE_EQUATION, TRAPS = "state equation", "state equation and traps"
 class StateEquationAndTraps(Method):
     """Exclude each alternative of the condition by a weighting of the places."""
 
-    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Return that the condition is never met; nothing else follows from structure."""
         from dineros.analysis.proofs.exclusion import excluded
 
+        if not isinstance(question, Reach):
+            return None
         wanted = simplified(question.condition)
         found = excluded(known.equation, wanted, question.conditions, lambda: budget.is_over)
         if found is None:

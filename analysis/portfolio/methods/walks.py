@@ -11,6 +11,7 @@ from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.reach import Reach
+from dineros.analysis.portfolio.satisfies import Question
 from dineros.analysis.walks.first_round import first_round
 
 if TYPE_CHECKING:
@@ -22,8 +23,10 @@ WALKS = "walks"
 class Walks(Method):
     """Walk to one of the goals."""
 
-    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Return a way that was walked; that none was proves nothing."""
+        if not isinstance(question, Reach):
+            return None
         goals = question.goals
         asked = None if goals is None else with_goals(question.net, goals)
         if goals is None or asked is None:
@@ -39,10 +42,12 @@ class Walks(Method):
 class RandomWalks(Method):
     """Walk at random until all that walks can meet is met, or time is up; the way is not kept."""
 
-    def answer(self, question: Reach, known: Known, budget: Budget) -> Outcome | None:
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Look at markings of random walks; of a question whose way is shown to nobody."""
         from dineros.analysis.properties.predicates import satisfied
 
+        if not isinstance(question, Reach):
+            return None
         if question.is_shown or budget.deadline is None:
             return None
         while not budget.is_over:

@@ -8,11 +8,11 @@ from case_study.build import build, build_one_topic
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.checks.check import check
 from dineros.analysis.explicit import explore
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.model.subject import Subject, base_subject, subject_of
 from dineros.analysis.portfolio import plans
 from dineros.analysis.portfolio.asking import find_enabled, find_marking
+from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.portfolio.methods.diagrams import LedByDiagram
 from dineros.analysis.portfolio.scheduler import Turn
 from dineros.analysis.reductions import reduce

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.covering.bounded_part import unbounded_places
 from dineros.analysis.logic.ctl import limits
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.ctl.limits import decide_with_limits
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.witness import replay
+from dineros.analysis.portfolio.branching_time import check_ctl
 
 Decided = tuple[str, tuple[int, ...] | None] | None
 

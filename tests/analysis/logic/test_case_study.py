@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from dineros.analysis.logic import check_ctl, verify_ltl
+from dineros.analysis.logic import verify_ltl
+from dineros.analysis.portfolio.branching_time import check_ctl
 from tests.analysis.reference_case_study import MARKINGS, SignalVariant, reference_case_study
 
 PICK_ANSWERS = "G (PickReqL >= 1 -> F PickResL >= 1)"

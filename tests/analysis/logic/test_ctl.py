@@ -7,7 +7,6 @@ import random
 import pytest
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import (
@@ -28,6 +27,7 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.logic.verdicts.verdict import replayed
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.branching_time import check_ctl
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_net
 from tests.analysis.logic.reference_ltl import Marking, reachability_graph
 

@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
@@ -16,6 +15,7 @@ from dineros.analysis.logic.ltl.growing_runs import EndlessRuns
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.verdict import ReplayError, settled
 from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.metamodel import sym
 from tests.analysis.logic.unbounded_lassos import compare
 from tests.analysis.strategies import nets

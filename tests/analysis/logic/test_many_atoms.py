@@ -7,7 +7,6 @@ import random
 import pytest
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.logic.ctl.checking import Engine, check_ctl
 from dineros.analysis.logic.language.combining import Combination, combined
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
@@ -16,6 +15,7 @@ from dineros.analysis.logic.language.syntax import And, Atom, Finally, Fired, Fo
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.portfolio.asking import find_marking
+from dineros.analysis.portfolio.branching_time import Engine, check_ctl
 
 COUNT = 150
 #: A ring of places with one token, and a place that is never marked beside each.

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from dineros.analysis.explicit.kernels.markings import repack
 from dineros.analysis.explicit.layout import WIDEST, Cell, Layout
 from dineros.analysis.explicit.layout import layout as choose_layout
-from dineros.analysis.logic import check_ctl, verify_ltl
+from dineros.analysis.logic import verify_ltl
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.branching_time import check_ctl
 
 
 @given(st.lists(st.integers(0, 2**30), max_size=40), st.sets(st.integers(0, 39)), st.integers(0, 5))

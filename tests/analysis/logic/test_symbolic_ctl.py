@@ -8,7 +8,6 @@ import pytest
 
 from case_study.build import build
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.ctl.explicit_sets import ExplicitSets
 from dineros.analysis.logic.ctl.fixpoints import satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
@@ -19,6 +18,7 @@ from dineros.analysis.logic.language.syntax import Exists, Globally, Not
 from dineros.analysis.logic.verdicts.verdict import replayed
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.metamodel.settings import apply
 from dineros.transformations.rules.phases import SignalVariant

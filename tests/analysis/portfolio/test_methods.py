@@ -15,6 +15,7 @@ from dineros.analysis.logic.language.syntax import And, Formula, Not, Or
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio import methods as folder
 from dineros.analysis.portfolio.answering import ALONE, stages
+from dineros.analysis.portfolio.branching_time import PLANS
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.methods.clauses import Clauses
 from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
@@ -58,7 +59,8 @@ def methods(turns: Iterable[Turn | Together | Stage]) -> set[type[Method]]:
 def test_every_method_stands_in_a_plan() -> None:
     for module in pkgutil.iter_modules(folder.__path__, f"{folder.__name__}."):
         importlib.import_module(module.name)
-    assert methods([*FIND, *PROVE, *FIRE, *WITNESS, *ALONE, *stages()]) == set(Method.__subclasses__())
+    plans = [FIND, PROVE, FIRE, WITNESS, ALONE, stages(), *PLANS.values()]
+    assert set().union(*map(methods, plans)) == set(Method.__subclasses__())
     assert set(LEAST) == methods([*FIND, *PROVE])
 
 

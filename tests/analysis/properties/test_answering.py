@@ -10,13 +10,13 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.explicit import explore
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import And, Exists, Finally, ForAll, Formula, Globally, Not, Or
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.portfolio import answering
 from dineros.analysis.portfolio.answering import answer_properties
+from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.portfolio.walker import Walker
 from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_ltl, random_net

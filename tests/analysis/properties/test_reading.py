@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.properties.property import GroupedNames, Property
 from dineros.analysis.properties.reading import read_properties
 from dineros.analysis.properties.writing import write_properties

@@ -7,10 +7,10 @@ import random
 import pytest
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import Exists, Finally
 from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.portfolio.methods.on_the_fly import holds_always
 from dineros.analysis.properties.reduced import reduced
 from tests.analysis.logic.generated import atoms_of, random_ltl

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.automata.translation import translate
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
@@ -28,6 +27,7 @@ from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio import asking
 from dineros.analysis.portfolio.asking import find_marking
+from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.portfolio.plans import FIND
 from dineros.analysis.portfolio.scheduler import Turn
 from dineros.analysis.questions import formulas

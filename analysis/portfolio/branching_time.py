@@ -1,0 +1,122 @@
+"""CTL on nets, by the methods of the portfolio.
+
+Runs are infinite; one that reaches a deadlock stays there for ever, so a deadlock is its own successor.
+
+References
+----------
+E. M. Clarke, E. A. Emerson, A. P. Sistla, *Automatic verification of finite-state concurrent systems using
+temporal logic specifications*, TOPLAS 8(2), 1986.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.turns import HEAD_START
+from dineros.analysis.logic.language.names import Names, NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
+from dineros.analysis.portfolio.methods.endless_net import EndlessNet
+from dineros.analysis.portfolio.methods.limits import NetWithLimits
+from dineros.analysis.portfolio.methods.markings import FarMarkings, StoredMarkings
+from dineros.analysis.portfolio.plans import FIRST_WORK, NEAR_STATES
+from dineros.analysis.portfolio.satisfies import NO_BOUNDS, Question, Satisfies
+from dineros.analysis.portfolio.scheduler import Plan, Side, SoFar, Together, Turn, answered
+
+if TYPE_CHECKING:
+    from dineros.analysis.symbolic.order_cache import OrderCache
+
+Engine = Literal["auto", "explicit", "symbolic"]
+
+FEW_STATES = 500_000
+"""Markings up to which they are stored one by one before diagrams are tried."""
+
+
+def check_ctl(
+    net: CompiledNet,
+    formula: str | Formula,
+    names: Names | None = None,
+    budget: Budget = UNLIMITED,
+    engine: Engine = "auto",
+    orders: OrderCache | None = None,
+    seed: int = 1,
+) -> Outcome:
+    """Decide whether the initial marking of a net satisfies a CTL formula.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net; if it is unbounded the answer is ``unknown`` when a limit is hit.
+    formula : str or Formula
+        The formula.
+    names : Names, optional
+        What names stand for; by default places and transitions of the net.
+    budget : Budget, optional
+        Limits; by default there are none.
+    engine : {"auto", "explicit", "symbolic"}
+        How sets of markings are stored: one by one, which gives shortest witnesses, or as decision diagrams.
+        ``auto`` begins explicitly, and goes on with both by turns if there are many markings.
+    orders : OrderCache, optional
+        Where orders of levels are kept for the symbolic engine.
+    seed : int
+        Of its search for an order.
+
+    Returns
+    -------
+    Outcome
+        With a replayed path or lasso for the outermost operator if one shows the answer: a counterexample
+        to ``AG``, a witness of ``EF``, and so on. If a limit is hit while it is looked for, the answer
+        stands without it, and the reason says so.
+
+    Raises
+    ------
+    FormulaError
+        If the formula is none or names something unknown.
+
+    Examples
+    --------
+    >>> net = CompiledNet.build({"idle": 1, "busy": 0}, [("start", {"idle": 1}, {"busy": 1})])
+    >>> check_ctl(net, "AG EF idle >= 1")
+    Outcome(status='violated', trace=(0,), loop=(), states=2, ...)
+    """
+    tree = parse(formula, "ctl") if isinstance(formula, str) else formula
+    question = Satisfies(net, tree, names or NetNames(net), orders, seed)
+    _ = question.bound  # raises if a name is not known
+    plan: Plan = PLANS[engine]
+    if engine == "auto" and budget.states is not None and budget.states <= FEW_STATES:
+        plan = (LIMITS_FIRST, STORED)
+    return answered(question, plan, budget)
+
+
+def _has_no_bounds(question: Question, so_far: SoFar) -> bool:
+    return so_far.last is not None and so_far.last.reason == NO_BOUNDS
+
+
+STORED = Turn(StoredMarkings())
+# If markings may have no end, storing them one by one comes to none as a rule.
+LIMITS_FIRST = Turn(NetWithLimits(FIRST_WORK), time=0.6)
+
+PLANS: dict[Engine, Plan] = {
+    "explicit": (STORED,),
+    "symbolic": (Turn(DecisionDiagrams()),),
+    "auto": (
+        LIMITS_FIRST,
+        Turn(StoredMarkings(), most_states=NEAR_STATES),
+        Turn(FarMarkings(), time=0.1, most_seconds=2.0),
+        Turn(StoredMarkings(), most_states=FEW_STATES),
+        Together(
+            (
+                Side((Turn(DecisionDiagrams()),), head_start=HEAD_START),
+                Side((Turn(NetWithLimits()),)),
+                Side((STORED,)),
+            )
+        ),
+        Turn(EndlessNet(check_ctl), _has_no_bounds),
+        Turn(StoredMarkings(), _has_no_bounds),
+    ),
+}
+"""By engine: how a formula is decided."""

@@ -1,0 +1,32 @@
+"""CTL of nets whose markings have no end: what can be decided of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.ctl.endless import Check, decide_endless
+from dineros.analysis.portfolio.known import Known
+from dineros.analysis.portfolio.method import Method
+from dineros.analysis.portfolio.satisfies import Question, Satisfies
+
+
+@dataclass(frozen=True)
+class EndlessNet(Method):
+    """Decide a formula of a net without bounds, or say what grows.
+
+    Attributes
+    ----------
+    check : callable
+        Decides a formula of a net with bounds.
+    """
+
+    check: Check
+
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
+        """Decide it, if it is proved that the net has no bounds."""
+        if not isinstance(question, Satisfies):
+            return None
+        formula, names = question.formula, question.names
+        return decide_endless(question.net, formula, question.bound, names, budget, self.check)

@@ -1,0 +1,62 @@
+"""A question: whether the initial marking satisfies a formula of CTL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
+
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.reach import Reach
+
+if TYPE_CHECKING:
+    from dineros.analysis.symbolic.order_cache import OrderCache
+
+NO_BOUNDS = "the places have no known bounds"
+"""Why decision diagrams do not answer: other methods that need bounds need not be asked, either."""
+
+
+@dataclass(frozen=True)
+class Satisfies:
+    """Whether the initial marking satisfies a formula of CTL.
+
+    Attributes
+    ----------
+    net : CompiledNet
+        The net.
+    formula : Formula
+        The formula.
+    names : Names
+        What names in it stand for.
+    orders : OrderCache, optional
+        Where orders of levels are kept for decision diagrams.
+    seed : int
+        Of the search for an order.
+    """
+
+    net: CompiledNet
+    formula: Formula
+    names: Names
+    orders: OrderCache | None = None
+    seed: int = 1
+
+    @cached_property
+    def bound(self) -> BoundAtoms:
+        """The atoms of the formula."""
+        return BoundAtoms(self.net, self.formula, self.names)
+
+    def is_answer(self, outcome: Outcome) -> bool:
+        """Whether an outcome answers the question."""
+        return outcome.status != "unknown"
+
+    def ends_others(self, outcome: Outcome) -> bool:
+        """Whether methods that work side by side are ended by an outcome."""
+        return outcome.status != "unknown" or outcome.reason == NO_BOUNDS
+
+
+Question: TypeAlias = Reach | Satisfies
+"""What methods are asked."""
