@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, TypeVar
 
 from dineros.metamodel.base import EObject
@@ -215,13 +216,15 @@ def _has(application: Application, sources: Sequence[Any]) -> bool:
     return all(source in application.sources for source in sources)
 
 
-def _groups(rule: type[Rule]) -> list[Fragment]:
-    return [
+@cache
+def _groups(rule: type[Rule]) -> tuple[Fragment, ...]:
+    """Return the fragments of a rule; asked of each pair of rules when they are put in order."""
+    return tuple(
         value
         for base in reversed(rule.__mro__)
         for value in vars(base).values()
         if isinstance(value, Fragment)
-    ]
+    )
 
 
 def require_makers(rules: Sequence[type[Rule]]) -> None:
