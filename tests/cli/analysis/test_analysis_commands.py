@@ -179,7 +179,7 @@ class TestCheck:
         self, run: Run, net: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setattr("dineros.analysis.checks.check.CHEAP", -1)
-        monkeypatch.setattr("dineros.analysis.checks.question.recurrence", lambda *_: None)
+        monkeypatch.setattr("dineros.analysis.properties.recurrence.recurrence", lambda *_: None)
         left = "left, as it takes more work than a check may cost (--behaviour decides it)"
         unknown = f"liveness, reversibility, home markings: {left}"
         result = run("check", net)
