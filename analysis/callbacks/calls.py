@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from dineros.analysis.callbacks.circles import Waiter
 from dineros.analysis.model.subject import Subject
@@ -13,7 +13,9 @@ from dineros.analysis.model.wording import client_words, source_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.calls import answers
 from dineros.metamodel.records import Accept, Outcome, Reject, Reply, Response, Serve
-from dineros.transformations.flattening.traces import Link
+
+if TYPE_CHECKING:
+    from dineros.transformations.flattening.traces import Link
 
 Client: TypeAlias = sym.ClientPort | sym.ActionClientPort
 

@@ -16,7 +16,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from dineros.analysis.callbacks.calls import Call, calls_in
 from dineros.analysis.callbacks.circles import Circle, Reason, Waiter
@@ -28,7 +28,9 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, threads_of
 from dineros.metamodel.elements import node_net_of
-from dineros.transformations.flattening.traces import Link
+
+if TYPE_CHECKING:
+    from dineros.transformations.flattening.traces import Link
 
 Marking: TypeAlias = Sequence[int]
 Key: TypeAlias = tuple[EObject, int | None]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dineros.analysis.checks.question import Checked, Question
-from dineros.analysis.model.satisfiability import unsatisfiable_clauses
 from dineros.analysis.witnesses.findings import Fault
 from dineros.metamodel import sym
 
@@ -24,6 +23,8 @@ class Clauses(Question):
         """Ask a SAT solver."""
         if not isinstance(checked.model, sym.SystemModel):
             return
+        from dineros.analysis.model.satisfiability import unsatisfiable_clauses
+
         found = unsatisfiable_clauses(checked.model)
         checked.report.findings += [
             self.UNSATISFIABLE.found(str(clause.transition.id), clause=clause) for clause in found

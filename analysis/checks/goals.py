@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from typing import TYPE_CHECKING
 
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
@@ -15,7 +16,9 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import holds_thread, runs_callbacks, threads_of
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Accept, Cancel, Canceling, Finish, Outcome
-from dineros.transformations.flattening.traces import Link
+
+if TYPE_CHECKING:
+    from dineros.transformations.flattening.traces import Link
 
 
 @dataclass

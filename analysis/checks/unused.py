@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
+from typing import TYPE_CHECKING
 
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.model.subject import Subject
@@ -12,8 +13,10 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import is_unseen, node_net_of, node_nets, transitions
 from dineros.metamodel.records import Accept, Cancel, Finish, Reply, Request
 from dineros.metamodel.records.schema import Step
-from dineros.transformations.flattening.traces import Link
-from dineros.transformations.language.meaning import Meaning
+
+if TYPE_CHECKING:
+    from dineros.transformations.flattening.traces import Link
+    from dineros.transformations.language.meaning import Meaning
 
 TRANSITION = Fault(
     "dead-transition",

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from dineros.analysis.model.wording import source_of, topic_port, words
 from dineros.metamodel import pn, sym
-from dineros.transformations.flattening.traces import Link
+
+if TYPE_CHECKING:
+    from dineros.transformations.flattening.traces import Link
 
 Kind = Literal["inactive", "missed", "left", "unserved", "unanswered", "given up"]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.names import TableNames
@@ -11,7 +12,9 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel import pn, sym
 from dineros.metamodel.colours.origins import origins_of
 from dineros.metamodel.elements import nodes
-from dineros.transformations.flattening.traces import Link
+
+if TYPE_CHECKING:
+    from dineros.transformations.flattening.traces import Link
 
 
 def unique_names(net: pn.Net) -> dict[str, str]:

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.model.wording import queue_end, queue_words, source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.matching import quality_of
-from dineros.transformations.flattening.traces import Link
-from dineros.transformations.language.meaning import QueueKind
-from dineros.transformations.rules.histories import R2, R3
+
+if TYPE_CHECKING:
+    from dineros.transformations.flattening.traces import Link
+    from dineros.transformations.language.meaning import QueueKind
 
 Channel: TypeAlias = sym.TopicChannel | sym.ServiceChannel | sym.ActionChannel
 _LOSSES: dict[QueueKind, str] = {
@@ -93,6 +94,8 @@ class Queue:
 
         Only the histories of ROS 2 do. What arrives at a full queue of the rules of ``ros1`` is lost itself.
         """
+        from dineros.transformations.rules.histories import R2, R3
+
         if self.link.maker not in (R2, R3):
             return None
         reader = next(each for each in self.link.sources if isinstance(each, sym.SubscriberPort))

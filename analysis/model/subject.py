@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 from dineros.analysis.model.names import ModelNames, PlainNames, unique_names
-from dineros.analysis.model.satisfiability import unsatisfiable_clauses
 from dineros.analysis.model.wording import words
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import compile_net
@@ -16,9 +15,13 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.flattening.bounding import bounded
-from dineros.transformations.flattening.flatten import Flattened, flatten
-from dineros.transformations.flattening.traces import Link, Trace
-from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
+
+if TYPE_CHECKING:
+    from dineros.transformations.flattening.flatten import Flattened
+    from dineros.transformations.flattening.traces import Link
+    from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
+
+# A plain net needs no rules of flattening, which are imported where a system model asks for them.
 
 
 @dataclass(frozen=True)
@@ -131,6 +134,8 @@ def subject_of(
 ) -> Subject:
     """Flatten a system model, and compile it; compile any other net."""
     if isinstance(model, sym.SystemModel):
+        from dineros.transformations.flattening.flatten import flatten
+
         flattened = flatten(model, signals, overflow)
         return Subject(model, compile_net(flattened.net), flattened)
     return Subject(model, compile_net(bounded(model)))
@@ -146,6 +151,8 @@ def subject_for(model: pn.Net, signals: str, overflow: str = "weighted") -> Subj
     UnknownElementError
         There is no such variant.
     """
+    from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
+
     for what, found, variants in (
         ("signals", signals, SignalVariant),
         ("overflow", overflow, OverflowVariant),
@@ -183,6 +190,10 @@ def flattened_without_signals(
     blocked : tuple of str
         Ids of the transitions that were left out.
     """
+    from dineros.analysis.model.satisfiability import unsatisfiable_clauses
+    from dineros.transformations.flattening.flatten import Flattened, flatten
+    from dineros.transformations.flattening.traces import Trace
+
     blocked = [found.transition for found in unsatisfiable_clauses(model)]
     flattened = flatten(model, "none", overflow)
     if not blocked:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.waiting import outstanding
 from dineros.metamodel.calls import UNLIMITED, exits, server_pages, serving
 from dineros.metamodel.elements import node_net_of
-from dineros.transformations.flattening.traces import Link
+
+if TYPE_CHECKING:
+    from dineros.transformations.flattening.traces import Link
 
 E = TypeVar("E", bound=EObject)
 

@@ -30,7 +30,6 @@ from dineros.analysis.logic.verdicts.faults import check_fault, faulty_beginning
 from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.portfolio.asking import find_enabled, find_marking
-from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.portfolio.plans import NEAR_STATES
 from dineros.analysis.properties.normal_form import goal_of
 from dineros.analysis.properties.predicates import is_condition
@@ -123,6 +122,8 @@ def verify_branching(
     FormulaError
         If the formula is none or names something unknown.
     """
+    from dineros.analysis.portfolio.branching_time import check_ctl
+
     budget = budget.begun()
     tree = parse(formula, "ctl") if isinstance(formula, str) else formula
     parts = tree.operands if isinstance(tree, And) else (tree,)

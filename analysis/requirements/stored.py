@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
@@ -35,7 +36,9 @@ from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subjec
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError, near_matches
-from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
+
+if TYPE_CHECKING:
+    from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 VARIANTS: dict[str, SignalVariant] = {
     "none": "none",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from dineros.analysis.model.subject import FiringTime, Subject, flattened_without_signals
 from dineros.analysis.model.times import UsedTimes
@@ -12,8 +13,9 @@ from dineros.analysis.timed.schedules import schedule
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import transitions
 from dineros.transformations.flattening.bounding import bounded
-from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
+
+if TYPE_CHECKING:
+    from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,11 @@ def timed_subject_of(
     DinerosError
         An interval is empty or negative; see `compile_timed_net`.
     """
-    flattened = flatten(model, signals, overflow) if isinstance(model, sym.SystemModel) else None
+    flattened = None
+    if isinstance(model, sym.SystemModel):
+        from dineros.transformations.flattening.flatten import flatten
+
+        flattened = flatten(model, signals, overflow)
     timed = compile_timed_net(bounded(model) if flattened is None else flattened.net)
     return TimedSubject(model, timed.untimed, flattened, timed=timed)
 

@@ -4,10 +4,6 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, pnm
 from dineros.metamodel.elements import arcs, elements, places, resolve
-from dineros.transformations.language.copying import deep_copy
-from dineros.transformations.language.engine import Engine
-from dineros.transformations.rules.catalogue import rules_of
-from dineros.transformations.rules.phases import Phase
 
 
 def bounded(net: pn.Net) -> pn.Net:
@@ -17,6 +13,12 @@ def bounded(net: pn.Net) -> pn.Net:
     """
     if all(place.capacity is None for place in places(net)):
         return net
+    # Most nets have no capacities, and need no rules.
+    from dineros.transformations.language.copying import deep_copy
+    from dineros.transformations.language.engine import Engine
+    from dineros.transformations.rules.catalogue import rules_of
+    from dineros.transformations.rules.phases import Phase
+
     working, _ = deep_copy(net)
     assert isinstance(working, pn.Net)
     taken = {element.id for element in elements(working) if element.id}
