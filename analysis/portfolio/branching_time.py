@@ -23,7 +23,7 @@ from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
 from dineros.analysis.portfolio.methods.endless_net import EndlessNet
 from dineros.analysis.portfolio.methods.limits import NetWithLimits
 from dineros.analysis.portfolio.methods.markings import FarMarkings, StoredMarkings
-from dineros.analysis.portfolio.plans import FIRST_WORK, NEAR_STATES
+from dineros.analysis.portfolio.plans import FIRST_WORK
 from dineros.analysis.portfolio.satisfies import NO_BOUNDS, Question, Satisfies
 from dineros.analysis.portfolio.scheduler import Plan, Side, SoFar, Together, Turn, answered
 
@@ -105,9 +105,8 @@ PLANS: dict[Engine, Plan] = {
     "symbolic": (Turn(DecisionDiagrams()),),
     "auto": (
         LIMITS_FIRST,
-        Turn(StoredMarkings(), most_states=NEAR_STATES),
-        Turn(FarMarkings(), time=0.1, most_seconds=2.0),
         Turn(StoredMarkings(), most_states=FEW_STATES),
+        Turn(FarMarkings(), time=0.1, most_seconds=2.0),
         Together(
             (
                 Side((Turn(DecisionDiagrams()),), head_start=HEAD_START),

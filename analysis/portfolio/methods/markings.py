@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 PROBE_STATES = 2_000
 """Markings looked at from the end of a random walk on."""
 
-WALKS_TRIED = 8
+WALKS_TRIED = 5
 """Walks from whose ends a formula is looked at."""
 
 KEPT = ("delta", "changing")
