@@ -290,7 +290,7 @@ def _plain_graphics(group: sym.CallbackGroup) -> etree._Element | None:
 def _is_plain_group(group: sym.CallbackGroup) -> bool:
     drawn = group.graphics is None or _plain_graphics(group) is not None
     more = len(group.labels) or len(group.toolInfos) or len(group.suppressions)
-    return group.name is None and drawn and not more
+    return group.name is None and group.sourceLine is None and drawn and not more
 
 
 def _is_plain_client(client: sym.ClientPort) -> bool:
