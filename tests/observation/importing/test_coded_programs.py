@@ -19,7 +19,9 @@ BLOCKS = {
     "awaiting": "the default callback group",
     "awaiting_own_group": "",
     "answer_one_thread": "the only thread",
-    "answer_two_threads": "",
+    # The program calls again only after the answer, by a flag; data of a node is not in its model, so several
+    # answers can come at once there. A finding that the program cannot show.
+    "answer_two_threads": "one of the 2 threads",
 }
 
 

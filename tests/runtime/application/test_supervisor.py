@@ -245,7 +245,7 @@ def test_the_log_of_a_process_has_a_limited_size(tmp_path: Path, monkeypatch: py
     monkeypatch.setattr("dineros.runtime.application.log_files.rotate.__defaults__", (100_000,))
     program = (
         "import os, sys, time\n"
-        "end = time.monotonic() + 60\n"
+        "end = time.monotonic() + 300\n"
         "for n in range(400_000):\n"
         "    print('line', n, flush=n % 1000 == 0)\n"
         "    while n % 1000 == 0 and os.fstat(1).st_size > 200_000:\n"
