@@ -108,7 +108,7 @@ def main() -> int:
     for name, engine in rows():
         if not all(word in f"{name} {engine}" for word in given.words):
             continue
-        with ExitStack() as stack:  # a process for each row: memory of one row is no part of the next
+        with ExitStack() as stack:  # a process for each row: memory of one row is not part of the next
             there, here = (stack.enter_context(measuring(each)) for each in (given.checkout.resolve(), HERE))
             found: list[tuple[tuple[float, float, str], ...]] = []
             while len(found) < LEAST or (

@@ -5,7 +5,7 @@ state. A net becomes a stochastic one with rate 1 for every transition, whose st
 the proved bounds as capacities. Each row is a process of its own; reading the net is not counted, kernels
 are loaded before the clock starts.
 
-Storm is no dependency of this project: ``pip install stormpy`` first.
+Storm is not a dependency of this project: ``pip install stormpy`` first.
 
 Usage: ``python -m benchmarks.other_tools [words to choose rows by]``.
 

@@ -148,7 +148,7 @@ def say_witness(witness: Witness) -> None:
     loop = len(witness.steps) if witness.loop is None else witness.loop
     _say_steps(witness.steps[:loop], 0)
     if witness.loop is not None:
-        say("  for ever:")
+        say("  forever:")
         _say_steps(witness.steps[loop:], loop)
 
 

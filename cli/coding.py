@@ -55,7 +55,7 @@ class Code:
                 raise click.UsageError(f"{option} goes with --source FOLDER")
         for argument in self.arguments:
             if self.launch is None or ":=" not in argument:
-                raise click.UsageError(f"{argument!r} is no ARG:=VALUE of a --launch FILE")
+                raise click.UsageError(f"{argument!r} is not an ARG:=VALUE of a --launch FILE")
 
     def read(self) -> tuple[Coded, list[Finding]]:
         """Return what the code says, and what it shows to be wrong; the facts are written.

@@ -73,7 +73,7 @@ def note(text: str) -> None:
 
 @contextmanager
 def working(text: str) -> Iterator[None]:
-    """Show on stderr, where that is a terminal, that long work goes on."""
+    """Show on stderr, where that is a terminal, that long work continues."""
     if invocation().verbosity < 0 or invocation().is_watched or not sys.stderr.isatty():
         yield
         return

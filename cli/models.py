@@ -38,7 +38,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
     Raises
     ------
     DinerosError
-        The file holds no model, the folder is no workspace, or a setting does not fit the model.
+        The file holds no model, the folder is not a workspace, or a setting does not fit the model.
     """
     from dineros.metamodel import files
 

@@ -126,7 +126,7 @@ class ModelPath(click.Path):
         except OSError:
             matches = []
         if not matches or (len(matches) == 1 and matches[0].endswith("/")):
-            return [CompletionItem(incomplete, type="file")]  # the shell itself goes on into the folder
+            return [CompletionItem(incomplete, type="file")]  # the shell itself continues into the folder
         return [CompletionItem(match) for match in matches]
 
 

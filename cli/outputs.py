@@ -30,7 +30,7 @@ def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert 
 
     if output.suffix.lower() not in formats:
         raise ModelFileError(
-            f"{output.suffix!r} is no format {what}" if output.suffix else "has no suffix",
+            f"{output.suffix!r} is not a format {what}" if output.suffix else "has no suffix",
             location=Location(output),
             hint=f"known are {', '.join(formats)}",
         )

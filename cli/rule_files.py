@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 def load_rules(path: Path | None) -> list[type[Rule]]:
     """Run a Python file and return its list ``RULES``; without a file there are none.
 
-    The file may import what stands beside it.
+    The file may import what stands next to it.
 
     Raises
     ------
@@ -33,6 +33,6 @@ def load_rules(path: Path | None) -> list[type[Rule]]:
     for rule in rules:
         if not (isinstance(rule, type) and issubclass(rule, Rule)):
             raise DinerosError(
-                f"RULES holds {rule!r}, which is no rule", location=where, hint="class MyRule(Rule)"
+                f"RULES holds {rule!r}, which is not a rule", location=where, hint="class MyRule(Rule)"
             )
     return list(rules)

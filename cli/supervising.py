@@ -38,7 +38,7 @@ SHOWN_SECONDS, SAID_SECONDS = 0.5, 10.0
 SAY_SECONDS = "DINEROS_SAY_SECONDS"
 """Environment variable that says after how many seconds else it is said off a terminal, for who shows it."""
 ASKED, ENDED = (1.01, 0.05), (1.04, 0.1)
-"""When a search is asked to end that goes on, and when it is ended: times what it may take, plus seconds.
+"""When a search is asked to end that continues, and when it is ended: times what it may take, plus seconds.
 
 A search is promised to end within ten per cent more than its time, and half a second at least; what is left
 then is for printing what was answered.
@@ -66,7 +66,7 @@ class Memory(click.ParamType[int]):
         try:
             amount = int(float(text[:-1] if factor > 1 else text) * factor)
         except (ValueError, OverflowError):
-            self.fail(f"{value!r} is no amount of memory, such as 4G", param, ctx)
+            self.fail(f"{value!r} is not an amount of memory, such as 4G", param, ctx)
         from dineros.analysis.nets.memory import LEAST_FOR_SEARCH, OWN_MEMORY
 
         if amount < OWN_MEMORY + LEAST_FOR_SEARCH:

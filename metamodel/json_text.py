@@ -22,7 +22,7 @@ DIGITS_LIMIT = 400
 
 
 class JsonTextError(DinerosError):
-    """A text is no JSON, or no JSON within the limits."""
+    """A text is not JSON, or no JSON within the limits."""
 
 
 def decode_json(text: str | bytes, *, limit: int | None = None, location: Location | None = None) -> Any:
@@ -106,7 +106,7 @@ def _check_digits(text: str) -> None:
 
 
 def _no_constant(text: str) -> float:
-    raise ValueError(f"{text} is no number of JSON")
+    raise ValueError(f"{text} is not a number of JSON")
 
 
 _QUICK = json.JSONDecoder(parse_float=_finite, parse_constant=_no_constant)

@@ -78,7 +78,7 @@ def raised(texts: tuple[str, ...]) -> str:
     Raises
     ------
     DinerosError
-        There is no such limit, or it is no number.
+        There is no such limit, or it is not a number.
     """
     before = os.environ.get(VARIABLE, "")
     text = ",".join([*([before] if before else []), *texts])
@@ -126,8 +126,8 @@ def _set(text: str) -> Mapping[str, int]:
         name, _, number = part.partition("=")
         if name not in LIMITS:
             known = near_matches(name, LIMITS) or f"known are {', '.join(LIMITS)}"
-            raise DinerosError(f"{part!r} is no limit of a size", hint=known)
+            raise DinerosError(f"{part!r} is not a limit of a size", hint=known)
         if not re.fullmatch("[0-9]{1,18}", number):
-            raise DinerosError(f"{part!r} is no limit of a size", hint=f"for example {name}=5000")
+            raise DinerosError(f"{part!r} is not a limit of a size", hint=f"for example {name}=5000")
         found[name] = int(number)
     return found

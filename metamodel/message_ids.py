@@ -1,12 +1,13 @@
 """The ids of messages: what is one, and when a message has come before.
 
 A node calls a message ``NODE/PLACE/NUMBER`` or ``NODE@RUN/PLACE/NUMBER``; what stands before the number is
-the *sender*, whose messages are numbered from 1. A message that is sent again (by a node that goes on after a
+the *sender*, whose messages are numbered from 1. A message that is sent again (by a node that continues
+after a
 crash, by a client without a response) keeps its id, and whoever had it ignores it.
 
 Anybody on the network can write any id, so two rules hold wherever an id comes in:
 
-* What is no id is refused (`parse_id` says why): its message is counted and dropped.
+* What is not an id is refused (`parse_id` says why): its message is counted and dropped.
 * A number has come before if *it* came, or if the transport told that it was lost (`Numbers`). That a greater
   one came says nothing: a forged id costs its sender the one message of that number and no other. Memory
   stays small, since neighbouring numbers are one range, and the lowest ranges are forgotten beyond a limit.
@@ -31,7 +32,7 @@ RANGE_LIMIT = 64
 
 
 class MessageIdError(DinerosError):
-    """A text is no id of a message."""
+    """A text is not an id of a message."""
 
 
 @lru_cache(maxsize=8)  # an id is looked at several times on its way

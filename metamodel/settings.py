@@ -114,7 +114,7 @@ def apply(model: pn.Net, setting: str) -> None:
 def _set_of_model(model: pn.Net, setting: str) -> None:
     if not isinstance(model, sym.SystemModel):
         raise UnknownFeatureError(
-            f"{setting.partition('=')[0]}: the model is no system model", hint="leave it out"
+            f"{setting.partition('=')[0]}: the model is not a system model", hint="leave it out"
         )
     _set(model, *map(str.strip, setting.split("=", 1)))
 
@@ -221,7 +221,7 @@ def _set_attribute(owner: EObject, name: str, text: str) -> None:
     feature = features_of(type(owner)).get(name)
     if not isinstance(feature, EAttribute) or feature.iD:
         known = _known(owner)
-        problem = "cannot be set" if feature is not None else f"is no feature of {_kind(owner)}"
+        problem = "cannot be set" if feature is not None else f"is not a feature of {_kind(owner)}"
         raise UnknownFeatureError(
             f"{name!r} {problem}",
             hint=near_matches(name, known) or f"known here: {', '.join(known) or 'none'}",

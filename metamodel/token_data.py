@@ -197,7 +197,7 @@ def read_data(text: str, fields: Mapping[str, FieldType]) -> dict[str, Value]:
     Raises
     ------
     FeatureValueError
-        The text is no JSON object, names a field that is not there, or a value does not fit its field.
+        The text is not a JSON object, names a field that is not there, or a value does not fit its field.
     """
     data = read_json(text)
     if not isinstance(data, dict):
@@ -286,7 +286,7 @@ def _shown(value: object) -> str:
 
 
 def _no_constant(name: str) -> object:
-    raise ValueError(f"{name} is no JSON number")
+    raise ValueError(f"{name} is not a JSON number")
 
 
 def _distinct(pairs: list[tuple[str, object]]) -> dict[str, object]:

@@ -41,7 +41,7 @@ class TypedFiring(Protocol[Data_co, Inputs_co, Outputs_contra]):
 
     @property
     def data(self) -> Data_co:
-        """A copy of the data that goes on; change it in place."""
+        """A copy of the data that continues; change it in place."""
 
     @property
     def inputs(self) -> Inputs_co:

@@ -47,7 +47,7 @@ class SourceFolder:
         try:
             return None if content is None else content.decode()
         except UnicodeDecodeError:
-            self.unread.append(f"{path}: it is no text in UTF-8")
+            self.unread.append(f"{path}: it is not text in UTF-8")
         return None
 
     def content(self, path: str) -> bytes | None:

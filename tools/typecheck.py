@@ -23,7 +23,7 @@ BESIDE = ["benchmarks", "case_study", "docs", "examples", "tests", "tools"]
 
 
 def link_rooms(root: Path) -> dict[str, str]:
-    """Make the links anew.
+    """Make the links again.
 
     Parameters
     ----------

@@ -28,6 +28,6 @@ def data_markup(value: Any) -> Markup:
 
 
 def filled_in(template: str, **content: object) -> str:
-    """Return the page of a template in `static`; what is no markup is escaped."""
+    """Return the page of a template in `static`; what is not markup is escaped."""
     environment = Environment(autoescape=True, keep_trailing_newline=True)
     return environment.from_string(own_text(f"static/{template}")).render(**content)

@@ -35,7 +35,8 @@ def first_of_two(
 
     The first engine works alone for so many seconds of the processor (`alone`; a turn unless given), before
     the process is forked. Other parameters are those of `first_answer`, which is asked where there is one
-    core, little memory, or where this is no main thread, from which alone a process may be forked. Answers go
+    core, little memory, or where this is not a main thread, from which alone a process may be forked.
+    Answers go
     through `pickle`.
     """
     first, *others = members
@@ -52,7 +53,7 @@ LOOK_SECONDS = 0.02
 
 
 class _Pair(Generic[Answer]):
-    """The first engine here, the others beside it once they have begun."""
+    """The first engine here, the others next to it once they have begun."""
 
     def __init__(
         self,
@@ -92,7 +93,7 @@ class _Pair(Generic[Answer]):
         return mine
 
     def _tell(self, progress: Progress) -> None:
-        """Say how far the first engine is, and look for what those beside it know."""
+        """Say how far the first engine is, and look for what those next to it know."""
         if self._budget.progress is not None:
             self._budget.progress(progress)
         self._look_beside()

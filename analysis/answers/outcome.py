@@ -23,7 +23,7 @@ class Outcome:
         Transitions from the initial marking on that show it, replayed by the plain firing rule; None without.
     loop : tuple of int
         Transitions fired again and again after these. Empty when what shows it is a finite path, and when the
-        run ends in a deadlock, where it stays for ever.
+        run ends in a deadlock, where it stays forever.
     ends_at_fault : bool
         Whether the trace violates the formula whatever follows it; then there is no loop.
     states : int or None

@@ -1,7 +1,8 @@
 """Engines that take turns on one question: which one is quick is not known before, so each gets a share.
 
 Each works in a thread of its own, one at a time: whoever has used its share of the processor's time passes on
-when it next reports how far it is, and later goes on where it stopped. So a question costs no more than what
+when it next reports how far it is, and later continues where it stopped. So a question costs no more than
+what
 the quickest of them needs, times the number of engines. Time decides who answers, never what the answer is.
 
 References

@@ -1,6 +1,6 @@
-"""Callbacks that can wait for ever, whatever else goes on, and the circles in which they do.
+"""Callbacks that can wait forever, whatever else continues, and the circles in which they do.
 
-A callback can wait for ever where a marking can be reached from which none can be that has ended it. From
+A callback can wait forever where a marking can be reached from which none can be that has ended it. From
 there the net can only go into a part that it never leaves again: there the circle is closed, if it is one.
 """
 
@@ -21,7 +21,7 @@ MOST_PARTS = 24
 
 @dataclass(frozen=True)
 class Blocked:
-    """A callback that can wait for ever.
+    """A callback that can wait forever.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Blocked:
 
 
 def blocked(space: SymbolicStateSpace, waiting: Waiting, budget: Budget = UNLIMITED) -> Iterator[Blocked]:
-    """Yield the callbacks that can wait for ever: each circle once, and each other callback once.
+    """Yield the callbacks that can wait forever: each circle once, and each other callback once.
 
     Parameters
     ----------

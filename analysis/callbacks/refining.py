@@ -42,7 +42,7 @@ class Ending:
     Attributes
     ----------
     status : {"ends", "waits", "unknown"}
-        It can; it can wait for ever; that is not known.
+        It can; it can wait forever; that is not known.
     trace : tuple of int
         Transitions of the net that lead to where it never ends.
     """

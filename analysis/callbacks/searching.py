@@ -1,4 +1,4 @@
-"""Callbacks that can wait for ever, where not all markings can be seen.
+"""Callbacks that can wait forever, where not all markings can be seen.
 
 Of each callback it is decided on a part of the net whether it always ends; from where it does not, a run goes
 on until the circle is closed. Callbacks of which that is not decided are looked for by runs of the whole net.
@@ -29,7 +29,7 @@ class Search:
     Attributes
     ----------
     blocked : tuple of Blocked
-        Callbacks that can wait for ever: each circle once, and each other callback once.
+        Callbacks that can wait forever: each circle once, and each other callback once.
     is_complete : bool
         Whether all others that were asked for are proved to end always.
     """
@@ -41,7 +41,7 @@ class Search:
 def searched(
     net: CompiledNet, waiting: Waiting, budget: Budget, pages: Collection[str] | None = None
 ) -> Search:
-    """Search for callbacks that can wait for ever, without the state space.
+    """Search for callbacks that can wait forever, without the state space.
 
     Parameters
     ----------

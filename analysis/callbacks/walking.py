@@ -1,4 +1,4 @@
-"""Callbacks that can wait for ever, found on the way, where not all markings can be seen.
+"""Callbacks that can wait forever, found on the way, where not all markings can be seen.
 
 A circle that has closed stays closed, so that a run which goes anywhere long enough ends in one. That a
 callback never ends from a marking on is proved there by what the net can still do at most: a transition can
@@ -38,7 +38,7 @@ SHORTENING = 50_000
 
 
 class Walks:
-    """Runs of a net in which callbacks come to wait for ever.
+    """Runs of a net in which callbacks come to wait forever.
 
     Parameters
     ----------
@@ -68,14 +68,14 @@ class Walks:
     def after(
         self, begun: Sequence[int], draw: Random, budget: Budget, known: Callback | None = None
     ) -> Iterator[Blocked]:
-        """Yield callbacks that never end after a run, which goes on until their circle is closed.
+        """Yield callbacks that never end after a run, which continues until their circle is closed.
 
         Parameters
         ----------
         begun : sequence of int
             How the run begins.
         draw : Random
-            Draws how it goes on.
+            Draws how it continues.
         budget : Budget
             Its time.
         known : Callback, optional

@@ -1,4 +1,4 @@
-"""Whether something can wait for ever: the whole net, or a callback."""
+"""Whether something can wait forever: the whole net, or a callback."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Deadlock(Question):
 
 
 class Callbacks(Question):
-    """Whether callbacks can wait for ever, in nodes that run callbacks."""
+    """Whether callbacks can wait forever, in nodes that run callbacks."""
 
     CIRCLE = Fault(
         "callback-deadlock",
@@ -95,11 +95,11 @@ class Callbacks(Question):
     ENDLESS = Fault(
         "callback-never-ends",
         "error",
-        "A callback can wait for ever, and so can those that need its thread or its group.",
+        "A callback can wait forever, and so can those that need its thread or its group.",
         "{callback} can begin and never end",
     )
     faults = (CIRCLE, ENDLESS)
-    asks = "which callbacks can wait for ever"
+    asks = "which callbacks can wait forever"
     needs_space = False
 
     def leave_open(self, checked: Checked, reason: str) -> None:
@@ -140,7 +140,7 @@ class Callbacks(Question):
         checked.callbacks_asked = True
         found = cls._report(checked, search.blocked)
         if not search.is_complete:
-            asks = "which other callbacks can wait for ever" if found else cls.asks
+            asks = "which other callbacks can wait forever" if found else cls.asks
             checked.leave_open(asks, "the parts of the net that tell are too large")
         else:
             checked.report.proved.append("every other callback that has begun can end" if found else ALL_END)

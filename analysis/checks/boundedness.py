@@ -128,7 +128,7 @@ class Boundedness(Question):
     def _look_elsewhere(checked: Checked, work: int) -> None:
         """End the making of a state space that costs much where a smaller net answers.
 
-        Where none does, it goes on, and what needs no state space is told first.
+        Where none does, it continues, and what needs no state space is told first.
         """
         if work >= FIRST_SHARE:
             if checked.recurrence is not None:
@@ -197,7 +197,7 @@ class Places(Question):
     asks = "whether the net is one-safe, whether a marking is stable"
 
     def leave_open(self, checked: Checked, reason: str) -> None:
-        """Leave it undecided, which is no fault; of system models it is not asked."""
+        """Leave it undecided, which is not a fault; of system models it is not asked."""
         if isinstance(checked.model, sym.SystemModel):
             return
         checked.leave_open(self.asks, reason, may_be_fault=False)

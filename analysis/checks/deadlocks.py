@@ -251,7 +251,7 @@ class _Places:
                 (self._makers if tokens > 0 else self._takers)[place].append(t)
 
     def causes(self, marking: Sequence[int]) -> tuple[Waiting, ...]:
-        """Return what waits in a dead marking and is no consequence of something else that waits."""
+        """Return what waits in a dead marking and is not consequence of something else that waits."""
         lacks = {t: self._waiting(t, marking) for t in self.transitions}
         waiting = {t for t in self.transitions if lacks[t].arrived and not self._is_unused(t, marking)}
         needs = {
@@ -312,7 +312,7 @@ class _Places:
 def _not_final(subject: Subject) -> list[int]:
     """Return the places of the model that are not of the kind `end`, in nodes that have such places.
 
-    Where a callback ends, its page says; that is no place of the node's own.
+    Where a callback ends, its page says; that is not a place of the node's own.
     """
     found: dict[sym.NodeNet | None, list[int]] = {}
     ended: set[sym.NodeNet | None] = set()
@@ -368,7 +368,7 @@ def _without(
             if marking[place] <= places.initial[place] < bounds[place]
             for mask in encoding.masks({place: (places.initial[place] + 1, bounds[place])})
         ]
-    except ValueError:  # a guard on a determined place that is no small number of boxes
+    except ValueError:  # a guard on a determined place that is not a small number of boxes
         return 0
     rests = {place: (places.initial[place] + 1, bounds[place]) for place in places.unfinished(marking, ())}
     with Scope(space.diagram) as scope:

@@ -57,8 +57,8 @@ class Goals(Question):
     NOT_ACCEPTED = Fault(
         "goal-never-accepted",
         "error",
-        "A goal of an action can wait for ever to be accepted.",
-        "a goal of {client} of action {action} can wait for ever to be accepted",
+        "A goal of an action can wait forever to be accepted.",
+        "a goal of {client} of action {action} can wait forever to be accepted",
     )
     ENDLESS = Fault(
         "goal-never-ends",
@@ -113,12 +113,12 @@ class Goals(Question):
                 reason = checked.firings.why_open or (
                     "it is not asked with times" if is_timed else "the markings were not all seen"
                 )
-                checked.leave_open("whether goals can wait for ever", reason)
+                checked.leave_open("whether goals can wait forever", reason)
             return
         try:
             hangs = [self._hangs(checked, client) for client in clients]
         except DiagramMemoryError:
-            checked.leave_open("whether goals can wait for ever", OUT_OF_MEMORY)
+            checked.leave_open("whether goals can wait forever", OUT_OF_MEMORY)
             return
         if not any(hangs):
             checked.report.proved.append("every goal that was sent can be over")

@@ -64,7 +64,7 @@ class Checked:
     is_closed : bool
         Whether no question can be asked that needs a state space.
     callbacks_asked : bool
-        Whether it has been looked for callbacks that can wait for ever.
+        Whether it has been looked for callbacks that can wait forever.
     circles : list of Circle
         Those of them that wait for each other and are in the report.
     told : set of str
@@ -137,7 +137,7 @@ class Checked:
 
     @contextmanager
     def guarded(self, leave_open: Callable[[str], None] | None) -> Iterator[None]:
-        """Let what is asked within fail alone: it is left open with its reason, and the check goes on.
+        """Let what is asked within fail alone: it is left open with its reason, and the check continues.
 
         Running out of a budget is a reason, and so is an error of an engine. An error that ends the process,
         such as an interruption, passes.

@@ -21,7 +21,7 @@ REVERSIBLE = "the net is reversible: the initial marking can always be reached a
 class Repetition(Question):
     """What can happen again and again: liveness, reversibility, home markings.
 
-    Few applications are live, so what fails is a note, no fault. Losing messages for ever is no part of being
+    Few applications are live, so what fails is a note, no fault. Losing messages forever is not part of being
     live. What needs more than the work given stays unknown.
     """
 
@@ -29,7 +29,7 @@ class Repetition(Question):
         "not-live",
         "note",
         "A marking can be reached from which a transition never fires again.",
-        "some marking shuts off for ever: {transitions}",
+        "some marking shuts off forever: {transitions}",
     )
     NOT_REVERSIBLE = Fault(
         "not-reversible",

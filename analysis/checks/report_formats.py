@@ -159,7 +159,7 @@ def _flow(witness: Witness, places: _Places) -> list[dict[str, Any]]:
 
 
 def _fingerprint(finding: Finding) -> str:
-    """Return what tells a finding from others, and stays when lines move or the message is worded anew."""
+    """Return what tells a finding from others, and stays when lines move or the message is worded again."""
     return hashlib.sha256("\0".join((finding.rule, *finding.elements)).encode()).hexdigest()
 
 
@@ -300,7 +300,7 @@ def _change(step: Step) -> str:
 
 def _step_text(witness: Witness, number: int) -> str:
     text = witness.steps[number].shown
-    return f"for ever: {text}" if _repeats(witness, number) else text
+    return f"forever: {text}" if _repeats(witness, number) else text
 
 
 def _repeats(witness: Witness, number: int) -> bool:

@@ -54,7 +54,7 @@ def conform(
         A trace is of a node that the model does not have, or begins in the middle of a run without a
         checkpoint, or of a run whose messages have no ids.
     RecordError
-        A line of a trace is no record.
+        A line of a trace is not a record.
     """
     return _Conformance(ConformanceNet(model), traces, attempts, firings).run()
 

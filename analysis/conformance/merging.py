@@ -4,7 +4,7 @@ Each node's steps keep their order; between nodes, only messages order steps, si
 node does to its own places depends on no other node, and of all that a node can do, only two things can
 harm another's step: a message taken too early leaves a publisher's queue that drops later not full, and
 nothing else. So when messages are dropped, takes wait until nothing else can be done; and where that is not
-enough, the merge begins anew and first does only what must have come before the drop.
+enough, the merge begins again and first does only what must have come before the drop.
 
 Where messages have no ids, a server's step does not say whose request it serves; it can only be one that was
 made before. So such a step waits, too, until nothing else can be done.
@@ -167,7 +167,7 @@ class Merger:
             self._wake(node, record, until)
 
     def _force(self, until: Mapping[str, int] | None) -> bool:
-        """Let the oldest step go on that loses a message; return whether there is one."""
+        """Let the oldest step continue that loses a message; return whether there is one."""
         forcible = [
             (record.time or 0.0, node)
             for node, (record, waiting) in self.waiting.items()

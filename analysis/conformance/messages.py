@@ -100,7 +100,7 @@ class Messages:
             return None
         sender, number = _parts(record.message)
         if number is None:
-            return Fault(f"{record.message!r} is no message of the model: another program sent it")
+            return Fault(f"{record.message!r} is not a message of the model: another program sent it")
         place = sender.rpartition("/")[2]
         if _node(sender) not in self._net.nodes or (record.channel, place) not in self._publishers:
             return Fault(f"{record.message!r} comes from no publisher of topic channel {record.channel!r}")
@@ -213,7 +213,7 @@ class Messages:
         )
 
     def may_send(self, record: ChannelStep) -> Refusal | None:
-        """Refuse a message or a request that was sent before, or whose id is no id of its sender's."""
+        """Refuse a message or a request that was sent before, or whose id is not an id of its sender's."""
         if not record.message:
             return None
         sender, number = _parts(record.message)

@@ -95,7 +95,7 @@ class Monitor:
         return self._advance()
 
     def _begin(self, records: Iterable[Record]) -> None:
-        """Begin where the traces begin that are there: they may be those of a run that goes on."""
+        """Begin where the traces begin that are there: they may be those of a run that continues."""
         by_node: dict[str, list[Record]] = {}
         for record in records:
             by_node.setdefault(record.node or "", []).append(record)
@@ -134,7 +134,7 @@ class Monitor:
                 return found
 
     def _pass_over(self, node: str, record: Record, reason: str) -> None:
-        """Leave a loss to `conform`, and go on after it."""
+        """Leave a loss to `conform`, and continue after it."""
         self._verdict.unknown.append(Deviation(record, step_words(record), reason))
         self._replay.topics.lose(record)
         self._merger.skip(node)

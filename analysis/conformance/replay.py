@@ -124,7 +124,7 @@ class Replay(Player):
 
     def _header(self, record: Header) -> Fault | None:
         if record.kind != "run":
-            return Fault("a witness is no trace of a run")
+            return Fault("a witness is not a trace of a run")
         if record.model != self.net.model.id:
             return Fault(f"the trace is of model {record.model!r}, not of {self.net.model.id!r}")
         return None

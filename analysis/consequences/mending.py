@@ -154,7 +154,7 @@ def _added(changes: Changes, circle: Circle, known: set[Changes], order: count[i
 
 
 def _blocked(model: sym.SystemModel, pages: set[str], budget: Budget) -> list[Blocked] | None:
-    """Return the callbacks of some pages that can wait for ever; None where that is not decided."""
+    """Return the callbacks of some pages that can wait forever; None where that is not decided."""
     subject = base_subject(model)
     search = searched(subject.net, Waiting(subject), budget, pages)
     found = [each for each in search.blocked if _is_of(each, pages)]

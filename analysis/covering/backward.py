@@ -8,7 +8,7 @@ in integers, serve many of them. Transitions that can never fire even in fractio
 them never gets a token, are left out beforehand.
 
 Inhibitor arcs go as in Karp and Miller's tree: those at places with a bound become read arcs of complements,
-the others are left out; then what is out of reach still is, and what is found is no witness.
+the others are left out; then what is out of reach still is, and what is found is not a witness.
 
 References
 ----------

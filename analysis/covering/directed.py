@@ -1,7 +1,7 @@
 """Directed search: forward from the initial marking, first where the state equation sees the target near.
 
 Best first by firings so far and a multiple of the firings still needed: on a net without bounds it does not
-follow what grows for ever, since that comes no nearer. What it finds is a firing sequence; it need not be a
+follow what grows forever, since that comes no nearer. What it finds is a firing sequence; it need not be a
 shortest one. Where it ends without, everything was seen, and the target is out of reach.
 
 References

@@ -50,7 +50,7 @@ def largest_beside(net: CompiledNet, place: int, others: Iterable[int], budget: 
 
 
 def loop_raising(net: CompiledNet, place: int, budget: Budget) -> Pumping | None:
-    """Search breadth first for a loop that can be repeated for ever and puts tokens on a place.
+    """Search breadth first for a loop that can be repeated forever and puts tokens on a place.
 
     Parameters
     ----------

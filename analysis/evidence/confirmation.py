@@ -1,6 +1,6 @@
 """Answers that rest on all markings, asked again: of another engine, and of diagrams with another order.
 
-What one engine says is no evidence against its own faults. Explicit search and decision diagrams share the
+What one engine says is not evidence against its own faults. Explicit search and decision diagrams share the
 net and nothing else; where search would need too much, diagrams of two different orders of the levels share
 no node.
 """

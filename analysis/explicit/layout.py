@@ -94,7 +94,7 @@ class Layout:
         return cls(tuple(cells), word, shift, max(1, len(used)))
 
     def with_number(self, size: int) -> Layout:
-        """Return the layout with one more cell, the last: of a number below `size` that is no place's."""
+        """Return the layout with one more cell, the last: of a number below `size` that is not a place's."""
         return Layout.of(
             [*self.cells, Cell((), (), np.zeros((size, 0), dtype=np.int64), (size - 1).bit_length())]
         )

@@ -39,7 +39,7 @@ def steps(net: CompiledNet, markings: Sequence[list[int]]) -> tuple[int, ...]:
 def pumping(net: CompiledNet, markings: Sequence[list[int]]) -> Pumping | None:
     """A proof of unboundedness on a path: a later marking strictly covers an earlier one.
 
-    What fired between the two can be repeated for ever unless a place that gained tokens inhibits it (Karp
+    What fired between the two can be repeated forever unless a place that gained tokens inhibits it (Karp
     and Miller, *Parallel program schemata*, JCSS 3(2), 1969).
     """
     rows, trace = np.array(markings, dtype=np.int64), steps(net, markings)

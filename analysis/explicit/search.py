@@ -361,7 +361,7 @@ class Search:
     # places without a bound
 
     def _widen(self) -> None:
-        """Give more bits to the places that overflow, and write all markings anew."""
+        """Give more bits to the places that overflow, and write all markings again."""
         control = self._crew[0].control
         row = self._stack[0][control[DEPTH] - 1] if self.is_depth_first else control[NEXT]
         before = self.layout.unpack(self._storage.markings.store[row])

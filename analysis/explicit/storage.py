@@ -19,7 +19,7 @@ SMALL_TABLE = 1 << 20
 #: Budgets that can spare the rest of a huge page for every array and worker.
 LEAST_FOR_HUGE_PAGES = 1 << 26
 #: Share of the address space left that markings may map; tables, threads, and a second store while markings
-#: are written anew, need the rest.
+#: are written again, need the rest.
 MAPPED_SHARE = 0.4
 #: Bytes of the address space that a table leaves to threads and kernels that are loaded later.
 SPARE_ADDRESSES = 1 << 25
@@ -130,7 +130,7 @@ class Storage:
     def exchange(
         self, words: int, controls: Sequence[Int64Array], shape: object, write: Callable[[Int64Array], None]
     ) -> bool:
-        """Write all markings of a lone worker anew, with another number of words; False without memory.
+        """Write all markings of a lone worker again, with another number of words; False without memory.
 
         Parameters
         ----------

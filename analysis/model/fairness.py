@@ -101,7 +101,7 @@ class Unfairness:
 
 
 def unfairness(subject: Subject, stem: Sequence[int], loop: Sequence[int]) -> Unfairness:
-    """Return to what the run is unfair that fires a stem and then a loop for ever.
+    """Return to what the run is unfair that fires a stem and then a loop forever.
 
     A run without a loop ends in a deadlock, where nothing is enabled. Changes of signals are left out: the
     outside owes nobody any.

@@ -1,4 +1,4 @@
-"""The final condition of an application: where it holds, nothing has to go on."""
+"""The final condition of an application: where it holds, nothing has to continue."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Origins:
     values : dict of str to (InputSignal, bool)
         By the id of a place of the net that is marked while a signal has a value.
     channels : dict of str to Channel
-        By the id of a place of the net inside of a channel that is no queue's.
+        By the id of a place of the net inside of a channel that is not a queue's.
     transitions : dict of str to tuple of EObject
         By the id of a transition of the net, where it is seen: what it was made for, the place of its port.
     """

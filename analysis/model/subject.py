@@ -144,7 +144,7 @@ def subject_of(
 def subject_for(model: pn.Net, signals: str, overflow: str = "weighted") -> Subject:
     """Flatten and compile by the names of variants, as traces and pages say them.
 
-    Without signals, transitions that a clause blocks for ever are no part of the net, as in `base_subject`.
+    Without signals, transitions that a clause blocks forever are not part of the net, as in `base_subject`.
 
     Raises
     ------
@@ -171,7 +171,7 @@ def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subje
 
     With fully-enabled signals, a marking of the other places, or the enabling of a transition of the system
     model, is reachable if and only if it is in this net: a signal can always change, so a satisfiable clause
-    never blocks for ever, and changes of signals change nothing else.
+    never blocks forever, and changes of signals change nothing else.
     """
     if not isinstance(model, sym.SystemModel):
         return subject_of(model)

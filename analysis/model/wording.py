@@ -124,7 +124,7 @@ def _waits(link: Link) -> str:
     client = source_of(link, sym.ClientPort)
     if client.timeout is not None:
         return "waits until it gives up"
-    return "never gets a response" if outstanding(client) == UNLIMITED else "waits for ever"
+    return "never gets a response" if outstanding(client) == UNLIMITED else "waits forever"
 
 
 def outcome_words(link: Link) -> str:

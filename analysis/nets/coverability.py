@@ -34,7 +34,7 @@ class Pumping:
     Attributes
     ----------
     prefix, suffix : tuple of int
-        Transitions from the initial marking on, and transitions that can then be repeated for ever.
+        Transitions from the initial marking on, and transitions that can then be repeated forever.
     places : tuple of int
         Places that gain tokens with each repetition; no place loses any.
     """
@@ -236,7 +236,7 @@ class _Tree:
 
 
 def can_repeat(net: CompiledNet, pumping: Pumping) -> bool:
-    """Tell whether the net can fire prefix and suffix, and then the suffix for ever, with more tokens."""
+    """Tell whether the net can fire prefix and suffix, and then the suffix forever, with more tokens."""
     try:
         markings = replay(net, [*pumping.prefix, *pumping.suffix])
     except WitnessError:

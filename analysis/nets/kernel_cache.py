@@ -1,4 +1,4 @@
-"""Compiled kernels: kept from run to run, and compiled anew where any of their sources has changed.
+"""Compiled kernels: kept from run to run, and compiled again where any of their sources has changed.
 
 Numba keeps what it compiles beside a kernel's own file, and looks whether that file has changed. What a
 kernel calls or inlines from other files, and the constants it has from them, it does not look at: after an
@@ -54,7 +54,7 @@ def kernel(**options: Any) -> Any:
 def _for_all_numbers(dispatcher: Any) -> Any:
     """Let the kernels that call a kernel share one compilation of it.
 
-    Left alone, Numba compiles it anew for each constant that stands in a call, and for narrower numbers.
+    Left alone, Numba compiles it again for each constant that stands in a call, and for narrower numbers.
     """
     from numba import types
 
@@ -145,13 +145,13 @@ def digest(files: Iterable[Path]) -> str:
 
 
 def user_cache() -> Path:
-    """Return the folder for what can be made anew (XDG Base Directory Specification)."""
+    """Return the folder for what can be made again (XDG Base Directory Specification)."""
     home = os.environ.get("XDG_CACHE_HOME", "")
     return (Path(home) if os.path.isabs(home) else Path("~/.cache").expanduser()) / "dineros"  # noqa: PTH117
 
 
 def made(home: Path, name: str) -> Path | None:
-    """Make a folder for kernels, and remove those of other versions beside it; None where that cannot be."""
+    """Make a folder for kernels, and remove those of other versions next to it; None where that cannot be."""
     folder = home / name
     try:
         is_new = not folder.is_dir()

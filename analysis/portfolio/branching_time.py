@@ -1,6 +1,6 @@
 """CTL on nets, by the methods of the portfolio.
 
-Runs are infinite; one that reaches a deadlock stays there for ever, so a deadlock is its own successor.
+Runs are infinite; one that reaches a deadlock stays there forever, so a deadlock is its own successor.
 
 References
 ----------
@@ -59,7 +59,7 @@ def check_ctl(
         Limits; by default there are none.
     engine : {"auto", "explicit", "symbolic"}
         How sets of markings are stored: one by one, which gives shortest witnesses, or as decision diagrams.
-        ``auto`` begins explicitly, and goes on with both by turns if there are many markings.
+        ``auto`` begins explicitly, and continues with both by turns if there are many markings.
     orders : OrderCache, optional
         Where orders of levels are kept for the symbolic engine.
     seed : int

@@ -1,4 +1,4 @@
-"""How methods keep a budget while work goes on that has no limits of its own."""
+"""How methods keep a budget while work continues that has no limits of its own."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class Known:
 
     @cached_property
     def walker(self) -> Walker:
-        """Random walks, which go on from one question to the next."""
+        """Random walks, which continue from one question to the next."""
         from dineros.analysis.portfolio.walker import Walker
 
         return Walker(self.net)

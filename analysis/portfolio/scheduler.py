@@ -84,7 +84,7 @@ class Turn:
 
 @dataclass(frozen=True)
 class Side:
-    """Turns that are taken one after the other while other sides go on beside them.
+    """Turns that are taken one after the other while other sides continue beside them.
 
     Attributes
     ----------

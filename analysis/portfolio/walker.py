@@ -1,7 +1,7 @@
 """Walks without ways: markings that are surely reachable, found without storing any.
 
 Random walks begin at the initial marking again and again. Half of their choices follow priorities that each
-walk draws anew, so that walks differ in where they go, not only in how they get there. Others are led by the
+walk draws again, so that walks differ in where they go, not only in how they get there. Others are led by the
 state equation: a solution says how often each transition fires; a walk tries that. Where no firing that is
 left to do is enabled, some other one is fired.
 
@@ -27,7 +27,7 @@ MOST_ROWS = 1 << 12
 MOST_ENDS = 20
 #: Walks for one solution of the state equation, and rows kept of one: the last, among which the goal is.
 TRIES, LAST_ROWS = 5, 1 << 10
-#: Steps of a walk before it begins anew: short ones at first, longer ones later.
+#: Steps of a walk before it begins again: short ones at first, longer ones later.
 SHORTEST_WALK, LONGEST_WALK = 1 << 6, 1 << 16
 
 

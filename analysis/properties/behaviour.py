@@ -31,7 +31,7 @@ class Behaviour:
     home_markings : int
         Number of markings that can be reached from every reachable one.
     not_live : tuple of int
-        Transitions that some reachable marking shuts off for ever; none in a live net.
+        Transitions that some reachable marking shuts off forever; none in a live net.
     """
 
     reversible: bool

@@ -56,7 +56,7 @@ class Property:
         What is asked: a formula of branching or of linear time, the most tokens that places hold together, or
         one of `GLOBAL_PROPERTIES`.
     formula : Formula, optional
-        Of "ctl" and "ltl", with the meaning of operators of this project: at a deadlock, time goes on.
+        Of "ctl" and "ltl", with the meaning of operators of this project: at a deadlock, time continues.
     places : tuple of str
         Of "bound": names; their tokens are added up.
     examination : str

@@ -4,7 +4,7 @@ Other tools, such as TAPAAL, add comparisons and sums, and leave the namespace o
 read, too.
 
 ``EX f`` of the contest needs a successor and its ``AX f`` holds where there is none, while runs of this
-project stay in a deadlock for ever: what is read says so with ``deadlock``. In LTL both mean the same.
+project stay in a deadlock forever: what is read says so with ``deadlock``. In LTL both mean the same.
 """
 
 from __future__ import annotations
@@ -92,12 +92,12 @@ def read_properties(
     Raises
     ------
     DinerosError
-        It cannot be read, is no property file, or names something unknown; with its line.
+        It cannot be read, is not a property file, or names something unknown; with its line.
     """
     root = parse(path).getroot()
     if etree.QName(root).localname != "property-set":
         hint = f'the root is <property-set xmlns="{NAMESPACE}">'
-        raise DinerosError("is no property file", location=Location(path, line_of(root)), hint=hint)
+        raise DinerosError("is not a property file", location=Location(path, line_of(root)), hint=hint)
     _adopt(root, note)
     reader = _Reader(path, names)
     found = [reader.property(node) for node in root.iterchildren(tag=etree.Element)]
@@ -125,7 +125,7 @@ class _Reader:
 
     def property(self, node: etree._Element) -> Property:
         if _local(node) != "property":
-            raise self.error(f"<{_local(node)}> is no <property>", node)
+            raise self.error(f"<{_local(node)}> is not a <property>", node)
         parts = {_local(part): part for part in self.children(node)}
         if "id" not in parts or "formula" not in parts:
             raise self.error("a <property> needs an <id> and a <formula>", node)
@@ -234,14 +234,14 @@ class _Reader:
         else:
             raise self.error(f"<{kind}> is not a number", node)
         if any(abs(factor) >= 10**_LARGEST_DIGITS for factor in total.values()):
-            raise self.error("is no whole number of at most 18 digits", node)
+            raise self.error("is not a whole number of at most 18 digits", node)
         return total
 
     def number(self, node: etree._Element) -> int:
         text = self.text(node)
         digits = text.removeprefix("-")
         if not (digits.isascii() and digits.isdigit()) or len(digits) > _LARGEST_DIGITS:
-            raise self.error("is no whole number of at most 18 digits", node)
+            raise self.error("is not a whole number of at most 18 digits", node)
         return int(text)
 
     def places(self, node: etree._Element) -> tuple[str, ...]:
@@ -254,7 +254,7 @@ class _Reader:
 
     def name(self, node: etree._Element, kind: str, resolve: Callable[[str], object]) -> str:
         if _local(node) != kind:
-            raise self.error(f"<{_local(node)}> is no <{kind}>", node)
+            raise self.error(f"<{_local(node)}> is not a <{kind}>", node)
         try:
             text = self.text(node)
             resolve(text)

@@ -55,7 +55,7 @@ def recurrence(net: CompiledNet, budget: Budget = UNLIMITED) -> Recurrence | Non
     net : CompiledNet
         The net.
     budget : Budget, optional
-        Its time and memory; running out of them is no answer.
+        Its time and memory; running out of them is not an answer.
 
     Examples
     --------

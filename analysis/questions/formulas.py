@@ -1,12 +1,12 @@
 """Formulas of temporal logic on the road of goals: a conjunction is split, and goals in it are asked as such.
 
 ``G p`` of LTL, ``AG p`` and ``EF p`` of CTL ask whether a marking can be reached, fair runs or not: every
-firing sequence goes on as a run that is fair to finitely many transitions, weakly and strongly.
+firing sequence continues as a run that is fair to finitely many transitions, weakly and strongly.
 
 References
 ----------
 K. R. Apt, N. Francez, S. Katz, *Appraising fairness in languages for distributed programming*, Distributed
-Computing 2, 1988 (every beginning goes on fairly).
+Computing 2, 1988 (every beginning continues fairly).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Which fairness would prove a formula that only unfair runs violate.
 
-A run that violates the formula neglects some transitions for ever. They are assumed to be fair, and the
+A run that violates the formula neglects some transitions forever. They are assumed to be fair, and the
 formula is asked again, until a fair run violates it, or none does any more; what the proof does not need is
 left out.
 
@@ -34,7 +34,7 @@ class NeededFairness:
     Attributes
     ----------
     weak, strong : tuple of str
-        Names of transitions of the net that are not neglected where they are enabled for ever, and where they
+        Names of transitions of the net that are not neglected where they are enabled forever, and where they
         are enabled again and again.
     """
 
@@ -62,7 +62,7 @@ def needed_fairness(
     question : Linear
         A formula, with the fairness that is assumed already.
     answer : Outcome
-        That it is violated, with a run that goes on for ever.
+        That it is violated, with a run that continues forever.
     budget : Budget
         Of its time, a part.
     """
@@ -74,7 +74,7 @@ def needed_fairness(
     strong: list[str] = []
     for _ in range(MOST_ROUNDS):
         unfair = unfairness(subject, answer.stem, answer.loop)
-        # What is enabled for ever is enough, where there is any: it assumes less.
+        # What is enabled forever is enough, where there is any: it assumes less.
         more = [names[t] for t in unfair.weakly if names[t] not in weak]
         again = [names[t] for t in unfair.strongly if names[t] not in strong]
         if more:

@@ -50,7 +50,7 @@ class StateSpace:
     peak_memory_bytes : int
         Peak memory of the process so far.
     pumping : Pumping or None
-        Where the net is unbounded: a sequence that makes places grow for ever. Then there are no counts:
+        Where the net is unbounded: a sequence that makes places grow forever. Then there are no counts:
         there is no end of markings, and how many were seen says nothing.
     without : tuple of str
         Where it is unbounded: the places that nothing takes from and that no invariant bounds, such as
@@ -282,7 +282,7 @@ def _by_search(task: Counting) -> StateSpace:
             [space.pumping, *([others] if others else [])], key=lambda p: len(p.prefix) + len(p.suffix)
         )
         grown = ", ".join(net.places[place] for place in pumping.places)
-        return replace(task.nothing("explicit", f"unbounded: {grown} can grow for ever"), pumping=pumping)
+        return replace(task.nothing("explicit", f"unbounded: {grown} can grow forever"), pumping=pumping)
     counts = space.markings, space.arcs, space.deadlocks
     tokens = max(space.largest_place, default=0), space.largest_total
     reason = "" if space.complete else RAN_OUT.get(space.reason or "", space.reason or "unknown")

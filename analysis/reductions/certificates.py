@@ -32,7 +32,7 @@ LARGEST_WEIGHT = 1_000.0
 
 
 class GuardedBounds:
-    """Bounds by the state equation of a net as it is now; to be made anew after transitions were added.
+    """Bounds by the state equation of a net as it is now; to be made again after transitions were added.
 
     Removing places or transitions from the net keeps it usable: every proof is checked on the net as it is
     then, and removed places get no weight.
@@ -89,7 +89,7 @@ class GuardedBounds:
     def _checked(
         self, weights: Mapping[str, Fraction], guard: Mapping[str, int], place: str | None, sign: int
     ) -> Fraction | None:
-        """Value that the weights prove, or None if they are no certificate."""
+        """Value that the weights prove, or None if they are not certificate."""
         scale = lcm(*(weight.denominator for weight in weights.values()))
         whole = {name: int(weight * scale) for name, weight in weights.items()}
         touched = {t for name in weights for t in self._net.neighbours(name)}

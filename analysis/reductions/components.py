@@ -216,7 +216,7 @@ class IndependentComponent(Rule):
     both reach the same markings of the rest (`KEPT_PLACES`, `BOUNDEDNESS`). If the component graph is
     strongly connected, or nothing tests the component, every marking of the rest occurs with every marking of
     the component: N has their product (`STATE_SPACE_SIZE`, `MARKINGS`). If every marking of the component has
-    an endless run, N never deadlocks and each of its runs may go on for ever inside the component alone; a
+    an endless run, N never deadlocks and each of its runs may continue forever inside the component alone; a
     transition without arcs, *idle*, that is put into N' does the same (`DEADLOCKS`, `LTL_WITHOUT_NEXT`). If
     the component graph has no cycle, every run of it stops in a marking without successors, which satisfies
     all tests, so N stops iff N' stops. In other cases neither is claimed. Members are live in N iff they are

@@ -40,7 +40,7 @@ class ChainOfPlaces(Rule):
 
     *Proof.* A run of the net N becomes one of N' by leaving t out: p + q holds at least what q does, and all
     else that takes or reads takes from q. A run of N' becomes one of N by firing t as soon as p is marked, so
-    that all tokens of p + q are in q. Both have the same markings outside {p, q}. t cannot fire for ever
+    that all tokens of p + q are in q. Both have the same markings outside {p, q}. t cannot fire forever
     alone, so endless runs stay endless; N stops only with p empty, where N' stops, too. t is live if a
     producer of p is; without one `LIVENESS` is not claimed. If nothing but t puts tokens on q, which is empty
     initially, a run of N' also becomes one of N by firing t only when a token of q is to be taken (nothing
@@ -79,7 +79,8 @@ class LoopOfPlaces(Rule):
     *Proof.* A run of N becomes one of N' by leaving the moves out. Conversely, before each step of a run of
     N', the tokens can be moved to where the step takes or reads them. Both have the same markings of all
     other places, and in N the tokens of the merged place can be moved anywhere (`MARKINGS`). While it is
-    marked, N can go on moving tokens for ever, and N' can fire *idle*, which reads it. A move is live iff the
+    marked, N can continue moving tokens forever, and N' can fire *idle*, which reads it. A move is live iff
+    the
     merged place can always be marked again, iff *idle* is live.
     """
 

@@ -31,7 +31,7 @@ class Property(StrEnum):
 
     LTL_WITHOUT_NEXT = "ltl_without_next"
     """The maximal runs of N and N' agree, up to stuttering, on the tokens of observed places and the firings
-    of observed transitions, where a run that ends stays in its last marking for ever. No fairness is
+    of observed transitions, where a run that ends stays in its last marking forever. No fairness is
     assumed."""
 
     LIVENESS = "liveness"

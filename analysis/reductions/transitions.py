@@ -173,7 +173,7 @@ class IdentityTransition(Rule):
 
     *Proof.* Its firings lead nowhere new. While it is enabled there is no deadlock, so it must stay for
     `DEADLOCKS` unless another one is enabled whenever it is; it must stay for `LTL_WITHOUT_NEXT`, since a run
-    can end with it for ever. It is live if another transition is that needs at least as much.
+    can end with it forever. It is live if another transition is that needs at least as much.
     """
 
     preserves = ALL_PROPERTIES - {Property.LTL_WITHOUT_NEXT}

@@ -239,7 +239,7 @@ def _pattern(body: _Part, scope: _Scope) -> Formula:
         match = _found(body, r"\b" + words.replace(" ", r"\s+") + r"\b")
         if match is not None:
             return make(*_sides(body, match))
-    raise FormulaError("this is no pattern", column=body.start + 1, hint=_HINT)
+    raise FormulaError("this is not a pattern", column=body.start + 1, hint=_HINT)
 
 
 def _sides(part: _Part, match: re.Match[str]) -> tuple[Formula, Formula]:
@@ -249,7 +249,7 @@ def _sides(part: _Part, match: re.Match[str]) -> tuple[Formula, Formula]:
 
 @dataclass(frozen=True)
 class _Scope:
-    """From now on, until an end that comes, or for ever.
+    """From now on, until an end that comes, or forever.
 
     Attributes
     ----------

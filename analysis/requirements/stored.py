@@ -51,7 +51,7 @@ VARIANTS: dict[str, SignalVariant] = {
 UNFAIR = "a run violates it, and whether runs with times are fair is not known"
 
 _SEEN_AT_ONCE = {(ForAll, Globally), (Exists, Finally), (ForAll, Next), (Exists, Next)}
-"""What a beginning of a run shows: every beginning goes on as a fair run (Apt, Francez and Katz, 1988)."""
+"""What a beginning of a run shows: every beginning continues as a fair run (Apt, Francez and Katz, 1988)."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class Asked:
         except DinerosError as error:
             return Outcome("unknown", reason=error.message)
         if is_fair and found.status == "violated":
-            # Whether the run is fair, or goes on as a fair one, is not known.
+            # Whether the run is fair, or continues as a fair one, is not known.
             return Outcome("unknown", reason=UNFAIR, states=found.states, seconds=found.seconds)
         return found
 

@@ -1,4 +1,4 @@
-"""The smallest change of callback groups and threads after which no callback waits for ever.
+"""The smallest change of callback groups and threads after which no callback waits forever.
 
 Changes are tried in the order of their number. Where a model with some changes still has a circle, only such
 changes are added as may break it: to leave an exclusive group, to make it reentrant and to have more threads
@@ -57,7 +57,7 @@ class Suggestion:
     Attributes
     ----------
     faults : list of Finding
-        What is to be mended: callbacks that can wait for ever, requests to cancel that are never heard.
+        What is to be mended: callbacks that can wait forever, requests to cancel that are never heard.
     changes : list of (str, tuple of str)
         Each change in words, and as settings of the model.
     others : list of list of (str, tuple of str)
@@ -90,7 +90,7 @@ class Suggestion:
 def suggest_callback_groups(
     model: sym.SystemModel, budget: Budget = UNLIMITED, suggestion: Suggestion | None = None
 ) -> Suggestion:
-    """Return the smallest change after which no callback waits for ever and no more queues overflow.
+    """Return the smallest change after which no callback waits forever and no more queues overflow.
 
     Callbacks and clients of services and actions may get callback groups of their own, groups may become
     reentrant, and executors may get more threads; what the callbacks do stays as it is. Only a callback that
@@ -192,7 +192,7 @@ class _Search:
         return copied
 
     def _faults(self, report: Report, is_first: bool) -> list[Finding]:
-        """Return what must not be: callbacks that wait for ever, and losses that were not there before."""
+        """Return what must not be: callbacks that wait forever, and losses that were not there before."""
         waits = [finding for finding in report.findings if finding.rule in WAITS]
         losses = [finding for finding in report.findings if finding.rule == Overflow.LOSES.rule]
         if is_first:

@@ -1,7 +1,7 @@
 """The smallest capacity at which a queue loses no message (beyond the paper).
 
 A queue of capacity l loses a message when one arrives while it holds l. So where the queue is large enough
-for ever, the smallest sufficient capacity is the largest load at which a message arrives, plus one. Until it
+forever, the smallest sufficient capacity is the largest load at which a message arrives, plus one. Until it
 first is full, a queue does what a larger one does: what is enough stays enough when it grows.
 
 Each queue has an answer of its own, also where markings have no end: then capacities are tried, each a

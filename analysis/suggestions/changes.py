@@ -154,7 +154,7 @@ def _asking(waiter: Waiter, group: Waiter) -> Iterator[object]:
 
 
 def against_waiting(changes: Changes, resources: Iterable[Waiter]) -> Iterator[Changes]:
-    """Yield what, added to some changes, may free threads and groups that callbacks hold for ever."""
+    """Yield what, added to some changes, may free threads and groups that callbacks hold forever."""
     for resource in resources:
         if resource.kind == "thread":
             yield changes.with_thread(resource.element)

@@ -68,7 +68,7 @@ def suggest_start_order(
 ) -> StartOrder:
     """Return an order in which nothing is lost while the managed nodes of a model come up.
 
-    What is lost later, when nodes are deactivated, cleaned up or shut down, is no question of this order.
+    What is lost later, when nodes are deactivated, cleaned up or shut down, is not a question of this order.
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, Any],
             for future in completed:
                 if future.status not in ("finished", "error"):
                     raise SweepError(
-                        f"the scheduler at {address} went away", hint="run the same command again to go on"
+                        f"the scheduler at {address} went away", hint="run the same command again to continue"
                     )
                 job = running.pop(future.key)
                 error = future.exception()

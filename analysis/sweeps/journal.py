@@ -36,7 +36,7 @@ class Journal:
     engine : str
         The engine asked for.
     limits : list
-        Memory and time given to a point. Points that ended for want of them are done again with other ones.
+        Memory and time given to a point. Points that ended for lack of them are done again with other ones.
 
     Raises
     ------

@@ -36,7 +36,7 @@ class PointDiedError(Exception):
         if status >= 0:
             return cls(f"it ended with status {status}")
         name = signal.Signals(-status).name if -status in list(signal.Signals) else str(-status)
-        memory = ", perhaps for want of memory" if -status == signal.SIGKILL else ""
+        memory = ", perhaps for lack of memory" if -status == signal.SIGKILL else ""
         return cls(f"it was killed by {name}{memory}")
 
 

@@ -169,7 +169,7 @@ def _texts(
         if isinstance(model, pn.Net):
             if point.parameters:
                 raise SweepError(
-                    f"{point.parameters[0].partition('=')[0]} is no feature of an element",
+                    f"{point.parameters[0].partition('=')[0]} is not a feature of an element",
                     hint="write ELEMENT.FEATURE; parameters are those of a program with a function build",
                 )
             made = model

@@ -41,7 +41,7 @@ def writer_for(path: Path) -> Callable[[Sequence[Row]], bytes]:
             ) from None
         return to_parquet
     raise SweepError(
-        f"{suffix!r} is no format of tables" if suffix else "has no suffix",
+        f"{suffix!r} is not a format of tables" if suffix else "has no suffix",
         location=Location(path),
         hint="known are .csv and .parquet",
     )

@@ -1,7 +1,8 @@
 """Boxes of tokens over fewer places than a net has: what is asked of determined places is asked of others.
 
 A place that an invariant determines from others, ``D = c + sum k_i x_i``, needs no room in a stored
-marking: what arcs ask of D is asked of the x_i instead. Where that is no box, it is split into disjoint ones.
+marking: what arcs ask of D is asked of the x_i instead. Where that is not a box, it is split into disjoint
+ones.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """An order of places and transitions that hangs on neither their names nor where they stand in the file.
 
 Colours are refined until all of one colour have the same arcs to each other colour; where a colour is left
-that several have, one of them gets a colour of its own, and refinement goes on. Two nets that differ in names
+that several have, one of them gets a colour of its own, and refinement continues. Two nets that differ in
+names
 and order only become the same net, wherever those of one colour are images of each other under a symmetry,
 as they are in nearly all nets; elsewhere, which of them goes first is chance.
 

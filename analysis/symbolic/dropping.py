@@ -1,7 +1,8 @@
 """A net as guarded translations, and its places dropped one by one as far as invariants determine them.
 
 A transition becomes one or more *events*: a box (an interval of tokens for some places) and a translation.
-Where what a dropped place is asked is no box of the others, events are split into disjoint ones: the events
+Where what a dropped place is asked is not a box of the others, events are split into disjoint ones: the
+events
 of a transition never overlap, so that counts of arcs stay exact.
 """
 

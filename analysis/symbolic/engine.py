@@ -23,7 +23,7 @@ from dineros.analysis.symbolic.vector_sets import VectorSets
 #: Rounds of (work of the order search, work of saturation), in cache misses: easy nets pay for little search,
 #: hard ones get more. Millions take a third of a second. No clock decides, so that every run is the same.
 #: The first round betters the best of the orders made from the structure by a few moves: milliseconds.
-#: The second one tries more, since a run that goes on for long under a bad order costs more than these do.
+#: The second one tries more, since a run that continues for long under a bad order costs more than these do.
 ROUNDS = (
     (5_000, 100_000),
     (50_000, 400_000),

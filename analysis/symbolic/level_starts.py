@@ -122,7 +122,7 @@ class _Spans:
             for span in self._of[level]:
                 left[span] -= 1
                 others = self._spans[span]
-                # Whether a further level of the span begins it, goes on with it, or ends it.
+                # Whether a further level of the span begins it, continues with it, or ends it.
                 gain = (0 if begun[span] else -1) - (1 if left[span] == 1 else 0)
                 if not begun[span] or left[span] == 1:
                     begun[span] = True

@@ -1,4 +1,4 @@
-"""Good orders of levels, kept in a file beside the model, so that a hard net is searched once.
+"""Good orders of levels, kept in a file next to the model, so that a hard net is searched once.
 
 The file is ``.dineros/orders.json`` in the folder of the model. An order is kept for the *structure* of a
 net: its places, transitions and arcs, but neither its markings nor its weights, since an order that suits few

@@ -1,7 +1,7 @@
 """CTL on nets with time, decided on atomic classes.
 
 A state of a run is a marking right after a firing, or the initial one, with its clocks. The next state is the
-one after the next firing, however long that takes. A run may also stay in a state for ever where nothing has
+one after the next firing, however long that takes. A run may also stay in a state forever where nothing has
 to fire: in a deadlock, and where nothing that is enabled has a latest bound; then the state is its own next
 state, too. While time passes between two firings, no formula is asked.
 
@@ -125,7 +125,7 @@ class _TimedSets(FlaggedSets):
         return stem, loop
 
     def _labels(self, states: list[int]) -> tuple[int, ...]:
-        """Return transitions that lead along a path; waiting for ever is none."""
+        """Return transitions that lead along a path; waiting forever is none."""
         found = []
         for source, target in pairwise(states):
             edges = np.arange(self.arcs.pointer[source], self.arcs.pointer[source + 1])

@@ -21,7 +21,7 @@ from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.search import ClassSearch
 
 FIRST_LOOK = 500
-"""Classes after which it is asked whether tokens grow for ever, and again with four times as many."""
+"""Classes after which it is asked whether tokens grow forever, and again with four times as many."""
 
 _REASONS = {
     **RAN_OUT,
@@ -42,7 +42,7 @@ class Explored:
     search : ClassSearch
         Ended.
     growth : Pumping or None
-        A loop by which tokens grow for ever; then the search ended early.
+        A loop by which tokens grow forever; then the search ended early.
     """
 
     net: TimedNet
@@ -100,7 +100,7 @@ class Explored:
 
 
 def explore_timed(net: TimedNet, budget: Budget) -> Explored:
-    """Build the largest state classes of a net, or find out that tokens grow for ever.
+    """Build the largest state classes of a net, or find out that tokens grow forever.
 
     The strong classes (E) are built if the net has priorities, else the linear ones (M).
     """

@@ -30,7 +30,7 @@ from dineros.analysis.timed.search import ClassSearch
 Flags = NDArray[np.bool_]
 
 WAITING = -1
-"""Label of an edge that fires nothing: time passes for ever."""
+"""Label of an edge that fires nothing: time passes forever."""
 
 
 def holding(tree: Formula, evaluate: Callable[[Atom], Flags], size: int) -> Flags:
@@ -89,7 +89,7 @@ class TimedGraph:
     markings : int64 array, shape (markings, places)
     source, target, label : int64 arrays, shape (edges,)
         The edges, sources ascending; the label is the transition, or `WAITING` where a run may stay in a
-        class for ever: then nothing that is enabled has a latest bound.
+        class forever: then nothing that is enabled has a latest bound.
     """
 
     net: TimedNet

@@ -1,8 +1,8 @@
-"""Tokens that grow for ever in a time Petri net: a loop of firings that can be repeated at the same times.
+"""Tokens that grow forever in a time Petri net: a loop of firings that can be repeated at the same times.
 
 Whether a time Petri net is bounded is undecidable, so this is a sufficient condition. A firing sequence leads
 from a class to one with more tokens, the same enabled transitions and the same firing times. If further
-tokens of the same kind enable and disable nothing on the way, the loop goes on for ever.
+tokens of the same kind enable and disable nothing on the way, the loop continues forever.
 
 References
 ----------
@@ -25,7 +25,7 @@ MOST_WEIGHT = 50
 
 
 def growing_loop(net: TimedNet, trace: Sequence[int]) -> Pumping | None:
-    """Return a loop in a firing sequence that makes tokens grow for ever; None if it shows none.
+    """Return a loop in a firing sequence that makes tokens grow forever; None if it shows none.
 
     The sequence is looked at up to `MOST_FIRINGS`. Nets with priorities are not looked at, as linear classes
     do not know them.

@@ -1,7 +1,7 @@
 """LTL on nets with time: every run satisfies a formula, or here is one that does not, with its schedule.
 
 Runs are those of the state class graph: infinite firing sequences that some schedule has, and runs that stay
-in a marking for ever, because nothing has to fire there. A run in which infinitely many firings take no time
+in a marking forever, because nothing has to fire there. A run in which infinitely many firings take no time
 is a run like others.
 
 References

@@ -170,7 +170,7 @@ def _enabled(net: TimedNet, marking: Sequence[int]) -> list[int]:
 
 
 def _longest(size: int, arcs: Sequence[tuple[int, int, Fraction]]) -> list[Fraction | None] | None:
-    """Return by variable the longest path from variable 0; None if paths grow for ever."""
+    """Return by variable the longest path from variable 0; None if paths grow forever."""
     length: list[Fraction | None] = [Fraction(0)] + [None] * (size - 1)
     for _ in range(size + 1):
         has_changed = False

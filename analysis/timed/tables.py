@@ -43,7 +43,7 @@ class Known(NamedTuple):
     enabled: Any
     next_marking: Any  #: by enabled transition: the marking after it, or -1
     kept_start: Any  #: by enabled transition: where in `kept` the clocks of the next marking start
-    kept: Any  #: by clock of the next marking: the clock that goes on, from 1, or 0
+    kept: Any  #: by clock of the next marking: the clock that continues, from 1, or 0
     class_marking: Any
     record_start: Any
     codes: Any

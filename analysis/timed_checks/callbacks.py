@@ -1,8 +1,8 @@
-"""Callbacks that can wait for ever in a net with times.
+"""Callbacks that can wait forever in a net with times.
 
 A state class from which no class without the callback can be reached holds only states in which it waits for
 ever. Linear classes do not tell the converse, so that every callback can end is proved in another way: no
-run stays in it for ever.
+run stays in it forever.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ GRAPH_SHARE = 0.5
 
 
 class TimedCallbacks(Callbacks):
-    """Whether callbacks can wait for ever with times."""
+    """Whether callbacks can wait forever with times."""
 
     needs_space: ClassVar[bool] = True
 
@@ -46,12 +46,12 @@ class TimedCallbacks(Callbacks):
         if all(_always_ends(graph, callback) or _doomed(graph, callback).any() for callback in callbacks):
             checked.report.proved.append(others)
         else:
-            asks = "which other callbacks can wait for ever" if found else self.asks
-            checked.leave_open(asks, "some run stays in one for ever, and linear classes tell no more")
+            asks = "which other callbacks can wait forever" if found else self.asks
+            checked.leave_open(asks, "some run stays in one forever, and linear classes tell no more")
 
 
 def _blocked(graph: TimedGraph, circle_of: object, callbacks: list[Callback]) -> Iterator[Blocked]:
-    """Yield the callbacks that wait for ever: each circle once, and each other callback once."""
+    """Yield the callbacks that wait forever: each circle once, and each other callback once."""
     assert callable(circle_of)
     known: set[Circle] = set()
     for callback in callbacks:
@@ -93,7 +93,7 @@ def _doomed(graph: TimedGraph, callback: Callback) -> Flags:
 
 
 def _always_ends(graph: TimedGraph, callback: Callback) -> bool:
-    """Whether no run stays for ever in classes with a callback."""
+    """Whether no run stays forever in classes with a callback."""
     runs = _runs(graph, callback)
     inside = runs[graph.source] & runs[graph.target]
     source, target = graph.source[inside], graph.target[inside]

@@ -61,8 +61,10 @@ class NeverInTime(Question):
 class TimeStops(Question):
     """Whether infinitely many firings can happen in no time, or priorities keep time from going on.
 
-    A transition with the interval ``[0,0]`` fires before time goes on. A loop of such transitions never lets
-    time go on. A loop with other transitions may: each of them is enabled anew in each round, and waits then.
+    A transition with the interval ``[0,0]`` fires before time continues. A loop of such transitions never
+    lets
+    time continue. A loop with other transitions may: each of them is enabled again in each round, and waits
+    then.
     """
 
     STOPS, LOCKED = faults.STOPS, faults.LOCKED

@@ -65,7 +65,7 @@ def read_sequence(net: CompiledNet, text: str, program: str) -> list[list[int]]:
             )
             if name not in index:
                 raise TinaAnswerError(
-                    f"{program} wrote a path with {name!r}, which is no transition of the net"
+                    f"{program} wrote a path with {name!r}, which is not a transition of the net"
                 )
             rows[-1].append(index[name])
     return [row for row in rows if row]
@@ -99,7 +99,7 @@ def lasso(
     weak: Sequence[int] = (),
     strong: Sequence[int] = (),
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return a counterexample as a path and what is fired for ever after it.
+    """Return a counterexample as a path and what is fired forever after it.
 
     The manual does not say where in a ``.scn`` file the part begins that repeats; for TINA's program ``plan``
     it is the last line. So every marking to which the sequence comes back is tried, that line first, then the
@@ -108,13 +108,13 @@ def lasso(
     Raises
     ------
     TinaError
-        The net cannot fire the sequence, or it is no counterexample.
+        The net cannot fire the sequence, or it is not a counterexample.
     """
     trace = [transition for row in rows for transition in row]
     try:
         markings = [tuple(marking) for marking in replay(net, trace)]
     except WitnessError as error:
-        raise TinaAnswerError(f"the counterexample of selt is no run of the net: {error}") from None
+        raise TinaAnswerError(f"the counterexample of selt is not a run of the net: {error}") from None
     last = markings[-1]
     returns = [start for start in range(len(trace)) if markings[start] == last]
     line = len(trace) - (len(rows[-1]) if rows else 0)

@@ -75,7 +75,7 @@ def find_marking(
     Raises
     ------
     FormulaError
-        It is no condition on markings, or names something unknown.
+        It is not a condition on markings, or names something unknown.
     TinaError
         A program is not there, failed, or answered what cannot be read or is not so.
     """
@@ -127,7 +127,7 @@ def verify(
     Raises
     ------
     FormulaError
-        The text is no LTL formula, or names something unknown.
+        The text is not an LTL formula, or names something unknown.
     TinaError
         A program is not there, failed, or answered what cannot be read or is not so.
     """

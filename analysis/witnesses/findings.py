@@ -59,7 +59,7 @@ class Witness:
     steps : tuple of Step
         The firings in order.
     loop : int or None
-        Index of the first step that repeats for ever; None for a finite sequence.
+        Index of the first step that repeats forever; None for a finite sequence.
     subject : Subject or None
         The net that it is a sequence of.
     """
@@ -104,7 +104,7 @@ def witness_of(
 
 
 def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:
-    """Return the run that makes tokens grow for ever."""
+    """Return the run that makes tokens grow forever."""
     return witness_of(subject, [*pumping.prefix, *pumping.suffix], len(pumping.prefix))
 
 

@@ -105,7 +105,7 @@ def first_cause(witness: Witness, asked: str | None = None, verdict: str | None 
     -------
     Cause or None
         None where the witness has no firing, or what was asked is about more than one run (nested path
-        quantifiers) or is no condition (tokens that grow without bound).
+        quantifiers) or is not a condition (tokens that grow without bound).
     """
     if not witness.steps:
         return None

@@ -16,7 +16,7 @@ LEAST_SAVED = 4
 """Items that have to be saved by naming a block once."""
 
 LEAST_STEPS, MOST_STEPS = 30, 5_000
-"""Firings of a sequence that is ordered anew."""
+"""Firings of a sequence that is ordered again."""
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ REPEATED, SHORT = 5, 0.1
 def measure(net: CompiledNet) -> tuple[float, float, int, tuple[int, int, int]]:
     """Processor seconds for the state space with counts and for `check`; most nodes held; what it said."""
     model = to_model(net, "net")
-    gc.collect()  # what others left is no part of it
+    gc.collect()  # what others left is not part of it
     gc.freeze()
     began = time.process_time()
     space = symbolic_state_space(net, Budget(MEMORY, seconds=SECONDS).begun())

@@ -3,7 +3,8 @@
 ``python -m benchmarks.endurance.periodic --seconds 3600 -o periodic.csv`` runs both nodes on ROS 2 under its
 rules, a process each. The logger takes longer than the period, so that all queues are full all the time and
 lose messages. It prints the resident memory of both processes every now and then, and at the end by how much
-it grew an hour (least squares, without the first tenth), of all of it and of what is no page of a file: those
+it grew an hour (least squares, without the first tenth), of all of it and of what is not a page of a file:
+those
 come and go as others on the machine need room. `-o` writes the figures as CSV. With ``--journal`` both record
 what they do, and what is kept of that is replayed on the model.
 """
@@ -64,7 +65,7 @@ class Sample(NamedTuple):
     talker, logger : float
         Resident memory, MiB.
     talker_anonymous, logger_anonymous : float
-        What of it is no page of a file.
+        What of it is not a page of a file.
     processor : float
         Processor time of both so far, seconds.
     """

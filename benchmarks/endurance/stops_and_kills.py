@@ -4,7 +4,7 @@
 ROS 2, one process per node, with its simulated cell; ``fleet`` does so with the second application of the
 guide, whose world blocks robots on their way, and ``mobile_robot`` with a robot that has goals, a managed
 camera and best-effort sensors. At random moments it sends Ctrl-C, SIGTERM or SIGKILL to the
-supervisor, or SIGTERM or SIGKILL to a node, and goes on with ``--resume``. When all work is done, the
+supervisor, or SIGTERM or SIGKILL to a node, and continues with ``--resume``. When all work is done, the
 traces are checked: every message was taken once, every call has its four steps once, every goal was accepted
 and ended once, every piece of work was done once, no queue dropped anything but that of a best-effort sensor
 or of feedback, and the run conforms to the model.
@@ -56,7 +56,7 @@ PATIENCE = 60.0
 
 
 class LostError(Exception):
-    """Something is lost, came twice, or the run does not go on."""
+    """Something is lost, came twice, or the run does not continue."""
 
 
 @dataclass
@@ -68,7 +68,7 @@ class Round:
     application : Application
         What runs.
     folder : Path
-        Takes traces and logs; beside it stands the workspace.
+        Takes traces and logs; next to it stands the workspace.
     pieces : int
         Pieces of work at each place where they wait.
     domain : int
@@ -103,7 +103,7 @@ class Round:
         return self.pieces * len(self.application.work)
 
     def start(self) -> None:
-        """Start the application, or go on."""
+        """Start the application, or continue."""
         options = ["--trace", str(self.traces), "--reach", "memory", "--domain", str(self.domain)]
         options += ["--until", f"{self.application.done} >= {self.expected}", "--restarts", "1000"]
         options += ["--with", self.application.beside]
@@ -160,7 +160,7 @@ class Round:
             name = draw.choice(sorted(nodes))
             with contextlib.suppress(ProcessLookupError):
                 os.kill(nodes[name], signal.Signals[number])
-            if number == "SIGKILL":  # it is started again and goes on
+            if number == "SIGKILL":  # it is started again and continues
                 return name
             time.sleep(draw.uniform(0.0, 1.0))  # one that is told to end is not started again
             self._end("SIGINT")
@@ -222,7 +222,7 @@ def _count_messages(records: list[Record]) -> Counter[str]:
         for other in others:
             came = Counter((each.channel, each.message) for each in records if type(each) is other)
             missing = [key for key in sent if key not in came]
-            # What goes on at the end may be under way: the last call of a safety loop, a warning.
+            # What continues at the end may be under way: the last call of a safety loop, a warning.
             missing = [key for key in missing if not _is_last(key, sent)]
             twice = [key for key, number in (sent + came).items() if number > 2]
             if missing or twice:
@@ -293,7 +293,7 @@ def stress(
                 if round_.process.poll() is not None:
                     round_.start()
             while not round_.run_for(PATIENCE * 5):
-                raise LostError(f"{round_.folder} does not go on: {round_.nodes()}")
+                raise LostError(f"{round_.folder} does not continue: {round_.nodes()}")
             yield {"round": number, **round_.check()}
         finally:
             round_.close()

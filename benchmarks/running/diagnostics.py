@@ -2,7 +2,7 @@
 
 A node with a handler fires as fast as it can on ROS, in a process of its own, by turns: without looking at
 itself (``diagnostics_period`` 0), looking each second while nobody listens, and while somebody listens on
-``/diagnostics``. It should add less than 1 %. Beside that stands what one look takes, by the clock of the
+``/diagnostics``. It should add less than 1 %. Next to that stands what one look takes, by the clock of the
 thread that looks: on a busy machine, runs differ by more than looks cost.
 """
 
@@ -43,7 +43,7 @@ rclpy.spin(node)
 
 
 def lamp(tokens: int = 1) -> rtm.RuntimeModel:
-    """Return a node that blinks for ever; without tokens it waits."""
+    """Return a node that blinks forever; without tokens it waits."""
     on, off = sym.Place(id="On", tokens=tokens), sym.Place(id="Off")
     dim, light = sym.Transition(id="Dim"), sym.Transition(id="Light")
     node = sym.NodeNet(id="lamp", objects=[on, off, dim, light])

@@ -147,7 +147,7 @@ class Stopwatch:
         self.is_over.clear()
 
     def round(self) -> bool:
-        """Note one round; return whether the block goes on."""
+        """Note one round; return whether the block continues."""
         now = time.perf_counter()
         self._rounds += 1
         if self._rounds > WARMING:

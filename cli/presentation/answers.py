@@ -61,7 +61,7 @@ def say_verdict(
 def say_unfairness(unfair: Unfairness, names: Sequence[str]) -> None:
     """Print to what a run that repeats is unfair, by the names that --fair takes."""
     for transitions, meaning, option in (
-        (unfair.weakly, "enabled for ever", "--fair"),
+        (unfair.weakly, "enabled forever", "--fair"),
         (unfair.strongly, "enabled again and again", "--strongly-fair"),
     ):
         if transitions:

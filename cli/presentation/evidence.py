@@ -33,7 +33,7 @@ def refuse_certificates(output: Path, *, also_folder: bool = False) -> None:
     if not also_folder or output.suffix == ".json":
         refuse_output(output, [".json"])
     elif output.exists() and not output.is_dir():
-        raise ModelFileError("is no folder", location=Location(output), hint="or name a file, FILE.json")
+        raise ModelFileError("is not a folder", location=Location(output), hint="or name a file, FILE.json")
     elif not output.parent.is_dir():
         missing = f"there is no folder {str(output.parent)!r}"
         raise ModelFileError(missing, location=Location(output), hint="make it first")

@@ -38,7 +38,7 @@ WORDS = {
     "action": "a goal of {on}",
     "handler": "its handler {on}",
     "room": "room on {on}",
-    "proceed": "being told to go on: {on}",
+    "proceed": "being told to continue: {on}",
 }
 
 

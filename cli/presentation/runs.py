@@ -16,7 +16,7 @@ _ENDINGS: dict[str, str] = {
     "idle": "nothing is left to do",
     "timeout": "time is over",
     "interrupted": "interrupted",
-    "failed": "a node could not go on",
+    "failed": "a node could not continue",
     "deviated": "a step is not allowed by the model",
 }
 

@@ -22,7 +22,7 @@ def table_and_figures(output: Path) -> tuple[Path, Path | None]:
     Raises
     ------
     DinerosError
-        The table of figures would overwrite a file that is no table of theirs.
+        The table of figures would overwrite a file that is not a table of theirs.
     """
     from dineros.metamodel.errors import DinerosError, Location
 
@@ -75,7 +75,7 @@ def say_sweep(
 
 
 def say_begun_sweep(progress: Progress, model: Path, journal: Path, ending: str, as_json: bool) -> None:
-    """Print what is counted of a sweep that has ended early, why it has, and how it goes on."""
+    """Print what is counted of a sweep that has ended early, why it has, and how it continues."""
     if as_json:
         say_json(
             {
@@ -92,4 +92,4 @@ def say_begun_sweep(progress: Progress, model: Path, journal: Path, ending: str,
         return
     say(f"unknown: all other points: {ending}", "magenta")
     kept = f"{progress.done} of {progress.points} points done and kept in {journal}"
-    summarise(f"{model}: {kept}; run the same command again to go on")
+    summarise(f"{model}: {kept}; run the same command again to continue")

@@ -200,7 +200,7 @@ def take_in(net: pn.Net, file: str, model: Path) -> int:
     Raises
     ------
     DinerosError
-        The net is no system model, the file cannot be read, or an id is used already.
+        The net is not a system model, the file cannot be read, or an id is used already.
     """
     from dineros.analysis.model.subject import base_subject
     from dineros.analysis.properties.property import GroupedNames

@@ -55,7 +55,7 @@ def _capacities(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> _Su
     from dineros.metamodel import sym
 
     if not isinstance(net, sym.SystemModel):
-        raise DinerosError("has no queues: it is no system model", location=Location(model))
+        raise DinerosError("has no queues: it is not a system model", location=Location(model))
     found: list[Capacity] = []
 
     def status() -> int:
@@ -75,7 +75,7 @@ def _callback_groups(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -
     from dineros.metamodel.elements import node_nets
 
     if not isinstance(net, sym.SystemModel):
-        raise DinerosError("has no callbacks: it is no system model", location=Location(model))
+        raise DinerosError("has no callbacks: it is not a system model", location=Location(model))
     if net.middleware != sym.Middleware.ros2 or not any(map(runs_callbacks, node_nets(net))):
         raise DinerosError(
             "no node net runs callbacks under the rules of ros2",

@@ -72,7 +72,7 @@ def gathered(
     bag, tracing : Path or None
         A recording and tracing files, one of them at least.
     within : float
-        Seconds after which a message is no consequence of another one any more.
+        Seconds after which a message is not consequence of another one any more.
     stage : callable
         Is told what is read.
     open_files : ExitStack

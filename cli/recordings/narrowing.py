@@ -93,7 +93,7 @@ def refuse_given(output: Path) -> None:
 
 
 def write(made: Narrowed, output: Path, evidence: Evidence) -> None:
-    """Write a narrowed model, and then beside it what is given of its system now."""
+    """Write a narrowed model, and then next to it what is given of its system now."""
     from dineros.metamodel.files import save
     from dineros.metamodel.files.atomic import write_atomically
     from dineros.observation.importing.given import given_beside

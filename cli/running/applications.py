@@ -106,7 +106,7 @@ def application_of(
             raise DinerosError(
                 "a workspace has its model and its handlers",
                 location=Location(path),
-                hint="generate it anew for a changed model",
+                hint="generate it again for a changed model",
             )
         parts = tuple(_workspace_models(path))
         return Application(path, None, parts, None, (), _expected(parts, stale_after))

@@ -101,7 +101,7 @@ def run_application(application: Application, options: Options, tell: Callable[[
     Raises
     ------
     DinerosError
-        There are no traces to go on from, or the application cannot run.
+        There are no traces to continue from, or the application cannot run.
     """
     if options.is_resumed and options.trace is not None:
         _check_traces(options.trace, [each.node.id for each in application.models])
@@ -163,7 +163,7 @@ def domain_of(given: int | None) -> int:
 
 
 def _check_traces(folder: Path, nodes: list[str]) -> None:
-    """Refuse to go on from nothing; say which nodes begin anew.
+    """Refuse to continue from nothing; say which nodes begin again.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def _check_traces(folder: Path, nodes: list[str]) -> None:
     known = node_traces(folder) if folder.is_dir() else {}
     if not known:
         raise DinerosError(
-            "holds no traces to go on from", location=Location(folder), hint="run it without --resume"
+            "holds no traces to continue from", location=Location(folder), hint="run it without --resume"
         )
     journals = journals_path(folder)
     listed = read_bytes(journals).decode(errors="replace").split("\n") if journals.is_file() else []
@@ -189,14 +189,14 @@ def _check_traces(folder: Path, nodes: list[str]) -> None:
             raise DinerosError(
                 f"the trace of node {node} is missing",
                 location=Location(folder),
-                hint="restore it from a copy, or start all nodes anew in another folder",
+                hint="restore it from a copy, or start all nodes again in another folder",
             )
         warn(f"{folder}: node {node} has no trace, so it begins with its initial marking")
 
 
 @contextmanager
 def _page(folder: Path, application: Application) -> Iterator[Steering]:
-    """Serve the live page, where the run is steered, as long as it goes on."""
+    """Serve the live page, where the run is steered, as long as it continues."""
     from dineros.views.live import Steering, serve_live
 
     folder.mkdir(parents=True, exist_ok=True)

@@ -72,7 +72,7 @@ class Options:
         Seconds after which a handler is named that keeps its node from all else; 0: never, None: as the nodes
         themselves say.
     is_resumed, is_monitored, is_shown : bool
-        Whether it goes on from the traces, is replayed on the model meanwhile, has a page that follows it.
+        Whether it continues from the traces, is replayed on the model meanwhile, has a page that follows it.
     ros : RosOptions or None
         How it runs on ROS; None: in this process.
     is_simulated : bool

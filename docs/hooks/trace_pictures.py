@@ -1,7 +1,7 @@
 """The guide's pictures of traces, drawn by the tool while the guide is built.
 
 The witness in `examples` took a minute to find, so that it is kept; a test replays it.
-The run is recorded anew.
+The run is recorded again.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Models of the programs beside this file.
 
-``python examples/callbacks/models.py`` writes `answer.sym.xmi`, `battery.sym.xmi` and so on beside it.
+``python examples/callbacks/models.py`` writes `answer.sym.xmi`, `battery.sym.xmi` and so on next to it.
 Which model with which settings is which program, `PROGRAMS` says.
 """
 

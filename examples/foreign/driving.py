@@ -11,7 +11,7 @@ from std_srvs.srv import Trigger
 class Planner(Node):
     """Plans a path when asked; asks for that, while it is asked, where the robot is.
 
-    With one thread this waits for ever. Mended, it has a callback group and a thread that take the answer.
+    With one thread this waits forever. Mended, it has a callback group and a thread that take the answer.
     """
 
     def __init__(self, *, mended: bool = False) -> None:
@@ -33,7 +33,7 @@ class Planner(Node):
 
 
 class Commander(Node):
-    """Wants a new path now and then, and goes on meanwhile."""
+    """Wants a new path now and then, and continues meanwhile."""
 
     def __init__(self) -> None:
         super().__init__("commander")

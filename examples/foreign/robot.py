@@ -62,7 +62,7 @@ def main() -> None:
         sleep(0.1)
     for thread in threads:
         thread.join(0.2)
-    os._exit(0)  # a callback may still wait, for ever
+    os._exit(0)  # a callback may still wait, forever
 
 
 if __name__ == "__main__":

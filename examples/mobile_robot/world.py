@@ -77,7 +77,7 @@ class World:
 
 
 def main() -> int:
-    """Let the world go on until it is told to end."""
+    """Let the world continue until it is told to end."""
     import rclpy
     from geometry_msgs.msg import Point
     from rclpy.qos import DurabilityPolicy, QoSProfile

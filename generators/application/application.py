@@ -35,9 +35,9 @@ class Transition:
     types : dict of str to TokenClass
         What the tokens of its places carry.
     result : TokenClass
-        What the data that goes on carries, which a handler sees and changes.
+        What the data that continues carries, which a handler sees and changes.
     demanded : tuple of str
-        Places that a handler has to name when it gives data, as nothing goes on to them.
+        Places that a handler has to name when it gives data, as nothing continues to them.
     is_typed : bool
         Whether it needs types of its own: not all its places have the first token type.
     """

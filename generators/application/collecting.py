@@ -289,7 +289,7 @@ def _about(port: rtm.PlacePort, middleware: sym.Middleware) -> tuple[str, str, s
         case rtm.ActionServerPort():
             words = action_words(port, SERVER_PLACES)
             return "action server", port.action, "action", {"quality": words, "instances": port.instances}
-    raise TypeError(f"{type(port).__name__} is no kind of port")
+    raise TypeError(f"{type(port).__name__} is not a kind of port")
 
 
 def action_words(port: rtm.ActionClientPort | rtm.ActionServerPort, roles: Iterable[str]) -> str:

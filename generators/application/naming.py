@@ -137,7 +137,7 @@ def node_packages(model: sym.SystemModel, node_nets: Iterable[sym.NodeNet]) -> d
             )
         if not _PACKAGE.fullmatch(name) or keyword.iskeyword(name):
             raise NamingError(
-                f"{name!r} is no name for the package of node net {node.id!r}",
+                f"{name!r} is not a name for the package of node net {node.id!r}",
                 element=node.id,
                 hint="set the package of the node net: two or more small letters, digits and _",
             )

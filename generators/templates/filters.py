@@ -62,7 +62,7 @@ class Name(Written):
     def __new__(cls, text: str) -> Name:
         """Make a name."""
         if not _NAME.fullmatch(text):
-            raise ValueError(f"{text!r} is no name")
+            raise ValueError(f"{text!r} is not a name")
         return super().__new__(cls, text)
 
 

@@ -111,7 +111,7 @@ class Templates:
         try:
             return content.decode("utf-8"), str(path), None
         except UnicodeDecodeError as error:
-            raise TemplateError(f"is no UTF-8: {error.reason}", location=Location(path)) from None
+            raise TemplateError(f"is not UTF-8: {error.reason}", location=Location(path)) from None
 
     def _is_overridden(self, name: str) -> bool:
         return self._folder is not None and (self._folder / name).is_file()
@@ -121,7 +121,7 @@ class Templates:
 
     def _require_known(self, folder: Path) -> None:
         if not folder.is_dir():
-            raise TemplateError("is no folder with templates", location=Location(folder))
+            raise TemplateError("is not a folder with templates", location=Location(folder))
         known = names()
         for path in sorted(folder.rglob("*.j2")):
             name = path.relative_to(folder).as_posix()

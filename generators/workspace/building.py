@@ -155,12 +155,12 @@ def manifest_of(workspace: Path) -> Manifest:
     Raises
     ------
     WorkspaceError
-        The folder is no generated workspace.
+        The folder is not a generated workspace.
     """
     manifest = read_manifest(workspace)
     if manifest is None:
         hint = "'dineros generate MODEL -o WORKSPACE' makes one"
-        raise WorkspaceError("is no generated workspace", location=Location(workspace), hint=hint)
+        raise WorkspaceError("is not a generated workspace", location=Location(workspace), hint=hint)
     return manifest
 
 

@@ -77,7 +77,7 @@ def compare(workspace: Path, plan: Plan, known: Manifest | None) -> Comparison:
     ModelFileError
         A file cannot be read, or a symbolic link leads out of the workspace.
     DeveloperFileError
-        A developer's file is no Python.
+        A developer's file is not Python.
     """
     before = known or Manifest()
     changes: list[Change] = []

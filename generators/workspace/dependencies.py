@@ -55,7 +55,7 @@ def read_dependencies(workspace: Path, package: str) -> Dependencies:
     Raises
     ------
     DependenciesError
-        It is no TOML, has another key, or names what cannot be depended on; with its line where it has one.
+        It is not TOML, has another key, or names what cannot be depended on; with its line where it has one.
     ModelFileError
         It cannot be read.
     """
@@ -74,7 +74,7 @@ def read_dependencies(workspace: Path, package: str) -> Dependencies:
             hint = near_matches(key, known) or f"there are {', '.join(known)}"
             raise DependenciesError(f"has an unknown key {key!r:.100}", location=Location(path), hint=hint)
         if not isinstance(names, list):
-            raise DependenciesError(f"{key} is no list", location=Location(path), hint=f'{key} = ["NAME"]')
+            raise DependenciesError(f"{key} is not a list", location=Location(path), hint=f'{key} = ["NAME"]')
         for name in names:
             problem = _problem(key, name, package)
             if problem:
@@ -84,7 +84,7 @@ def read_dependencies(workspace: Path, package: str) -> Dependencies:
 
 def _problem(key: str, name: object, package: str) -> str | None:
     if not isinstance(name, str) or not name.strip() or not name.isprintable():
-        return "which is no name"
+        return "which is not a name"
     if key != "install_requires" and not _KEY.fullmatch(name):
-        return "which is no name of a ROS package or key of rosdep"
+        return "which is not a name of a ROS package or key of rosdep"
     return "the package itself" if name == package else None

@@ -98,7 +98,7 @@ def read_module(path: Path, content: bytes) -> Module:
     Raises
     ------
     DeveloperFileError
-        It is no Python, or in no encoding that is known; with line.
+        It is not Python, or in no encoding that is known; with line.
     """
     try:
         encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
@@ -108,7 +108,7 @@ def read_module(path: Path, content: bytes) -> Module:
         return Module(path, content, text, ast.parse(text), encoding, newline)
     except SyntaxError as error:
         raise DeveloperFileError(
-            f"is no Python: {error.msg}", location=Location(path, error.lineno), hint="mend it first"
+            f"is not Python: {error.msg}", location=Location(path, error.lineno), hint="mend it first"
         ) from error
     except ValueError as error:
         raise DeveloperFileError(f"cannot be read: {error}", location=Location(path)) from error
@@ -193,7 +193,7 @@ def append(module: Module, parts: Sequence[str]) -> bytes:
     Raises
     ------
     DeveloperFileError
-        What would result is no Python, or cannot be written in the module's encoding.
+        What would result is not Python, or cannot be written in the module's encoding.
     """
     text = "" if module.text.endswith("\n") or not module.text else "\n"
     text += "".join(f"\n\n{part}" for part in parts)

@@ -66,7 +66,7 @@ def generate(model: sym.SystemModel, workspace: Path, options: Options) -> Compa
     EditedError
         Generated files were edited; nothing is written.
     DinerosError
-        The model's names collide in ROS, a template has a mistake, or a developer's file is no Python;
+        The model's names collide in ROS, a template has a mistake, or a developer's file is not Python;
         nothing is written.
     """
     known = read_manifest(workspace)
@@ -90,7 +90,7 @@ def check(model: sym.SystemModel, workspace: Path, options: Options) -> Comparis
 
 
 def _write(workspace: Path, comparison: Comparison, known: Manifest | None) -> None:
-    """Write what has changed; the manifest says it first, so that a crash is no edit."""
+    """Write what has changed; the manifest says it first, so that a crash is not an edit."""
     folder = ConfinedFolder(workspace)
     _take_away_leftovers(folder, [comparison.manifest, known or comparison.manifest])
     if comparison.changes:

@@ -82,7 +82,7 @@ def _problem(handler: developers.Handler, instances: dict[str, int], node: str) 
         return None
     found = developers.instance_of(name)
     if found is None or found.transition not in instances:
-        return f"handles {name}, which is no transition of {node} any more"
+        return f"handles {name}, which is not a transition of {node} any more"
     count = instances[found.transition]
     if not 1 <= found.number <= count:
         return f"handles {name}, but the service has {count} instance{'s' if count > 1 else ''}"
@@ -96,7 +96,7 @@ def left_over(path: Path, shown: str, entry: DeveloperEntry, plan: Plan) -> Noti
     if likely is not None:
         move = shlex.join(["git", "mv", "-f", shown, likely])
         hint = f"if {entry.node} is {plan.developer[likely].node} now, move it: {move}"
-    message = f"belongs to {entry.node}, which is no node net any more; it is left as it is"
+    message = f"belongs to {entry.node}, which is not a node net any more; it is left as it is"
     if entry.node in plan.instances:
         message = "is used no longer; it is left as it is"
     return Notice("left-over", shown, message, hint, stays=True)

@@ -146,7 +146,7 @@ def read_manifest(workspace: Path) -> Manifest | None:
     Raises
     ------
     ManifestError
-        The file cannot be read, is no manifest, or one of a later version.
+        The file cannot be read, is not a manifest, or one of a later version.
     """
     try:
         content = ConfinedFolder(workspace).read(PLACE, SIZE_LIMIT)
@@ -170,7 +170,7 @@ def read_manifest(workspace: Path) -> Manifest | None:
     except (JsonTextError, ManifestError) as error:
         if error.location is not None:
             raise
-        said = f"is no manifest: {error.message}"
+        said = f"is not a manifest: {error.message}"
         raise ManifestError(said, location=location, hint=error.hint or hint) from error
 
 

@@ -28,7 +28,7 @@ class ManifestError(DinerosError):
 
 def _text(value: Any, where: str) -> str:
     if not isinstance(value, str):
-        raise ManifestError(f"{where} is no text")
+        raise ManifestError(f"{where} is not text")
     if len(value) > TEXT_LIMIT:
         raise ManifestError(f"{where} has more than {TEXT_LIMIT} characters")
     return value
@@ -39,7 +39,7 @@ def _matching(pattern: str, what: str) -> Check:
 
     def check(value: Any, where: str) -> str:
         if compiled.fullmatch(_text(value, where)) is None:
-            raise ManifestError(f"{where} is no {what}: {value!r:.60}")
+            raise ManifestError(f"{where} is not a {what}: {value!r:.60}")
         return str(value)
 
     return check
@@ -58,7 +58,7 @@ def _optional(check: Check) -> Check:
 def _tuple_of(check: Check) -> Check:
     def check_all(value: Any, where: str) -> tuple[Any, ...]:
         if not isinstance(value, list):
-            raise ManifestError(f"{where} is no list")
+            raise ManifestError(f"{where} is not a list")
         return tuple(check(element, f"{where}[{number}]") for number, element in enumerate(value))
 
     return check_all
@@ -94,7 +94,7 @@ def record_of(checks: Mapping[str, Check], optional: frozenset[str] = frozenset(
 
 def _object(value: Any, where: str) -> dict[str, Any]:
     if not isinstance(value, dict):
-        raise ManifestError(f"{where or 'it'} is no object")
+        raise ManifestError(f"{where or 'it'} is not an object")
     return value
 
 

@@ -60,19 +60,19 @@ class Script:
         Raises
         ------
         ScriptError
-            The file is no script.
+            The file is not a script.
         """
         location = Location(path)
         if (
             not f"test_{path.stem}".isidentifier() or not path.stem.isascii()
         ):  # names the function of the test
-            raise ScriptError("is no name of a script", location=location)
+            raise ScriptError("is not a name of a script", location=location)
         values = decode_json(content, location=location)
         match values:
             case {"about": str() as about, "steps": list() as steps, "marking": dict() as marking}:
                 if all(map(_is_step, steps)) and all(type(count) is int for count in marking.values()):
                     return Script(Name(path.stem), about, tuple(map(tuple, steps)), marking)
-        raise ScriptError("is no script of steps", location=location)
+        raise ScriptError("is not a script of steps", location=location)
 
 
 def _is_step(step: object) -> bool:

@@ -31,7 +31,8 @@ def system_model_of(workspace: Path) -> sym.SystemModel:
     Raises
     ------
     WorkspaceError
-        The folder is no workspace, one that was generated without its model, or the model was edited since.
+        The folder is not a workspace, one that was generated without its model, or the model was edited
+        since.
     ModelFileError
         The file cannot be read.
     """
@@ -44,13 +45,13 @@ def system_model_of(workspace: Path) -> sym.SystemModel:
     content = ConfinedFolder(workspace).read(path) if path is not None else None
     if path is None or content is None:
         raise WorkspaceError(
-            "does not hold its system model", location=Location(workspace), hint="generate it anew"
+            "does not hold its system model", location=Location(workspace), hint="generate it again"
         )
     if not manifest.is_ours(path, content):  # the nodes would run another model than the one shown
         raise WorkspaceError(
             "was edited, and is not what the nodes were generated from",
             location=Location(workspace / path),
-            hint="change the model's own file, remove this one and generate the workspace anew",
+            hint="change the model's own file, remove this one and generate the workspace again",
         )
     model = load(workspace / path)
     if not isinstance(model, sym.SystemModel):

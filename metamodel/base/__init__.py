@@ -163,7 +163,7 @@ def initialise(self: EObject, values: dict[str, Any], unknown: dict[str, Any]) -
     Raises
     ------
     UnknownFeatureError
-        A keyword is no feature of the class.
+        A keyword is not a feature of the class.
     FeatureValueError
         A value does not fit its feature's type.
     """

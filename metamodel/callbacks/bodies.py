@@ -118,7 +118,7 @@ class Body:
         return [each for each in self.transitions if not self._changed(each, onward, 1)]
 
     def continues(self, transition: pn.Transition) -> int:
-        """Return in how many ways the callback goes on after a transition; tokens count."""
+        """Return in how many ways the callback continues after a transition; tokens count."""
         onward = (self._lowered & self._inside) | self.requests
         return sum(max(0, self._changes[transition][place]) for place in onward)
 

@@ -162,7 +162,7 @@ class Equivalent(Expression):
 
 
 def quoted(name: str) -> str:
-    """Return a signal's name as the grammar reads it: in quotes where it is no plain word."""
+    """Return a signal's name as the grammar reads it: in quotes where it is not a plain word."""
     if _PLAIN_NAME.fullmatch(name) and name not in KEYWORDS:
         return name
     escaped = name.replace("\\", "\\\\").replace('"', '\\"')

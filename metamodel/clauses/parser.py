@@ -37,7 +37,7 @@ def parse(text: str) -> Expression:
     """Read a boolean expression over signals.
 
     Operators, the weakest first: ``<->``, ``->``, ``|`` (``||``, ``∨``, ``or``), ``&`` (``&&``,
-    ``∧``, ``and``), ``!`` (``¬``, ``not``). Names that are no plain words stand in double quotes.
+    ``∧``, ``and``), ``!`` (``¬``, ``not``). Names that are not plain words stand in double quotes.
 
     Raises
     ------

@@ -22,7 +22,7 @@ def set_clause(transition: sym.Transition, text: str, name: str | None = None) -
     Raises
     ------
     ClauseError
-        The text is no expression, uses a signal that the node net does not have, or is too large.
+        The text is not an expression, uses a signal that the node net does not have, or is too large.
     """
     disjunctions = _normal_form(transition, text)
     remove_clause(transition)

@@ -243,7 +243,7 @@ def conjuncts_of(condition: Condition) -> Iterator[Condition]:
 
 
 def summands_of(term: Multiset, number: int = 1) -> Iterator[tuple[int, Multiset]]:
-    """Yield multisets that are no sums, and how many times each is in the sum; none of them zero times."""
+    """Yield multisets that are not sums, and how many times each is in the sum; none of them zero times."""
     match term:
         case Times(times, inner):
             yield from summands_of(inner, number * times)

@@ -1,4 +1,4 @@
-"""Changing a model step by step: typed commands, each with its exact inverse, in a journal beside the model.
+"""Changing a model step by step: typed commands, each with its exact inverse, in a journal next to the model.
 
 A `Document` is a model file that is being edited. Commands come from anywhere (`commands`), are refused with
 a reason or done as a whole (`editor`), can be undone to the byte (`changes`), survive a killed process

@@ -156,7 +156,7 @@ def decode_commands(found: object) -> list[Command]:
     Raises
     ------
     CommandError
-        It is no list of commands, or too long; the message names the command and the field.
+        It is not a list of commands, or too long; the message names the command and the field.
     """
     if not isinstance(found, list):
         raise CommandError("a group is a list of commands")
@@ -189,7 +189,7 @@ def decode(found: object, kinds: Mapping[str, type[K]], what: str) -> K:
         Kind, fields or values are not as one of the dataclasses wants them.
     """
     if not isinstance(found, dict):
-        raise CommandError(f"{what} is no object")
+        raise CommandError(f"{what} is not an object")
     name = found.get("kind")
     kind = kinds.get(name) if isinstance(name, str) else None
     if kind is None:

@@ -23,7 +23,7 @@ from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.positions import remember_file
 
 LARGE_JOURNAL = 16 * 1024 * 1024
-"""Bytes of a journal that begins anew when the model is saved; what was done before is not undone then."""
+"""Bytes of a journal that begins again when the model is saved; what was done before is not undone then."""
 
 MOST_SENDERS = 64
 """Whose last number is remembered."""
@@ -91,14 +91,14 @@ class Document:
     def __init__(self, path: Path) -> None:
         if path.suffix.lower() not in SUFFIXES:
             raise ModelFileError(
-                f"{path.suffix!r} is no suffix of a model that can be edited",
+                f"{path.suffix!r} is not a suffix of a model that can be edited",
                 location=Location(path),
                 hint=near_matches(path.suffix, SUFFIXES) or f"dineros convert makes {', '.join(SUFFIXES)}",
             )
         self.path = path
         content = self._read()
         if content is not None:
-            read_content(content, path)  # so that no journal stays beside a file that is no model
+            read_content(content, path)  # so that no journal stays beside a file that is not a model
         self._journal = Journal(journal_of(path))
         try:
             if self._journal.entries:
@@ -135,7 +135,7 @@ class Document:
                 raise JournalError(
                     f"holds what cannot be done again: {error.message}",
                     location=Location(self._journal.path, number),
-                    hint="move it away to go on without what it holds",
+                    hint="move it away to continue without what it holds",
                 ) from error
         if digest(content) != self._known and content is not None:
             # Killed between writing the file and noting it.
@@ -371,7 +371,7 @@ class Document:
         self._saved = self._undo[-1] if self._undo else None
 
     def reload(self) -> None:
-        """Begin anew with what the file holds; what was not saved is gone, and nothing can be undone.
+        """Begin again with what the file holds; what was not saved is gone, and nothing can be undone.
 
         Raises
         ------

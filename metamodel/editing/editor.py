@@ -141,9 +141,9 @@ class Editor(Changing):
         feature = self._feature(owner, command.feature, Kind.CONTAINMENT)
         cls = class_to_make(self.root, command.type)
         if command.called is not None and (command.called[:1] != "$" or command.called in self._made):
-            raise c.CommandError(f"{command.called[:40]!r} is no new name that begins with '$'")
+            raise c.CommandError(f"{command.called[:40]!r} is not a new name that begins with '$'")
         if len(self.handles) >= MOST_OBJECTS:
-            raise c.CommandError("the model is too large", hint="save it and open it anew")
+            raise c.CommandError("the model is too large", hint="save it and open it again")
         element = cls()
         identifier = class_of(element).identifier
         if identifier and command.values.get(identifier) is None:
@@ -182,7 +182,7 @@ class Editor(Changing):
             depth, above = depth + 1, above.eContainer()
         if outer is not None and any(isinstance(each, sym.NodeNet) for each in subtree(element)):
             raise c.CommandError(
-                f"{describe(outer)} cannot hold a node net", hint="put it beside that; node nets do not nest"
+                f"{describe(outer)} cannot hold a node net", hint="put it next to that; node nets do not nest"
             )
         if depth + _height(element) > DEEPEST:
             raise c.CommandError(f"more than {DEEPEST} elements inside each other")

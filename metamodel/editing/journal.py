@@ -97,7 +97,7 @@ class Journal:
         for number, line in enumerate(bytes(content[: self._size]).splitlines(), 1):
             entry = decode_json(line, location=Location(self.path, number))
             if not isinstance(entry, dict):
-                raise self._error("holds a line that is no entry", number)
+                raise self._error("holds a line that is not an entry", number)
             entries.append(entry)
         if entries and entries[0].get("version") != VERSION:
             raise self._error("is of another version", 1)
@@ -189,5 +189,5 @@ class Journal:
             raise self._error(f"cannot be written: {error.strerror}") from error
 
     def _error(self, message: str, line: int | None = None, hint: str | None = None) -> JournalError:
-        hint = hint or "move it away to go on without what it holds"
+        hint = hint or "move it away to continue without what it holds"
         return JournalError(message, location=Location(self.path, line), hint=hint)

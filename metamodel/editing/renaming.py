@@ -44,7 +44,7 @@ def rewritings(root: pn.Net, element: EObject, feature: str, value: str | None) 
     Raises
     ------
     CommandError
-        The new name is one that something else beside it has, so that texts would become ambiguous.
+        The new name is one that something else next to it has, so that texts would become ambiguous.
     """
     if isinstance(element, sym.InputSignal) and feature in ("name", "id"):
         before = label(element)

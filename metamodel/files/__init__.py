@@ -109,7 +109,7 @@ def _format(
 
         return read_xmi, write_xmi
     raise ModelFileError(
-        f"{suffix!r} is no suffix of a model file" if suffix else "the file name has no suffix",
+        f"{suffix!r} is not a suffix of a model file" if suffix else "the file name has no suffix",
         location=Location(path),
         hint=others.get(suffix) or near_matches(suffix, SUFFIXES) or f"known are {', '.join(SUFFIXES)}",
     )

@@ -47,7 +47,7 @@ class ConfinedFolder:
     """A folder whose files are read, written and removed without ever leaving it.
 
     All methods raise `ModelFileError` for a path that would leave it, a symbolic link on the way, something
-    that is no plain file, and for what the system refuses.
+    that is not a plain file, and for what the system refuses.
 
     Parameters
     ----------

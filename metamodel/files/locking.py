@@ -38,7 +38,7 @@ def open_locked(path: Path, flags: int, mode: int = 0o666) -> int | None:
     OSError
         The file cannot be opened.
     ModelFileError
-        It is no plain file.
+        It is not a plain file.
     """
     for _ in range(_TRIES):
         file = open_plain(path, flags, mode, follow_links=False)

@@ -112,7 +112,7 @@ class ModelProgram:
         except Exception as error:
             raise self._error(f"{type(error).__name__}: {error}", error) from error
         if not isinstance(model, pn.Net):
-            raise self._error(f"build returns {model!r}, which is no model")
+            raise self._error(f"build returns {model!r}, which is not a model")
         return model
 
     def _error(
@@ -151,7 +151,7 @@ def load_program(path: Path) -> ModelProgram:
 
 
 def run_file(path: Path, name: str) -> ModuleType:
-    """Run a Python file that a user has written, and named; it may import what stands beside it.
+    """Run a Python file that a user has written, and named; it may import what stands next to it.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def run_file(path: Path, name: str) -> ModuleType:
     module = ModuleType(name)
     module.__file__ = str(path.resolve())
     sys.modules[name] = module  # where dataclasses look for their module
-    # At the end: a `resource.py` beside the file must not take the place of Python's.
+    # At the end: a `resource.py` next to the file must not take the place of Python's.
     before = list(sys.path)
     sys.path.append(str(path.parent))
     try:
@@ -170,7 +170,7 @@ def run_file(path: Path, name: str) -> ModuleType:
     except DinerosError:
         raise
     except SyntaxError as error:
-        raise DinerosError(f"is no Python: {error.msg}", location=Location(path, error.lineno)) from error
+        raise DinerosError(f"is not Python: {error.msg}", location=Location(path, error.lineno)) from error
     except Exception as error:
         text = f"{type(error).__name__}: {error}"
         raise DinerosError(text, location=Location(path, _line(path, error))) from error

@@ -55,7 +55,7 @@ def open_plain(
         It is a directory, a pipe, a device or a link that is not followed, or may not be opened.
     """
     location = Location(path if shown is None else shown)
-    # Without O_NONBLOCK, opening a pipe that nobody writes to waits for ever; plain files are not changed.
+    # Without O_NONBLOCK, opening a pipe that nobody writes to waits forever; plain files are not changed.
     # O_TRUNC stays: it empties plain files only (open(2)), and O_NOFOLLOW holds before it.
     guarded = flags | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY | (0 if follow_links else os.O_NOFOLLOW)
     try:
@@ -122,12 +122,12 @@ def read_text(path: Path | str, limit: int = SIZE_LIMIT, *, follow_links: bool =
     Raises
     ------
     ModelFileError
-        As `read_bytes`, or it is no UTF-8.
+        As `read_bytes`, or it is not UTF-8.
     """
     try:
         return read_bytes(path, limit, follow_links=follow_links).decode("utf-8")
     except UnicodeDecodeError as error:
-        raise ModelFileError(f"is no UTF-8: {error.reason}", location=Location(path)) from None
+        raise ModelFileError(f"is not UTF-8: {error.reason}", location=Location(path)) from None
 
 
 def read_pieces(path: Path | str, start: int = 0, *, size: int = 1 << 18) -> Iterator[bytes]:
@@ -149,7 +149,7 @@ def read_pieces(path: Path | str, start: int = 0, *, size: int = 1 << 18) -> Ite
 
 @contextlib.contextmanager
 def collector_paused() -> Iterator[None]:
-    """Pause the garbage collector: a growing model is no garbage, and looking costs half the time."""
+    """Pause the garbage collector: a growing model is not garbage, and looking costs half the time."""
     running = gc.isenabled()
     gc.disable()
     try:

@@ -31,7 +31,7 @@ def decode_toml(content: bytes, path: Path) -> dict[str, Any]:
     Raises
     ------
     DinerosError
-        It is no TOML, no UTF-8, nested too deep, or has numbers or keys that are too long.
+        It is not TOML, no UTF-8, nested too deep, or has numbers or keys that are too long.
     """
     try:
         text = content.decode()
@@ -51,7 +51,7 @@ def decode_toml(content: bytes, path: Path) -> dict[str, Any]:
         location, said = Location(path), "nested too deep"
     except ValueError:  # Python limits the digits of a number
         location, said = Location(path), "a value cannot be read, such as a number of thousands of digits"
-    raise DinerosError(f"is no TOML: {said}", location=location, hint="see https://toml.io")
+    raise DinerosError(f"is not TOML: {said}", location=location, hint="see https://toml.io")
 
 
 def _line_of_deep_key(text: str) -> int | None:

@@ -34,7 +34,7 @@ class Record:
     Attributes
     ----------
     sequence : int
-        Position in the trace of the node, from 0; goes on over rotated parts and restarts.
+        Position in the trace of the node, from 0; continues over rotated parts and restarts.
     time : float or None
         Seconds since the epoch; only in runs.
     node : str or None
@@ -80,7 +80,7 @@ class Header(Record, event="header"):
     verdict : str or None
         Of a witness: the answer it proves, such as ``violated``.
     loop : int or None
-        Of a witness: sequence of the first record that repeats for ever.
+        Of a witness: sequence of the first record that repeats forever.
     signals, overflow : str or None
         Of a witness: how the model was flattened; None for a plain net.
     marking : dict of str to int

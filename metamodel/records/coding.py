@@ -26,7 +26,7 @@ LINE_LIMIT = 64 << 20
 
 
 class RecordError(DinerosError):
-    """A line of a trace is no record."""
+    """A line of a trace is not a record."""
 
 
 class _WrongTypeError(Exception):
@@ -100,7 +100,8 @@ def decode_record(line: str, location: Location | None = None) -> Record:
     Raises
     ------
     RecordError
-        The line is no JSON object, its event or schema is unknown, or a field is missing or of a wrong type.
+        The line is not a JSON object, its event or schema is unknown, or a field is missing or of a wrong
+        type.
     """
     try:
         values = decode_json(line)
@@ -167,7 +168,7 @@ class RecordDecoder:
         Raises
         ------
         RecordError
-            A line is no record, or longer than `LINE_LIMIT`.
+            A line is not a record, or longer than `LINE_LIMIT`.
         """
         first, *others = chunk.split(b"\n")
         self._begin(first)

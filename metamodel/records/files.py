@@ -78,7 +78,7 @@ def read_records(path: Path) -> Iterator[Record]:
     Raises
     ------
     RecordError
-        A line is no record, or the file cannot be read.
+        A line is not a record, or the file cannot be read.
     """
     decoder = RecordDecoder(path)
     for piece in trace_pieces(path):
@@ -94,7 +94,7 @@ def trace_pieces(path: Path, start: int = 0) -> Iterator[bytes]:
     Raises
     ------
     RecordError
-        It is no plain file, or cannot be read.
+        It is not a plain file, or cannot be read.
     """
     try:
         yield from read_pieces(path, start)
@@ -108,7 +108,7 @@ def read_trace(paths: Path | Iterable[Path]) -> Iterator[Record]:
     Raises
     ------
     RecordError
-        A line is no record, or sequence numbers do not go up by one.
+        A line is not a record, or sequence numbers do not go up by one.
     """
     expected: int | None = None
     for path in [paths] if isinstance(paths, Path) else paths:
@@ -134,7 +134,7 @@ def traces_of_runs(paths: Iterable[Path]) -> dict[str, list[Path]]:
     Raises
     ------
     RecordError
-        A file cannot be read, is no trace of a run, or two files are the same part of one trace.
+        A file cannot be read, is not a trace of a run, or two files are the same part of one trace.
     """
     files: list[Path] = []
     for path in paths:
@@ -151,7 +151,7 @@ def traces_of_runs(paths: Iterable[Path]) -> dict[str, list[Path]]:
             said = (
                 "is a witness, no trace"
                 if isinstance(first, Header) and first.kind == "witness"
-                else "is no trace"
+                else "is not a trace"
             )
             raise RecordError(f"{said} of a node's run", location=first.location)
         other = starts.setdefault(first.node, {}).setdefault(first.sequence, file)

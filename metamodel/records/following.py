@@ -55,7 +55,7 @@ class Follower:
         Raises
         ------
         RecordError
-            A complete line is no record.
+            A complete line is not a record.
         DinerosError
             The folder cannot be read.
         """
@@ -120,7 +120,7 @@ def new_records(path: Path, decoder: RecordDecoder, file: _File | None = None) -
     Raises
     ------
     RecordError
-        A complete line is no record, or the file cannot be read.
+        A complete line is not a record, or the file cannot be read.
     """
     try:
         if file is None:

@@ -1,4 +1,4 @@
-"""The records of how a node runs: its beginning, what it goes on from, failures, its end."""
+"""The records of how a node runs: its beginning, what it continues from, failures, its end."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = [
 
 
 class Start(Record, event="start"):
-    """A node begins, or goes on after a restart.
+    """A node begins, or continues after a restart.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Start(Record, event="start"):
     signals : dict of str to bool
         Values of the signals.
     resumed : bool
-        Whether the node goes on where an earlier run ended.
+        Whether the node continues where an earlier run ended.
     seed : int or None
         Seed of the firing selection.
     """
@@ -47,7 +47,7 @@ class Start(Record, event="start"):
 
 
 class Checkpoint(Start, event="checkpoint"):
-    """All that a node needs to go on from here: the second line of every file, and the first of a restart.
+    """All that a node needs to continue from here: the second line of every file, and the first of a restart.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Checkpoint(Start, event="checkpoint"):
         page share their publishers.
     history : dict of str to list of StoredToken
         Number and data of the last messages of each publishing place, as many as its queue holds: a node that
-        goes on publishes them again, since the queue has died with its process.
+        continues publishes them again, since the queue has died with its process.
     queues : dict of str to int
         How many messages the queue of each publishing place holds.
     kept : dict

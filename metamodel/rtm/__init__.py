@@ -201,7 +201,7 @@ class ClientPort(PlacePort):
     outstanding : int
         Requests that the client has under way at most, -1 for any number.
     timeout : float | None
-        Seconds until the client gives up; absent: it waits for ever.
+        Seconds until the client gives up; absent: it waits forever.
     timedOut : sym.Place | None
         Gets a token when the client gives up; absent: it is ready to ask again.
     """

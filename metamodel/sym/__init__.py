@@ -424,7 +424,7 @@ class Lifecycle(EObject, metaclass=MetaEClass):
     cleansUp : bool
         It may be cleaned up: what its configuring made is gone.
     shutsDown : bool
-        It may be shut down for ever.
+        It may be shut down forever.
     configureFails : bool
         Configuring may fail, which leaves it unconfigured.
     activateFails : bool
@@ -744,7 +744,7 @@ class QualityOfService(EObject, metaclass=MetaEClass):
     deadline : float | None
         Longest time between two messages, in seconds; absent: any.
     lifespan : float | None
-        How long a message is kept, in seconds; absent: for ever.
+        How long a message is kept, in seconds; absent: forever.
     liveliness : Liveliness
         Liveliness.
     leaseDuration : float | None
@@ -947,7 +947,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
         Requests that the client has under way at most, -1 for any number; absent: 1 where the client
         waits for the response, else any number.
     timeout : float | None
-        Seconds until the client gives up; absent: it waits for ever.
+        Seconds until the client gives up; absent: it waits forever.
     timedOut : pn.Place | None
         Gets a token when the client gives up; absent: it is ready to ask again.
     waitsForService : bool
@@ -1865,7 +1865,7 @@ class ActionChannel(Channel):
 
 
 class Fairness(Assumption):
-    """No run neglects these transitions for ever.
+    """No run neglects these transitions forever.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Which data goes on when a transition fires, where its places have several token types.
+"""Which data continues when a transition fires, where its places have several token types.
 
 A place gets the data of the first token of its type that the transition takes, or reads. So nothing is passed
 on to a place whose type the transition does not take: a handler makes that data.
@@ -13,12 +13,12 @@ P = TypeVar("P", bound=Hashable)
 
 
 class Passing(NamedTuple, Generic[P]):
-    """What goes on at a transition.
+    """What continues at a transition.
 
     Attributes
     ----------
     result : place or None
-        A place with the type of the data that goes on, which handlers see and change; None: none is there.
+        A place with the type of the data that continues, which handlers see and change; None: none is there.
     made : tuple of places
         Those that get tokens of a type that the transition neither takes nor reads.
     demanded : tuple of places
@@ -36,7 +36,7 @@ def passing(
     reads: Sequence[P],
     type_of: Callable[[P], object],
 ) -> Passing[P]:
-    """Return what goes on at a transition.
+    """Return what continues at a transition.
 
     The result is of the type of the first token taken, if some place gets tokens of it or none gets any;
     otherwise of the type of the first place that gets tokens. What a loop takes and puts back comes last. A

@@ -112,7 +112,7 @@ class Explainer:
         return self._named(self._ordering.finish())
 
     def silences(self, end: int) -> tuple[Silence, ...]:
-        """Return the topics that fell silent although the model must go on; call it after `finish`.
+        """Return the topics that fell silent although the model must continue; call it after `finish`.
 
         Parameters
         ----------

@@ -23,7 +23,7 @@ NOTHING = 0
 """The empty set."""
 
 MOST_KEPT = 100_000
-"""Sets of a part that are kept; when there are more, all but those in use are made anew when needed."""
+"""Sets of a part that are kept; when there are more, all but those in use are made again when needed."""
 
 MOST_ANSWERS = 500_000
 """Answers about sets of a part that are remembered."""

@@ -1,7 +1,7 @@
-"""Topics that fall silent before a recording ends, although the model must go on.
+"""Topics that fall silent before a recording ends, although the model must continue.
 
-A model that was explained may rest or go on: no message is missing yet, as models know no times here. But
-if a topic was regular, nothing came on it for a long time while others went on, and the model has no way to
+A model that was explained may rest or continue: no message is missing yet, as models know no times here. But
+if a topic was regular, nothing came on it for a long time while others continued, and the model has no way to
 stay silent, then what was recorded has stopped, and the model has not.
 """
 
@@ -47,7 +47,7 @@ class Silence:
     def __str__(self) -> str:
         return (
             f"nothing on {self.topic} for {self.seconds:.3g} s; until then every {self.every:.3g} s; "
-            "the model must go on"
+            "the model must continue"
         )
 
 
@@ -80,7 +80,7 @@ class Rhythm:
 def unexpected(follower: Follower, state: State, silent: Collection[Silence]) -> tuple[Silence, ...]:
     """Return the silences that the model has no way to keep.
 
-    A topic has to go on if, whatever the model's own transitions choose, its next message becomes possible
+    A topic has to continue if, whatever the model's own transitions choose, its next message becomes possible
     at last, and then stays possible until it comes. Everything else is fair: what can happen again and
     again, such as that an executor takes a callback, does happen. Only topics that are not silent
     themselves help.

@@ -67,7 +67,7 @@ class RecordingVerdict:
     others : tuple of str
         Recorded topics that the model does not have: they are left out.
     silences : tuple of Silence
-        Topics that fell silent although the model must go on, if all messages have an explanation.
+        Topics that fell silent although the model must continue, if all messages have an explanation.
     untold : tuple of str
         If the nodes may have run before the recorder: topics and events over which parts of the model
         depend on each other that were taken to begin independently. Then more may conform than the model

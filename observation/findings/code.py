@@ -62,13 +62,13 @@ def _of_callback(callback: CallbackFact, node: NodeFact, folder: str) -> Iterato
             yield finding("code-sleeps", "warning", effect, words)
         elif effect.do in ("wait_for_service", "wait_for_server") and "without time-out" in effect.how:
             what = "service" if effect.do.endswith("service") else "action server"
-            words = f"waits without time-out for the {what} of {effect.what}: for ever, if that is not there"
+            words = f"waits without time-out for the {what} of {effect.what}: forever, if that is not there"
             yield finding("code-waits", "warning", effect, words)
         elif effect.do in ("spin", "spin_once", "spin_until"):
             words = f"spins ({effect.do}{where}) while its executor runs it: {_SPINS}"
             yield finding("code-spins", "error", effect, words)
         elif effect.do == "loop" and effect.how:
-            words = f"may loop for ever ({effect.what}): {effect.how}"
+            words = f"may loop forever ({effect.what}): {effect.how}"
             yield finding("code-never-ends", "warning", effect, words)
         elif effect.do == "input" and not is_asked:
             is_asked = True

@@ -1,4 +1,4 @@
-"""What people say of a system that no graph tells: a small file beside the model, which no import overwrites.
+"""Facts about a system that no graph shows: a file next to the model, which imports read and never overwrite.
 
 It is TOML. Everything in it may be left out; what is there replaces what would be assumed::
 
@@ -47,7 +47,8 @@ class Step:
     Attributes
     ----------
     verb : {"publish", "call", "send", "goal", "cancel"}
-        Publish a message; call a service and wait for the answer; send a request and go on; send a goal; ask
+        Publish a message; call a service and wait for the answer; send a request and continue; send a goal;
+        ask
         to cancel it.
     name : str
         Full name of the topic, service or action.
@@ -156,7 +157,7 @@ def read_given(path: Path) -> Given:
     Raises
     ------
     DinerosError
-        The file cannot be read, is no TOML, or says something that is unknown or of the wrong kind.
+        The file cannot be read, is not TOML, or says something that is unknown or of the wrong kind.
     """
     return _Reading(path).given(decode_toml(read_bytes(path, MOST_BYTES), path))
 
@@ -223,7 +224,7 @@ class _Reading:
         self._known(table, at, ("does", "group", "awaits"))
         group = table.get("group")
         if group is not None:
-            self._one_of(table, "group", at, tuple(groups), "is no callback group of its node")
+            self._one_of(table, "group", at, tuple(groups), "is not a callback group of its node")
         awaits = self._truth(table, "awaits", at) if "awaits" in table else False
         steps = (
             tuple(self._step(text, at) for text in self._texts(table, "does", at))
@@ -237,7 +238,7 @@ class _Reading:
         if match is None:
             raise self._wrong(
                 f"{at}.does",
-                f"{text!r} is no step",
+                f"{text!r} is not a step",
                 "write it like 'publish /map', 'call /pose ?', 'goal /go *'",
             )
         return Step(match[1], match[2], match[3] or "")
@@ -259,13 +260,13 @@ class _Reading:
     def _table(self, table: Mapping[str, Any], key: str, at: str) -> Mapping[str, Any]:
         found = table.get(key, {})
         if not isinstance(found, dict):
-            raise self._wrong(f"{at}.{key}".lstrip("."), "is no table")
+            raise self._wrong(f"{at}.{key}".lstrip("."), "is not a table")
         return found
 
     def _texts(self, table: Mapping[str, Any], key: str, at: str) -> tuple[str, ...]:
         found = table[key]
         if not isinstance(found, list) or not all(isinstance(each, str) for each in found):
-            raise self._wrong(f"{at}.{key}", "is no list of texts")
+            raise self._wrong(f"{at}.{key}", "is not a list of texts")
         return tuple(found)
 
     def _truth(self, table: Mapping[str, Any], key: str, at: str) -> bool:
@@ -277,13 +278,13 @@ class _Reading:
     def _number(self, table: Mapping[str, Any], key: str, at: str, least: int, most: int) -> int:
         found = table[key]
         if not isinstance(found, int) or isinstance(found, bool) or not least <= found <= most:
-            raise self._wrong(f"{at}.{key}", f"is no whole number from {least} to {most:,}")
+            raise self._wrong(f"{at}.{key}", f"is not a whole number from {least} to {most:,}")
         return found
 
     def _seconds(self, table: Mapping[str, Any], key: str, at: str) -> float:
         found = table[key]
         if not isinstance(found, (int, float)) or isinstance(found, bool) or not 0 < found < 1e9:
-            raise self._wrong(f"{at}.{key}", "is no time in seconds above 0")
+            raise self._wrong(f"{at}.{key}", "is not a time in seconds above 0")
         return float(found)
 
     def _one_of(

@@ -375,7 +375,7 @@ class NodeBuilder:
         return None if group is None else self._groups[group]
 
     def _depth(self, endpoint: TopicEndpoint) -> tuple[int, bool]:
-        """Return the depth of a history, and whether it is taken for want of knowledge."""
+        """Return the depth of a history, and whether it is taken for lack of knowledge."""
         said = self._said.depths.get(endpoint.topic)
         known = endpoint.depth if said is None else said
         if known is None:

@@ -57,7 +57,7 @@ class Behaviour:
             at = located(effect.at, self._folder)
             if effect.do == "wait":
                 self._taken.append(
-                    f"{at}: waits for {effect.what} ({effect.how}); in the model it goes on at once"
+                    f"{at}: waits for {effect.what} ({effect.how}); in the model it continues at once"
                 )
             if verb is None:
                 continue

@@ -18,7 +18,7 @@ from dineros.observation.systems import (
 def verbs_of(
     system: ObservedSystem, recorded: Collection[RecordedTopic], given: Given | None = None
 ) -> dict[tuple[str, str], Verb]:
-    """Return ``send`` for the nodes and services of which it is seen that the node goes on.
+    """Return ``send`` for the nodes and services of which it is seen that the node continues.
 
     A callback that waits for an answer keeps its thread. So where a node with one thread takes an answer, no
     callback waits for it. Of several clients nobody knows whose answer it was.

@@ -69,7 +69,7 @@ def narrowed(
     recorded : collection of RecordedTopic
         The recorded topics, and the events of services.
     messages : callable
-        Gives the messages anew: topic, or name of an event, and time in nanoseconds of each, in order of
+        Gives the messages again: topic, or name of an event, and time in nanoseconds of each, in order of
         their times.
     accepted : iterable of Proposal
         What is to hold.
@@ -106,7 +106,7 @@ def with_proposals(
 ) -> Given:
     """Return what is given, and what accepted proposals say of the callbacks of which nothing is given.
 
-    Nodes that are seen to go on while a service works, by `verbs`, do so in all their callbacks.
+    Nodes that are seen to continue while a service works, by `verbs`, do so in all their callbacks.
     """
     by_node: defaultdict[str, list[Proposal]] = defaultdict(list)
     for proposal in accepted:
@@ -166,7 +166,7 @@ class _Node:
                     name += "_"
                 timers[name] = round(proposal.mean, 6)
                 self._add(callbacks, name, (step,))
-        # There are answers of their own only where somebody goes on meanwhile.
+        # There are answers of their own only where somebody continues meanwhile.
         sent = {step.name for each in callbacks.values() for step in each.does or () if step.verb == "send"}
         for name in self._goes_on:
             if name not in sent and name not in {each.name for each in others}:

@@ -21,7 +21,7 @@ from dineros.observation.systems import (
 )
 
 WITHIN = 1.0
-"""Seconds after which a message is no consequence of another one any more."""
+"""Seconds after which a message is not consequence of another one any more."""
 REGULAR = 0.15
 """Largest standard deviation of the times between messages of a timer, as a part of their mean."""
 LEAST_MESSAGES = 5
@@ -35,7 +35,7 @@ Kind = Literal["always", "sometimes", "never", "timer"]
 Verb = Literal["publish", "call", "send"]
 Source = Literal["times", "tracing"]
 Verbs = Mapping[tuple[str, str], Verb]
-"""Whether nodes wait for the answers of services (``call``) or go on (``send``): by node and service."""
+"""Whether nodes wait for the answers of services (``call``) or continue (``send``): by node and service."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Proposal:
     confidence : float
         Between 0 and 1: the expected share, after what was seen, of times at which it will hold.
     verb : {"publish", "call", "send"}
-        What it does: publish, call and wait for the answer, or ask and go on.
+        What it does: publish, call and wait for the answer, or ask and continue.
     trigger : str
         The topic, or the event of a service, that begins the callback; of a timer, nothing.
     source : {"times", "tracing"}
@@ -152,7 +152,7 @@ def proposals(
     verbs : mapping, optional
         Whether nodes wait for answers, where it is not ``call``.
     within : float
-        Seconds after which a message is no consequence of another one any more.
+        Seconds after which a message is not consequence of another one any more.
     """
     asked = verbs or {}
     counted: dict[tuple[str, Verb, str], Publications] = {}

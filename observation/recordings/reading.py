@@ -240,7 +240,7 @@ class Recording:
         files = sorted(file for file in self._path.iterdir() if file.suffix in (*_KINDS, _PACKED))
         if not files:
             raise self.error(
-                "holds no recording", f"a recording of rosbag2 is a {METADATA} and files beside it"
+                "holds no recording", f"a recording of rosbag2 is a {METADATA} and files next to it"
             )
         if not (self._path / METADATA).exists():
             raise self.error(

@@ -103,7 +103,7 @@ class Uncertain:
 
 @dataclass
 class _Frame:
-    """A callback that runs on a thread, with what it published; `unsure`: after the executor went on."""
+    """A callback that runs on a thread, with what it published; `unsure`: after the executor continued."""
 
     address: str
     callback: Callback | None

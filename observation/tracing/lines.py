@@ -85,7 +85,7 @@ def lines(path: Path, said: Said, stalled: float = STALLED) -> Iterator[bytes]:
     for number, line in enumerate(_split(pieces), 1):
         if len(line) > LONGEST_LINE:
             raise TracingError(
-                "is no text of Babeltrace 2: a line is too long", location=Location(path, number)
+                "is not text of Babeltrace 2: a line is too long", location=Location(path, number)
             )
         yield line
 
@@ -152,7 +152,7 @@ def _both(output: IO[bytes], errors: IO[bytes], said: Said, folder: Path, stalle
     with selectors.DefaultSelector() as selector:
         selector.register(output, selectors.EVENT_READ)
         selector.register(errors, selectors.EVENT_READ)
-        # Warnings without end are no progress, and neither is the time that others take with a line.
+        # Warnings without end are not progress, and neither is the time that others take with a line.
         left = stalled
         while selector.get_map():
             asked = time.monotonic()

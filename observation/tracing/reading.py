@@ -52,7 +52,7 @@ _STRING = r'"((?:[^"\\]|\\.)*+)\\?(?:"|\Z)'
 _VALUE = re.compile(
     rf"{_STRING}|\b(\w{{1,60}}) = (?:(0x[0-9A-Fa-f]{{1,16}}|-?\d{{1,20}})(?![\w.])|{_STRING})", re.DOTALL
 )
-"""A field with its value. Strings of others stand first, so that what is in them is no field."""
+"""A field with its value. Strings of others stand first, so that what is in them is not a field."""
 
 
 class TracedEvent(NamedTuple):
@@ -94,7 +94,7 @@ class Tracing:
     foreign : int
         Other events: of the kernel, or of other programs.
     odd : int
-        Lines that are no event, or lack what such an event has.
+        Lines that are not event, or lack what such an event has.
     discarded : int
         Events that the tracer had no room for.
     """
@@ -105,7 +105,7 @@ class Tracing:
         self.read = self.foreign = self.odd = self.discarded = 0
 
     def events(self) -> Iterator[TracedEvent]:
-        """Yield the events that are in `FIELDS`, in order; each call reads the files anew.
+        """Yield the events that are in `FIELDS`, in order; each call reads the files again.
 
         Raises
         ------
@@ -184,7 +184,7 @@ class Tracing:
                 "holds no event of ROS 2", location=location, hint="their names begin with ros2:"
             )
         return TracingError(
-            "is no trace: not the text that babeltrace2 writes",
+            "is not a trace: not the text that babeltrace2 writes",
             location=location,
             hint="`babeltrace2 FOLDER > trace.txt`, with times in seconds and names of fields, as usual",
         )

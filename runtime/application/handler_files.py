@@ -72,7 +72,7 @@ class HandlerFile:
 
 
 def load_handler_file(path: Path) -> HandlerFile:
-    """Load a file with handlers; modules beside it can be imported by it, where their names are not taken.
+    """Load a file with handlers; modules next to it can be imported by it, where their names are not taken.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def load_handler_file(path: Path) -> HandlerFile:
     """
     if path.suffix != ".py":
         raise HandlerFileError(
-            "is no Python file", location=Location(path), hint="name a file such as handlers.py"
+            "is not a Python file", location=Location(path), hint="name a file such as handlers.py"
         )
     try:
         source = read_bytes(path)
@@ -91,7 +91,7 @@ def load_handler_file(path: Path) -> HandlerFile:
     module = ModuleType(f"dineros_handlers_{path.stem}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module
-    # At the end: a `resource.py` beside the handlers must not take the place of Python's for everybody else.
+    # At the end: a `resource.py` next to the handlers must not take the place of Python's for everybody else.
     if str(path.parent) not in sys.path:
         sys.path.append(str(path.parent))
     try:

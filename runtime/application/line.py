@@ -63,7 +63,7 @@ class Line:
         OSError
             The line is closed.
         """
-        data = json.dumps(said).encode() + b"\n"  # in ASCII: halves of surrogate pairs are no UTF-8
+        data = json.dumps(said).encode() + b"\n"  # in ASCII: halves of surrogate pairs are not UTF-8
         if len(data) > LONGEST:
             raise LineError(f"{len(data)} bytes are too much for one line", hint=f"at most {LONGEST}")
         if waits:

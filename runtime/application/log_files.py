@@ -1,4 +1,4 @@
-"""Log files of processes: what a process prints, in a file of limited size and one older file beside it."""
+"""Log files of processes: what a process prints, in a file of limited size and one older file next to it."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class OwnLogs(logging.Filter):
     Parameters
     ----------
     *packages : str
-        Top-level packages that are no libraries although they may be installed, such as that of the node.
+        Top-level packages that are not libraries although they may be installed, such as that of the node.
     """
 
     def __init__(self, *packages: str) -> None:

@@ -65,7 +65,7 @@ class RemoteNode:
             former.hang_up()
 
     def look(self) -> Outlook:
-        """Return how the node was when it was asked last, and ask it anew; at once."""
+        """Return how the node was when it was asked last, and ask it again; at once."""
         with self._lock:
             connection, asked = self._connection, self._look
             if connection is None:

@@ -63,7 +63,7 @@ class LocalApplication:
     recorder : callable, optional
         Returns the recorder of a node, by its id.
     resume : mapping of str to SavedState
-        What nodes go on from, by id.
+        What nodes continue from, by id.
     simulated_time : bool
         Whether `run` is to step the application in simulated time; False: `start` runs it on threads.
     request_timeout : float, optional
@@ -143,7 +143,7 @@ class LocalApplication:
     def _bring_up(self) -> None:
         """Configure and activate the managed nodes in the start order, as their manager; nothing moved yet.
 
-        One that goes on keeps the state that it had.
+        One that continues keeps the state that it had.
         """
         steps = [
             (number, label, net)
@@ -207,7 +207,7 @@ class LocalApplication:
     def _pass_step(self, clock: SimulatedClock) -> None:
         """Let a move take its time, but not pass the moment by which a transition has to fire.
 
-        Moves that take no time may go on for ever. After many of them, time passes all the same.
+        Moves that take no time may continue forever. After many of them, time passes all the same.
         """
         deadlines = [each for net in self.nets.values() if (each := net.deadline) is not None]
         latest = min(deadlines, default=math.inf)

@@ -63,7 +63,7 @@ def _serve(line: Line, find: Callable[[], Steerable | None]) -> None:
                 line.say({"number": number, "outlook": few}, waits=True)
     except OSError:
         pass  # it has gone
-    except Exception as error:  # a node goes on without being steered
+    except Exception as error:  # a node continues without being steered
         LOG.warning("this node is no longer steered from a page: %s", error)
     finally:
         line.close()

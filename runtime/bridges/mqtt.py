@@ -24,7 +24,7 @@ class MqttSignals:
     """Sets the signals of a net from an MQTT broker, for as long as it is open.
 
     A broker that is not there, or goes away, is tried again and again. A retained message sets the signal
-    when the bridge comes. What is no truth value is counted, logged and recorded once a minute for each
+    when the bridge comes. What is not a truth value is counted, logged and recorded once a minute for each
     topic, and changes nothing; nothing that arrives ends the bridge. How it is, tells `Net.inspect`.
 
     Parameters
@@ -186,7 +186,7 @@ class MqttSignals:
 
     def _not_connected(self, client: Any, data: Any) -> None:
         if self._ending.is_set():
-            client.disconnect()  # it would be tried again for ever
+            client.disconnect()  # it would be tried again forever
         else:
             self._failed(f"is not there: {sys.exc_info()[1]}")
 
@@ -229,17 +229,17 @@ def _values(target: str | dict[str, str], payload: bytes) -> dict[str, bool]:
     values = read_signals(payload)
     for name in values:
         if name not in target:
-            raise SignalValueError(f"{name[:40]!r} is no signal that this topic sets")
+            raise SignalValueError(f"{name[:40]!r} is not a signal that this topic sets")
     return {target[name]: value for name, value in values.items()}
 
 
 def _check_filter(topic: str) -> None:
-    """Refuse what is no topic filter (MQTT 5, section 4.7)."""
+    """Refuse what is not a topic filter (MQTT 5, section 4.7)."""
     levels = topic.split("/")
     if not topic or "\0" in topic or len(topic.encode("utf-8", "replace")) > 65_535:
-        raise DinerosError(f"{topic[:40]!r} is no MQTT topic")
+        raise DinerosError(f"{topic[:40]!r} is not an MQTT topic")
     if any(("#" in level or "+" in level) and len(level) > 1 for level in levels) or "#" in levels[:-1]:
         raise DinerosError(
-            f"{topic[:40]!r} is no MQTT topic",
+            f"{topic[:40]!r} is not an MQTT topic",
             hint="+ stands for a whole level, # for all levels at the end: cell/+/door, cell/#",
         )

@@ -169,7 +169,7 @@ class Tls:
             context.load_cert_chain(self.certificate, self.key, password=refuse)
         except (ssl.SSLError, OSError) as error:
             raise SecurityError(
-                f"is no certificate with its key: {error}", location=Location(self.certificate)
+                f"is not a certificate with its key: {error}", location=Location(self.certificate)
             ) from None
 
 

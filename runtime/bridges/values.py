@@ -17,7 +17,7 @@ _WORDS = {"true": True, "on": True, "1": True, "false": False, "off": False, "0"
 
 
 class SignalValueError(DinerosError):
-    """What came for a signal is no truth value."""
+    """What came for a signal is not a truth value."""
 
 
 def read_truth(text: str | bytes) -> bool:
@@ -61,7 +61,7 @@ def read_signals(text: str | bytes) -> dict[str, bool]:
     plain = _plain(text)
     if not plain.lstrip().startswith("{"):
         raise SignalValueError(
-            f"{plain[:40]!r} is no object of signals", hint='send {"NAME": true, "OTHER": false}'
+            f"{plain[:40]!r} is not an object of signals", hint='send {"NAME": true, "OTHER": false}'
         )
     values = {}
     for name, value in _decoded(plain).items():
@@ -96,4 +96,4 @@ def _truth(found: object, shown: str) -> bool:
         value = _WORDS.get(str(found)[:NAME_LIMIT].strip().lower())
         if value is not None:
             return value
-    raise SignalValueError(f"{shown[:40]!r} is no truth value", hint="send true or false")
+    raise SignalValueError(f"{shown[:40]!r} is not a truth value", hint="send true or false")

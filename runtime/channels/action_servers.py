@@ -111,7 +111,7 @@ class ActionServer:
         self._cancels: list[CancelArrived] = []  # those that wait for room
 
     def begin(self) -> None:
-        """Let the slots that work on a goal of an earlier life go on."""
+        """Let the slots that work on a goal of an earlier life continue."""
         known = [
             KnownGoal(Message(goal, data), outcome=outcome) for goal, (outcome, data) in self.results.items()
         ]

@@ -185,7 +185,7 @@ class Exchange:
             self.traffic.lost(port, queue, count, place)
 
     def refuse(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
-        """Count something that came and is no message; the first is recorded."""
+        """Count something that came and is not a message; the first is recorded."""
         match port:
             case SubscriberPort():
                 name = port.topic

@@ -1,7 +1,7 @@
 """What a transport tells a node of the goals of actions, and what a node asks of a transport for them.
 
 A goal has an id, the text of a UUID, which its client chooses by the number of the goal among its own: a
-client that goes on after a crash sends the same goal with the same id, and the server recognises it.
+client that continues after a crash sends the same goal with the same id, and the server recognises it.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ ActionEvent = ServerEvent | ClientEvent
 
 
 class KnownGoal(NamedTuple):
-    """A goal of a server that goes on after a restart.
+    """A goal of a server that continues after a restart.
 
     Attributes
     ----------

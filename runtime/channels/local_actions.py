@@ -77,7 +77,7 @@ class LocalAction:
         self._clients = {id: each for id, each in self._clients.items() if each.receiver is not receiver}
 
     def restore(self, goals: Sequence[KnownGoal]) -> None:
-        """Know what a server goes on with; its clients learn of goals that it has lost."""
+        """Know what a server continues with; its clients learn of goals that it has lost."""
         lost = self._active - {goal.message.id for goal in goals}
         self._active = {goal.message.id for goal in goals if goal.outcome is None}
         self._results |= {g.message.id: (g.outcome, g.message.data) for g in goals if g.outcome is not None}

@@ -66,7 +66,7 @@ class QueueTopic:
         self._dispatchers: dict[str, _Dispatcher] = {}
 
     def add_writer(self, key: str, port: PublisherPort) -> None:
-        """Join a publisher; one that was there before goes on."""
+        """Join a publisher; one that was there before continues."""
         self._queues.setdefault(key, _Queue(port))
 
     def add_reader(self, node: str, receiver: Receiver, port: SubscriberPort) -> None:
@@ -99,7 +99,7 @@ class QueueTopic:
             dispatcher.history.append(message)
 
     def moves(self) -> list[Callable[[], None]]:
-        """Return what can happen now: a message goes on from one queue to the next, or to a node."""
+        """Return what can happen now: a message continues from one queue to the next, or to a node."""
         return [
             *(partial(self._spread, queue) for queue in self._queues.values() if queue.waiting),
             *(each.dispatch for each in self._dispatchers.values() if each.waiting or each.history),
@@ -225,7 +225,7 @@ class HistoryTopic:
         self._readers: list[_Reader] = []
 
     def add_writer(self, key: str, port: PublisherPort) -> None:
-        """Join a publisher; one that was there before goes on."""
+        """Join a publisher; one that was there before continues."""
         if key not in self._writers:
             writer = self._writers[key] = _Writer(port)
             for reader in self._readers:
@@ -254,7 +254,7 @@ class HistoryTopic:
         self._writers[key].write(message, is_again=True)
 
     def moves(self) -> list[Callable[[], None]]:
-        """Return what can happen now: a message goes on from one queue to the next, or to a node."""
+        """Return what can happen now: a message continues from one queue to the next, or to a node."""
         pairs = [pair for writer in self._writers.values() for pair in writer.pairs]
         return [
             *(pair.pass_on for pair in pairs if pair.history),

@@ -147,7 +147,7 @@ class Subscriber:
         if not traffic.plausible(port.channel, port.topic, message.id):
             return
         known = parse_id(message.id)
-        if known is not None and lost:  # a publisher that goes on sends again what came before
+        if known is not None and lost:  # a publisher that continues sends again what came before
             lost = self.seen.lacks(*known, lost)
         if lost > 0:
             self.lost("subscriber", lost)

@@ -194,7 +194,7 @@ def known_port(table: Mapping[str, T], key: str, kind: str) -> T:
     """
     if key not in table:
         raise DinerosError(
-            f"the node cannot go on: the model has no {kind} {key!r}",
-            hint="go on with the model of the first run, or start anew",
+            f"the node cannot continue: the model has no {kind} {key!r}",
+            hint="continue with the model of the first run, or start again",
         )
     return table[key]

@@ -73,7 +73,7 @@ class Receiver(Protocol):
         """Learn of a goal of an action."""
 
     def refused(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
-        """Learn that something came that is no message; it is counted, and the first is recorded."""
+        """Learn that something came that is not a message; it is counted, and the first is recorded."""
 
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
         """Learn that a full queue lost messages outside of `publish` and `message_arrived`."""

@@ -64,7 +64,7 @@ class Chooser:
         return (ready[0] if size == 1 else ready[int(self._random.random() * size)]), None
 
     def pass_time(self, engine: Engine) -> None:
-        """Note which transitions are ready, where nothing is to fire: their time goes on."""
+        """Note which transitions are ready, where nothing is to fire: their time continues."""
         if self._timing:
             self._timing.of(engine, [])
 

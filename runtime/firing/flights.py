@@ -30,7 +30,7 @@ class Flight:
     firing : Firing
         What they see.
     data, given : mapping
-        What goes on so far, and what they gave to single places.
+        What continues so far, and what they gave to single places.
     started : float
         When it began, by the net's clock.
     status : list of bool

@@ -53,7 +53,7 @@ class Firing:
     outputs : mapping of str to int
         How many tokens it puts on each place.
     data : dict
-        A copy of the data that goes on to the outputs: handlers change it in place, the next one sees it.
+        A copy of the data that continues to the outputs: handlers change it in place, the next one sees it.
     memory : Memory
         What the handlers of the node keep, also over restarts: ``firing.memory["picked"] = 3``.
     cancel : CancelRequest
@@ -119,7 +119,7 @@ class Handler:
     priority : int
         Higher runs first; among equals, the one registered first.
     thread : bool
-        Whether it runs on a thread of its own while the rest of the node goes on.
+        Whether it runs on a thread of its own while the rest of the node continues.
     timeout : float, optional
         Seconds it may take.
     parallel : int
@@ -186,7 +186,7 @@ class Handlers:
         """
         self._targets(handler.transition)
         if not callable(handler.function):
-            raise HandlerError(f"the handler {handler.name!r} is no function", element=handler.transition)
+            raise HandlerError(f"the handler {handler.name!r} is not a function", element=handler.transition)
         seconds = [each for each in (handler.timeout, handler.budget) if each is not None]
         if handler.parallel < 1 or any(each <= 0 for each in seconds):
             raise HandlerError(

@@ -1,4 +1,4 @@
-"""What becomes of a firing that failed: the marking is as it was before; these say how the node goes on."""
+"""What becomes of a firing that failed: the marking is as it was before; these say how the node continues."""
 
 from __future__ import annotations
 

@@ -15,11 +15,11 @@ GivenData = dict[int, list[Data]]
 
 
 class WrongReturnError(DinerosError):
-    """A handler returned something that is no data for the output places."""
+    """A handler returned something that is not data for the output places."""
 
 
 def checked_result(engine: Engine, flight: Flight, result: object) -> tuple[Data, GivenData | None]:
-    """Return what goes on after a handler: the data, and that of single places where it says so.
+    """Return what continues after a handler: the data, and that of single places where it says so.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def _given(engine: Engine, transition: int, taken: Tokens, result: Given, data: 
     for name, some in result.places.items():
         if name not in outputs:
             raise WrongReturnError(
-                f"gives tokens to {name!r}", hint=near_matches(str(name), list(outputs)) or "it is no output"
+                f"gives tokens to {name!r}", hint=near_matches(str(name), list(outputs)) or "it is not output"
             )
         place, weight = outputs[name]
         several: Sequence[object] = some if isinstance(some, (list, tuple)) else [some] * weight

@@ -1,7 +1,8 @@
 """Time in a net: firing intervals (Merlin's time Petri nets) and the periods of timer callbacks.
 
 A transition with an interval has a clock, which starts when the transition becomes ready. After another
-firing the clock goes on if the transition stays ready while tokens are taken and after tokens are put: a read
+firing the clock continues if the transition stays ready while tokens are taken and after tokens are put: a
+read
 arc does not disturb it, a loop does. The transition fires when its clock is within the interval; where it has
 reached the latest bound, the transition goes before others. A priority counts while the higher transition
 could fire.
@@ -107,7 +108,7 @@ class Timing:
         self._since.pop(number, None)
 
     def began(self, number: int) -> None:
-        """Note that a transition fires: its time starts anew."""
+        """Note that a transition fires: its time starts again."""
         self._stop(number)
         if number in self._timer_of:
             self._due.discard(self._timer_of[number])

@@ -1,4 +1,4 @@
-"""What a node did, in files: its state can be rebuilt at any point, and a killed node goes on from them."""
+"""What a node did, in files: its state can be rebuilt at any point, and a killed node continues from them."""
 
 from dineros.runtime.journal.rebuilding import rebuild, rebuild_at
 from dineros.runtime.journal.recorder import JournalError, JournalRecorder, resume_journal

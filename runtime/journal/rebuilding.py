@@ -39,7 +39,7 @@ def rebuild_at(folder: Path, node: str, until: int | None = None) -> JournalStat
     JournalStateError
         The folder has no such record.
     RecordError
-        A line is no record.
+        A line is not a record.
     """
     parts = parts_of(folder, node)
     for part in reversed(parts):

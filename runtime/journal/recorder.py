@@ -132,7 +132,7 @@ class JournalRecorder:
             )
 
     def open(self, ports: Ports, checkpoint: Callable[[], SavedState]) -> None:
-        """Begin the file with a header and a checkpoint; a journal that goes on, with a checkpoint.
+        """Begin the file with a header and a checkpoint; a journal that continues, with a checkpoint.
 
         Raises
         ------
@@ -315,7 +315,7 @@ def resume_journal(
     JournalError
         Another process writes the journal, or it cannot be written.
     RecordError
-        A line is no record.
+        A line is not a record.
     """
     path = current_path(folder, node)
     parts = parts_of(folder, node) if folder.is_dir() else []
@@ -355,7 +355,7 @@ def resume_journal(
 
 
 def _what_to_do(path: Path) -> str:
-    return f"restore it from a copy, or start all nodes anew in another folder; {path.parent} stays as it is"
+    return f"restore it from a copy, or start all nodes again in another folder; {path.parent} stays as it is"
 
 
 def _new_journal(folder: Path, node: str, source: str, options: dict[str, Any]) -> JournalRecorder:

@@ -1,4 +1,4 @@
-"""What a run needs to go on where it ended: the state of a node, as a ``checkpoint`` record tells it."""
+"""What a run needs to continue where it ended: the state of a node, as a ``checkpoint`` record tells it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ RecordedToken = list[object]
 
 
 class CallState(TypedDict):
-    """What a node goes on with of its calls; see `SavedState`."""
+    """What a node continues with of its calls; see `SavedState`."""
 
     requests: dict[str, list[PendingRequest]]
     serving: dict[str, str]
@@ -23,7 +23,7 @@ class CallState(TypedDict):
 
 
 class GoalState(TypedDict):
-    """What a node goes on with of goals; see `SavedState`."""
+    """What a node continues with of goals; see `SavedState`."""
 
     goals: dict[str, list[PendingGoal]]
     slots: dict[str, SlotGoal]
@@ -31,7 +31,7 @@ class GoalState(TypedDict):
 
 
 class ChannelState(CallState, GoalState):
-    """What a node goes on with of its channels; see `SavedState`."""
+    """What a node continues with of its channels; see `SavedState`."""
 
     run: str
     numbers: dict[str, int]
@@ -43,7 +43,7 @@ class ChannelState(CallState, GoalState):
 
 
 class SavedState(ChannelState):
-    """All a node needs to go on: the fields of a ``checkpoint`` record, JSON throughout.
+    """All a node needs to continue: the fields of a ``checkpoint`` record, JSON throughout.
 
     Attributes
     ----------

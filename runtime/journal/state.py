@@ -86,7 +86,7 @@ class JournalState:
         return {place: len(tokens) for place, tokens in self.marking.items()}
 
     def checkpoint(self) -> SavedState:
-        """Return what a node needs to go on."""
+        """Return what a node needs to continue."""
         seen, apart = {}, {}
         for port, senders in self._seen.items():
             seen[port], apart[port] = senders.saved()

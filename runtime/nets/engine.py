@@ -212,12 +212,12 @@ class Engine:
         ]
 
     def result_checker(self, transition: int) -> TokenChecker:
-        """Return what checks the data that goes on."""
+        """Return what checks the data that continues."""
         place = self._results[transition]
         return self._free if place is None else self.checkers[place]
 
     def passed_on(self, transition: int, taken: Tokens) -> Data:
-        """Return the data that goes on: that of the first token taken, in arc order.
+        """Return the data that continues: that of the first token taken, in arc order.
 
         Tokens of loops count only where there are no others, those that read arcs see after them. Data is not
         merged: what a token of control happens to carry must not find its way into others. Where the
@@ -242,7 +242,7 @@ class Engine:
         return self.checkers[place].default
 
     def is_result(self, transition: int, place: int) -> bool:
-        """Return whether the data that goes on is of the type of a place."""
+        """Return whether the data that continues is of the type of a place."""
         result, types = self._results[transition], self.structure.types
         return result is not None and types[place] is types[result]
 
@@ -281,7 +281,7 @@ class Engine:
         transition, taken : int, Tokens
             What fires, and what it takes.
         data : mapping
-            The data that goes on.
+            The data that continues.
         given : mapping, optional
             Data of all tokens for some of the output places, checked and complete.
 

@@ -166,7 +166,7 @@ class PortReading:
                     feedbacks=self._copies(port.feedback),
                     may_reject=bool(port.mayReject),
                 )
-        raise TypeError(f"{type(port).__name__} is no kind of port")
+        raise TypeError(f"{type(port).__name__} is not a kind of port")
 
     def _interface(self, place: pn.Node, port: rtm.PlacePort) -> str | None:
         """Return the existing ROS interface of a port: its own, or for a topic what its tokens are."""

@@ -155,7 +155,7 @@ class ClientPort(Port):
     outstanding : int
         Requests that it has under way at most.
     timeout : float or None
-        Seconds after which it gives a request up; None: it waits for ever.
+        Seconds after which it gives a request up; None: it waits forever.
     timed_out : str or None
         The place that gets a token then.
     """

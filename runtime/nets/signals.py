@@ -61,7 +61,7 @@ class Signal:
         Parameters
         ----------
         seconds : float or None
-            None: it may be silent for ever, as at first.
+            None: it may be silent forever, as at first.
         then : {"keep", "stop"} or bool
             What is done: it keeps its value, the net stops (see `Net.proceed`), or it gets this value.
 

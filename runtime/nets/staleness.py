@@ -132,7 +132,7 @@ class Expectations:
         return tuple(self._names[number] for number in sorted(self._stale))
 
     def limit(self, number: int) -> float | None:
-        """Seconds that a signal's source may be silent; None: for ever."""
+        """Seconds that a signal's source may be silent; None: forever."""
         expectation = self._expected.get(number)
         return None if expectation is None else expectation.seconds
 

@@ -65,7 +65,7 @@ class CheckedData(dict[str, Value]):
 class TokenChecker:
     """Checks data that comes from handlers, messages and people, and completes it.
 
-    Stricter than the reading of model files: a text is no number here.
+    Stricter than the reading of model files: a text is not a number here.
     """
 
     def __init__(self, token_type: TokenType) -> None:
@@ -79,7 +79,7 @@ class TokenChecker:
         Raises
         ------
         FeatureValueError
-            `data` is no mapping, names a field that the token type does not have, or a value does not fit.
+            `data` is not a mapping, names a field that the token type does not have, or a value does not fit.
         """
         if type(data) is CheckedData and (
             data.token_type is self.token_type or data.token_type == self.token_type

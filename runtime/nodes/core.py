@@ -203,7 +203,7 @@ class Core:
         Raises
         ------
         DinerosError
-            It is no managed node, or its state does not allow that.
+            It is not a managed node, or its state does not allow that.
         """
         ports = self.structure.ports
         if not ports.is_managed or self.state not in STATES_BEFORE[label]:
@@ -333,7 +333,7 @@ class Core:
                 except FeatureValueError as error:
                     raise DinerosError(
                         f"token {number} on {id!r} does not fit the model: {error}",
-                        hint="start the node anew",
+                        hint="start the node again",
                     ) from error
         if structure.ports.is_managed:
             self.state = checkpoint.get("lifecycle", self.state)

@@ -81,7 +81,7 @@ class Wait:
     element : str
         What waits: a client, a transition, a place, the node.
     kind : {"service", "action", "handler", "room", "proceed"}
-        What for: a response, a goal, a handler that runs, room on a place, being told to go on.
+        What for: a response, a goal, a handler that runs, room on a place, being told to continue.
     on : str
         Which: the name of the service or action, the handler, the place.
     seconds : float

@@ -312,7 +312,7 @@ class Net:
         Raises
         ------
         DinerosError
-            It is no managed node, or its state does not allow that.
+            It is not a managed node, or its state does not allow that.
         """
         self.core.loop.call(lambda: self.core.change_state(label))
 

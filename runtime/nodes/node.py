@@ -32,7 +32,7 @@ class Node(Runner):
     Raises
     ------
     DinerosError
-        The net runs already, or does not fit what it is to go on from.
+        The net runs already, or does not fit what it is to continue from.
     """
 
     def __init__(

@@ -60,7 +60,7 @@ class Runner(Arrivals):
     Raises
     ------
     DinerosError
-        The net runs already, or does not fit what it is to go on from.
+        The net runs already, or does not fit what it is to continue from.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Runner(Arrivals):
     ) -> None:
         self._id = core.structure.ports.node
         if core.exchange is not None:
-            raise DinerosError(f"the net of {self._id} has a node already", hint="load the net anew")
+            raise DinerosError(f"the net of {self._id} has a node already", hint="load the net again")
         self._core = core
         self._transport = transport
         self._recorder = recorder
@@ -267,7 +267,7 @@ class Runner(Arrivals):
             loop.abandon()
 
     def _fail(self, error: BaseException) -> None:
-        # What a DinerosError says is enough: a full disk is no fault of the program.
+        # What a DinerosError says is enough: a full disk is not a fault of the program.
         trace = None if isinstance(error, DinerosError) else error
         LOG.critical("the node %s ends: %s", self._id, error, exc_info=trace)
         self._core.failure = error
@@ -277,7 +277,7 @@ class Runner(Arrivals):
     def settle(self, seconds: float) -> bool:
         """Begin no firing, let those in flight end, take what still arrives; from another thread.
 
-        What is not settled in time is not lost: a node that goes on begins it anew, or gets it again.
+        What is not settled in time is not lost: a node that continues begins it again, or gets it again.
 
         Parameters
         ----------
@@ -409,7 +409,7 @@ class Runner(Arrivals):
         self._post(lambda: self.exchange.actions.take(port, event))
 
     def refused(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
-        """Have it counted that something came that is no message."""
+        """Have it counted that something came that is not a message."""
         self._post(lambda: self.exchange.refuse(port, error))
 
     def signals_changed(self, values: Mapping[str, bool], source: str) -> None:

@@ -2,7 +2,7 @@
 
 ==============  ========================  ========================================================
 ``~/state``     ``std_msgs/msg/String``   its status as JSON, latched
-``~/proceed``   ``std_srvs/srv/Trigger``  a halted node goes on
+``~/proceed``   ``std_srvs/srv/Trigger``  a halted node continues
 ``~/release``   ``std_srvs/srv/Trigger``  tokens that were put aside may be taken again; a halted
                                           node gives up what it has in flight
 ``~/describe``  ``std_srvs/srv/Trigger``  what it is, as JSON: places, transitions, ports, handlers
@@ -104,7 +104,7 @@ class Control:
             return False, f"{INACTIVE}: activate it"
         LOG.info("told to proceed")
         self._net.proceed()
-        return True, f"the node goes on; it was halted: {halted}"
+        return True, f"the node continues; it was halted: {halted}"
 
     def _release(self) -> tuple[bool, str]:
         state = self._net.inspect()

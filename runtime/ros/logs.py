@@ -76,7 +76,7 @@ def ros_logs(node: Any, level: str, arguments: Sequence[str] = (), package: str 
     arguments : sequence of str
         The arguments of ROS; ``--log-level NODE.camera:=debug`` sets the level of the logger ``camera``.
     package : str
-        The package of the handlers, which is no library even where it is installed as one.
+        The package of the handlers, which is not a library even where it is installed as one.
 
     Raises
     ------

@@ -9,7 +9,7 @@ cleanup      closes the channels and the journal
 
 So it is for a node whose model knows no lifecycle. Where the model has one, its net fires while it is
 inactive, too, unless it pauses; what it publishes then is lost, as lifecycle publishers lose it. Each change
-is a step of its journal, and a node that goes on comes back in the state that it had.
+is a step of its journal, and a node that continues comes back in the state that it had.
 """
 
 from __future__ import annotations

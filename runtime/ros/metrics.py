@@ -122,7 +122,7 @@ class MetricsServer:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Listen; where that is impossible, it is logged, and the node goes on without."""
+        """Listen; where that is impossible, it is logged, and the node continues without."""
         from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
         text, names = self._text, {f"{host}:{self._port}" for host in (HOST, "localhost")}

@@ -134,7 +134,7 @@ def _run(
 
 
 def _last_state(model: rtm.RuntimeModel, session: Session) -> str:
-    """Return the state that a managed node had when its process ended; nothing where it begins anew."""
+    """Return the state that a managed node had when its process ended; nothing where it begins again."""
     folder = str(declare(session.node, JOURNAL))
     if not folder or not bool(declare(session.node, RESUME)):
         return ""
@@ -187,7 +187,7 @@ def _make_node(
     *,
     is_again: bool,
 ) -> RosNode:
-    """Make the node as its parameters say; a managed node that is configured again goes on."""
+    """Make the node as its parameters say; a managed node that is configured again continues."""
     seed = int(declare(session.node, SEED))
     folder = str(declare(session.node, JOURNAL))
     resume = bool(declare(session.node, RESUME)) or is_again

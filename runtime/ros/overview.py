@@ -1,6 +1,6 @@
 """A running application as its nodes tell of it on ``/diagnostics``: what `dineros top` shows.
 
-Anybody may publish there, so all of it is data: what is no node of ours is passed over, texts are cut and
+Anybody may publish there, so all of it is data: what is not a node of ours is passed over, texts are cut and
 cannot steer a terminal, and no more than `MOST` nodes are kept.
 """
 
@@ -92,7 +92,7 @@ class NodeView:
         return self.parts.get("state", {}).get("state", "")
 
     def count(self, name: str) -> float:
-        """Return a number of the part ``state``, such as ``firings``; 0 if it is no plausible number."""
+        """Return a number of the part ``state``, such as ``firings``; 0 if it is not a plausible number."""
         return _number(self.parts.get("state", {}).get(name, "0"))
 
     @property

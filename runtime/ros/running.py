@@ -20,7 +20,7 @@ from dineros.runtime.ros.diagnostics import Diagnostics
 from dineros.runtime.ros.process.session import Session
 
 SLICE = 0.002
-"""Seconds that a busy net may go on before ROS callbacks have their turn."""
+"""Seconds that a busy net may continue before ROS callbacks have their turn."""
 
 
 class RosNode:
@@ -118,10 +118,10 @@ class RosNode:
         while turn():
             if time.monotonic() > end:
                 return 0.0
-        return self._loop.steady_timers.seconds_left  # simulated time goes on by a message, which wakes it
+        return self._loop.steady_timers.seconds_left  # simulated time continues by a message, which wakes it
 
     def close(self, reason: str = "stopped") -> None:
-        """Leave the channels and record the end; the session goes on."""
+        """Leave the channels and record the end; the session continues."""
         self._loop.abandon()
         self._loop.wake_by(None)
         try:
@@ -153,7 +153,7 @@ class RosNode:
             self.session.close()
 
     def await_end(self) -> None:
-        """Let what goes on end, then the thread; where a handler keeps it, its firing is released.
+        """Let what continues end, then the thread; where a handler keeps it, its firing is released.
 
         Raises
         ------

@@ -26,7 +26,8 @@ class Loop:
         Returns the time in seconds; it never goes back.
     steady : callable, optional
         Returns the seconds of the machine, where the clock is that of a simulation which others drive, and
-        which may stand still. Whoever has such a clock calls `run_actions` when it goes on; `wait` does not.
+        which may stand still. Whoever has such a clock calls `run_actions` when it continues; `wait` does
+        not.
 
     Attributes
     ----------
@@ -74,7 +75,7 @@ class Loop:
         self._waker = waker
 
     def submit(self, action: Callable[[], None]) -> None:
-        """Have something done now if nothing else goes on, soon otherwise; from any thread."""
+        """Have something done now if nothing else continues, soon otherwise; from any thread."""
         if self._thread is None and self._lock.acquire(blocking=False):
             try:
                 if not self._depth and not self._inbox:

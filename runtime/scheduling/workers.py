@@ -80,7 +80,7 @@ class Workers:
         return lambda: None
 
     def close(self) -> None:
-        """Cancel all coroutines and end the event loop. Threads go on until they return by themselves."""
+        """Cancel all coroutines and end the event loop. Threads continue until they return by themselves."""
         loop, thread = self._loop, self._thread
         if loop is None or thread is None:
             return

@@ -39,7 +39,7 @@ MOST_VALUES = 12
 
 
 FALLS, RETURNS, RAISES, BREAKS, CONTINUES = "falls", "returns", "raises", "breaks", "continues"
-"""How statements may end: the first goes on with the next."""
+"""How statements may end: the first continues with the next."""
 
 
 class TooLong(Exception):  # noqa: N818

@@ -400,7 +400,7 @@ class Statements(Imports):
 
 
 def merge(frame: Frame, after: list[dict[str, Value]], before: dict[str, Value]) -> None:
-    """Give variables the values of all branches that go on."""
+    """Give variables the values of all branches that continue."""
     if not after:
         after = [before]
     names = {name for each in after for name in each}

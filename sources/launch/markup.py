@@ -26,7 +26,7 @@ def actions_of_xml(text: str, path: str) -> list[Value]:
     Raises
     ------
     UnreadableError
-        The text is no XML.
+        The text is not XML.
     """
     try:
         root = parse_bytes(text.encode(), Path(path)).getroot()
@@ -46,7 +46,7 @@ def actions_of_yaml(text: str, path: str) -> list[Value]:
     Raises
     ------
     UnreadableError
-        The text is no YAML.
+        The text is not YAML.
     """
     root = parts_of(text)
     inner = root.value.get("launch") if isinstance(root.value, dict) else None

@@ -14,7 +14,7 @@ def parameters_for(text: str, node: str) -> dict[str, Any]:
     Raises
     ------
     UnreadableError
-        The text is no YAML.
+        The text is not YAML.
 
     Examples
     --------

@@ -14,7 +14,7 @@ DEEPEST = 30
 
 
 class UnreadableError(ValueError):
-    """A text is no YAML that is read; the message says why."""
+    """A text is not YAML that is read; the message says why."""
 
 
 @dataclass(eq=False)
@@ -47,7 +47,7 @@ def parts_of(text: str) -> Part:
     Raises
     ------
     UnreadableError
-        It is no YAML, too large, too deep, or the package that reads it is not installed.
+        It is not YAML, too large, too deep, or the package that reads it is not installed.
     """
     if len(text) > MOST_CHARACTERS:
         raise UnreadableError(f"has more than {MOST_CHARACTERS:,} characters")

@@ -82,7 +82,7 @@ class Executors:
         return self.doer.spin(name, facts, call, node, frame, "rclpy")
 
     def _is_outer(self) -> bool:
-        """Tell whether what spins is no callback."""
+        """Tell whether what spins is not a callback."""
         return self.machine.activity.fact.kind in ("main", "thread", "module")
 
     def _run(self, fact: NodeFact, executor: Made, how: str, made: Made) -> None:

@@ -73,7 +73,7 @@ def read_idioms(path: Path) -> dict[str, Idiom]:
     Raises
     ------
     DinerosError
-        The file cannot be read, is no TOML, or says something that is unknown.
+        The file cannot be read, is not TOML, or says something that is unknown.
     """
     found = {}
     table = decode_toml(read_bytes(path, MOST_BYTES), path)
@@ -82,7 +82,7 @@ def read_idioms(path: Path) -> dict[str, Idiom]:
             raise DinerosError(f"{key}: is unknown", location=Location(path), hint="known is [[idiom]]")
     entries = table.get("idiom", [])
     if not isinstance(entries, list) or not all(isinstance(each, dict) for each in entries):
-        raise DinerosError("idiom: is no list of tables", location=Location(path))
+        raise DinerosError("idiom: is not a list of tables", location=Location(path))
     for entry in entries:
         unknown = set(entry) - _KEYS
         if unknown or not isinstance(entry.get("path"), str):

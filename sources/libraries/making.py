@@ -32,7 +32,7 @@ from dineros.sources.libraries.quality import profile_of
 
 NO_VARIABLE = "(no variable)"
 CONSTRUCTORS = ("constructor", "main", "thread", "module")
-"""Code of a node that is no callback."""
+"""Code of a node that is not a callback."""
 
 
 class Maker:

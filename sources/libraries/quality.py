@@ -128,7 +128,7 @@ def word(kind: str, value: Value) -> Any:
 
 
 def text_of_open(value: Value) -> str:
-    """Return a value that is no policy as something open."""
+    """Return a value that is not a policy as something open."""
     text = text_of(value)
     return text if text.startswith("open") else f"open: {text}"
 

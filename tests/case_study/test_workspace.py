@@ -1,4 +1,4 @@
-"""The workspace of the case study, as its developers keep it beside the model."""
+"""The workspace of the case study, as its developers keep it next to the model."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def make(**options: object) -> tuple[World, list[Change]]:
 
 
 def test_it_tells_all_signals_when_it_begins() -> None:
-    """Nodes that go on may remember those of an earlier cell: that there is danger, say."""
+    """Nodes that continue may remember those of an earlier cell: that there is danger, say."""
     world, changes = make()
     world.start()
     told = {(node, signal): value for node, signal, value in changes}

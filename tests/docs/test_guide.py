@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def hook(name: str) -> ModuleType:
-    """Import a hook of the guide, which is no package."""
+    """Import a hook of the guide, which is not a package."""
     specification = importlib.util.spec_from_file_location(f"hook_{name}", ROOT / "docs/hooks" / f"{name}.py")
     assert specification is not None
     assert specification.loader is not None

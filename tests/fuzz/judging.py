@@ -156,7 +156,7 @@ def _limited_time() -> Iterator[None]:
 
 
 def _forget_peak() -> None:
-    """Let the peak begin anew (proc(5), clear_refs)."""
+    """Let the peak begin again (proc(5), clear_refs)."""
     with suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
 

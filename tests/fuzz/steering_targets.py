@@ -34,7 +34,7 @@ SAID = [
 
 
 def asked_of_a_node(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
-    """Say something to a node as its supervisor would; it goes on, and can be steered again."""
+    """Say something to a node as its supervisor would; it continues, and can be steered again."""
     from dineros.runtime.application.line import Line
     from dineros.runtime.application.steered import steered_over
     from dineros.runtime.nodes.steering import SteeredNet

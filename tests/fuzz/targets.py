@@ -74,7 +74,7 @@ def _chosen(content: bytes, count: int) -> int:
 
 
 def _text(content: bytes) -> str:
-    """Return an argument as processes get it: without NUL, bytes that are no UTF-8 as surrogates."""
+    """Return an argument as processes get it: without NUL, bytes that are not UTF-8 as surrogates."""
     return content.replace(b"\0", b"")[:100_000].decode("utf-8", "surrogateescape")
 
 

@@ -54,7 +54,7 @@ def test_a_change_is_named_before_and_after(run: Run, tmp_path: Path) -> None:
     assert check.exit_code == 1
     assert "ws/src/waiter/waiter/handlers.py: is stale: stub for TPay\n" in check.stdout
     assert re.search(
-        r"ws/src/board/board/handlers.py:\d+: handles TShow, which is no transition of board", check.stdout
+        r"ws/src/board/board/handlers.py:\d+: handles TShow, which is not a transition of board", check.stdout
     )
     assert check.stdout.splitlines()[-1] == "ws: 10 stale files, 1 handwritten part to revise"
     done = run()
@@ -193,7 +193,7 @@ def test_a_bad_template_is_refused(run: Run, name: str, text: str, said: str) ->
 
 
 def test_templates_that_are_not_there_are_refused(run: Run) -> None:
-    assert is_one_line_of_wrong_use(run("--templates", "nowhere"), "nowhere: is no folder with templates")
+    assert is_one_line_of_wrong_use(run("--templates", "nowhere"), "nowhere: is not a folder with templates")
 
 
 def test_an_invalid_model_is_refused(run: Run) -> None:

@@ -189,7 +189,7 @@ def test_the_launch_file_starts_every_node(workspace: Path) -> None:
         assert f'"{node["executable"]} = {node["package"]}.base:main"' in setup
         assert [type(each).__name__ for each in node["parameters"]] == ["PathJoinSubstitution"] * 2 + ["dict"]
         assert [type(each).__name__ for each in node["respawn"].arguments] == [
-            "NotEqualsSubstitution",  # without a journal, a node would begin anew while the others go on
+            "NotEqualsSubstitution",  # without a journal, a node would begin again while the others continue
             "LaunchConfiguration",
         ]
     defaults = {

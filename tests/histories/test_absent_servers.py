@@ -86,7 +86,7 @@ def test_what_is_said() -> None:
     life = sym.Lifecycle(cleansUp=True)
     said = {link.target.id: words(link) for link in flatten(ask(life, ["once", "gives up"]), "none").trace}
     assert said["Ask.client.c0.miss"] == (
-        "client c0 of service /ask waits for ever: its request is lost because node net server is not there"
+        "client c0 of service /ask waits forever: its request is lost because node net server is not there"
     )
     assert said["Ask.client.c1.unanswered[1]"] == (
         "client c1 of service /ask waits until it gives up: "

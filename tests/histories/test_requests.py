@@ -162,7 +162,7 @@ CALLBACKS = [
 
 @pytest.mark.parametrize("case", CALLBACKS)
 def test_callbacks_that_give_up(case: Case) -> None:
-    """A callback that waits no longer goes on, and no group and thread is blocked for ever."""
+    """A callback that waits no longer continues, and no group and thread is blocked forever."""
     model = case_model(case)
     for channel in model.channels:
         assert isinstance(channel, sym.ServiceChannel)

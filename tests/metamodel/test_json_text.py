@@ -1,4 +1,4 @@
-"""JSON from strangers: what is no JSON, or too much of it, is one error."""
+"""JSON from strangers: what is not JSON, or too much of it, is one error."""
 
 import json
 

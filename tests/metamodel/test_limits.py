@@ -23,7 +23,7 @@ def test_later_limits_stand_for_earlier_ones(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("instance=5", "'instance=5' is no limit of a size \\(did you mean 'instances'?"),
+        ("instance=5", "'instance=5' is not a limit of a size \\(did you mean 'instances'?"),
         ("instances", "for example instances=5000"),
         ("instances=-1", "for example instances=5000"),
         ("instances=" + "9" * 5000, "for example instances=5000"),

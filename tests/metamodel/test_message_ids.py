@@ -55,7 +55,7 @@ def test_numbers_are_a_set(steps: list[tuple[int, int]]) -> None:
 
 
 def test_forged_numbers_silence_nobody() -> None:
-    """However many forged ids come, the sender's own go on to count."""
+    """However many forged ids come, the sender's own continue to count."""
     senders = Senders()
     for number in range(1, 11):
         senders.add("a/p", number)

@@ -94,9 +94,9 @@ def test_settings_make_times_where_they_are_absent() -> None:
     [
         ("on_beat.duration.latest=soon", "takes a number"),
         ("on_beat.duration.latest=nan", "takes a number"),
-        ("on_beat.durations.latest=1", "is no feature"),
+        ("on_beat.durations.latest=1", "is not a feature"),
         ("beat.order=fifo", "order"),
-        ("times.latency.most=1", "'most' is no feature"),
+        ("times.latency.most=1", "'most' is not a feature"),
     ],
 )
 def test_settings_that_say_no_time(setting: str, message: str) -> None:
@@ -105,7 +105,7 @@ def test_settings_that_say_no_time(setting: str, message: str) -> None:
 
 
 def test_defaults_of_a_plain_net_are_refused() -> None:
-    with pytest.raises(DinerosError, match="the model is no system model"):
+    with pytest.raises(DinerosError, match="the model is not a system model"):
         apply(pn.Net(id="n"), "times.latency.latest=1")
 
 

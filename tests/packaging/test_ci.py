@@ -72,7 +72,7 @@ def test_a_failure_of_either_is_one(machine: Machine, script: Path, failing: str
     ("failures", "tries", "status"), [(0, 1, 2), (1, 2, 0), (3, 2, 0), (4, 1, 2)], ids=["lint", "1", "3", "4"]
 )
 def test_a_second_try(machine: Machine, script: Path, failures: int, tries: int, status: int) -> None:
-    """What fails with others beside it is tried alone; what fails in earnest fails again, or in numbers."""
+    """What fails with others next to it is tried alone; what fails in earnest fails again, or in numbers."""
     make = (machine.bin / "make").read_text()
     noted = "\n".join(["{", *[f'  "tests/test_{number}.py::test": true,' for number in range(failures)], "}"])
     failed = script.parents[1] / ".pytest_cache/v/cache/lastfailed"

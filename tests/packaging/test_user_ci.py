@@ -31,7 +31,7 @@ MODEL = "models/lamp, ours.sym.xmi"
 
 
 def lamp(*, capacity: int = 1, forgotten: bool = False) -> sym.SystemModel:
-    """Return a lamp that blinks for ever; `forgotten`: it has a part that never happens."""
+    """Return a lamp that blinks forever; `forgotten`: it has a part that never happens."""
     on, off = sym.Place(id="On", tokens=1, capacity=capacity), sym.Place(id="Off")
     dim, light = sym.Transition(id="Dim"), sym.Transition(id="Light")
     lamp = sym.NodeNet(id="lamp", objects=[on, off, dim, light])

@@ -27,7 +27,7 @@ def written(folder: Path, **files: str) -> Path:
 
 
 def facts_of(folder: Path, text: str, **files: str) -> Facts:
-    """Return the facts of a program, after the usual imports, and of other files beside it."""
+    """Return the facts of a program, after the usual imports, and of other files next to it."""
     return read_source(written(folder, program=HEAD + dedent(text), **files))
 
 

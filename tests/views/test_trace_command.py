@@ -57,7 +57,7 @@ def test_without_output_the_steps_are_listed(run: Run, witness: Path) -> None:
     shown = run("trace", witness).stdout.splitlines()
     assert len(shown) == 10
     assert shown[2].split() == ["3", "selector", "SelectRed"]
-    assert shown[7].strip() == "for ever:"
+    assert shown[7].strip() == "forever:"
 
 
 def test_a_folder_of_a_run(run: Run, tmp_path: Path) -> None:
@@ -137,7 +137,7 @@ def test_wrong_use_is_one_line_and_leaves_nothing(run: Run, witness: Path, tmp_p
             (*sorted(save_run(tmp_path / "run").glob("*.jsonl")), other, "-o", output),
             "is of the model 'another'",
         ),
-        ((witness, "-o", tmp_path / "out.txt"), "'.txt' is no format of traces"),
+        ((witness, "-o", tmp_path / "out.txt"), "'.txt' is not a format of traces"),
         ((witness, "-o", tmp_path / "out.csv", "--compare", witness), "--compare goes with"),
         ((witness, "-o", output, "--fold"), "--fold goes with .svg and .png"),
         ((witness, witness, "--follow"), "--follow takes one FILE or folder"),

@@ -1,4 +1,4 @@
-"""Saving a trace beside the net that was made: an XMI file whose links lead into both models' files."""
+"""Saving a trace next to the net that was made: an XMI file whose links lead into both models' files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def trace_path(net: Path) -> Path:
 
 
 def save_trace(trace: Trace, source: Path, target: Path, *, changed: bool = False) -> Path:
-    """Write a trace beside the net and return its file.
+    """Write a trace next to the net and return its file.
 
     Links lead to elements by id, in whatever format the two models are. TINA's format gives arcs no ids, so
     arcs are left out of the trace of a ``.net``.

@@ -207,7 +207,7 @@ class Image(Expression):
         """
         images = match[IMAGES].get(match[self.copy])
         if images is None:
-            raise RuleError(f"{self.copy} is no copy", location=self.location)
+            raise RuleError(f"{self.copy} is not a copy", location=self.location)
         part = self.part.evaluate(match)
         return images.get(part, part)
 
@@ -347,6 +347,6 @@ def require_collection(into: Expression, eclass: type[EObject]) -> Path:
         It is something else.
     """
     if not isinstance(into, Path) or not into.is_collection():
-        raise RuleError(f"{into} is no many-valued containment feature", location=rule_line())
+        raise RuleError(f"{into} is not a many-valued containment feature", location=rule_line())
     require_compatible(into, eclass, "into", rule_line())
     return into

@@ -142,7 +142,7 @@ class Path(Expression):
         self._base = base
         self._feature = feature
         if base.eclass is None:
-            raise RuleError(f"{base} is no model element and has no {feature!r}", location=self.location)
+            raise RuleError(f"{base} is not a model element and has no {feature!r}", location=self.location)
         definition = feature_of(base.eclass, feature, self.location)
         reference = isinstance(definition, EReference)
         self.eclass = python_class(definition._eType) if reference else None
@@ -195,7 +195,7 @@ class Comparison(Expression):
     ------
     RuleError
         The values can never be equal: an element and a number, elements of unrelated classes, or a text
-        that is no literal of an enumeration.
+        that is not a literal of an enumeration.
     """
 
     datatype = TRUTH
@@ -348,7 +348,7 @@ def require_compatible(value: Expression, eclass: type[EObject], what: str, loca
     Raises
     ------
     RuleError
-        The value is no model element, or of an unrelated class.
+        The value is not a model element, or of an unrelated class.
     """
     if value.eclass is None or not compatible(value.eclass, eclass):
         found = value.eclass.__name__ if value.eclass else "a plain value"

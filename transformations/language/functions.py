@@ -74,7 +74,7 @@ class Enclosing(Expression):
         self.base = base
         self.eclass = eclass
         if base.eclass is None or base.many:
-            raise RuleError(f"{base} is no model element", location=self.location)
+            raise RuleError(f"{base} is not a model element", location=self.location)
 
     def evaluate(self, match: Match) -> list[EObject]:
         found: list[EObject] = []
@@ -170,7 +170,7 @@ class Otherwise(Expression):
         self.datatype = value.datatype
         same = comparable(value.datatype, default.datatype)
         if (value.eclass is None) != (default.eclass is None) or not same:
-            raise RuleError(f"{default} is no value that {value} can have", location=self.location)
+            raise RuleError(f"{default} is not a value that {value} can have", location=self.location)
 
     def evaluate(self, match: Match) -> Any:
         value = self.value.evaluate(match)

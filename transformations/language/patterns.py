@@ -78,7 +78,7 @@ class Index(Variable):
     Raises
     ------
     RuleError
-        The value is no number.
+        The value is not a number.
     """
 
     datatype = WHOLE
@@ -87,7 +87,7 @@ class Index(Variable):
         super().__init__()
         self._upto = as_expression(upto)
         if self._upto.eclass is not None or self._upto.many or not fits(self._upto.datatype, WHOLE):
-            raise RuleError(f"{self._upto} is no number to count up to", location=self.location)
+            raise RuleError(f"{self._upto} is not a number to count up to", location=self.location)
 
 
 class Made(Variable):

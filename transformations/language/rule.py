@@ -116,7 +116,7 @@ _LISTS: dict[str, tuple[type, ...]] = {
 
 
 def _require_lists(cls: type[Rule]) -> None:
-    """Refuse sides and conditions that are no lists of what belongs there."""
+    """Refuse sides and conditions that are not lists of what belongs there."""
     for name, kinds in _LISTS.items():
         items = getattr(cls, name)
         if not isinstance(items, (list, tuple)):

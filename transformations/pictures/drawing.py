@@ -66,7 +66,7 @@ def draw_rule(rule: type[Rule], path: Path | str) -> None:
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise DinerosError(
-            f"{suffix!r} is no format of pictures" if suffix else "has no suffix",
+            f"{suffix!r} is not a format of pictures" if suffix else "has no suffix",
             location=Location(path),
             hint=f"known are {', '.join(FORMATS)}",
         )

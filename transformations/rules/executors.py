@@ -328,7 +328,7 @@ class AwaitingExecution(Execution):
 
 
 class E7Call(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """A callback that awaits gives its thread back when it asks, and takes one when it goes on."""
+    """A callback that awaits gives its thread back when it asks, and takes one when it continues."""
 
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.request))
@@ -343,7 +343,7 @@ class E7Call(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E7GiveUp(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """A callback that awaits takes a thread when it gives up, too, and goes on."""
+    """A callback that awaits takes a thread when it gives up, too, and continues."""
 
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.request))

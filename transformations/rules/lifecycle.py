@@ -158,7 +158,7 @@ class L1Cleanup(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L1Shutdown(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It may be shut down, in any state, for ever."""
+    """It may be shut down, in any state, forever."""
 
     node = Node(sym.NodeNet)
     life = Node(sym.Lifecycle, of=node.lifecycle, shutsDown=True)

@@ -31,7 +31,7 @@ PAUSE = 0.15
 """Seconds without a change after which a model is checked that takes long to check."""
 
 MOST_WAITING = 2_000
-"""Messages that a page has not taken yet; one that has more is told to begin anew."""
+"""Messages that a page has not taken yet; one that has more is told to begin again."""
 
 BEHIND = 4408
 """Code that closes the stream to a page that takes nothing any more."""

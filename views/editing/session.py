@@ -167,7 +167,7 @@ class Session:
         if ask == "work":
             return Answer([_done(number, self._work(said))])
         if said.get("epoch", document.epoch) != document.epoch:
-            raise CommandError("the model was read anew meanwhile", hint="look at it, then do it again")
+            raise CommandError("the model was read again meanwhile", hint="look at it, then do it again")
         if ask in ("do", "compose"):
             label = said.get("label", "")
             if not isinstance(label, str):

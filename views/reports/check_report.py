@@ -42,7 +42,7 @@ class FindingEntry:
     steps : sequence of str
         The steps in words.
     loop : int or None
-        Index of the first step that repeats for ever.
+        Index of the first step that repeats forever.
     consequences : sequence of (str, str)
         Message and rule of each fault that is there only because of this one.
     """
@@ -85,7 +85,7 @@ class Round(NamedTuple):
     times : int
         How often they come in a row.
     is_loop : bool
-        Whether they repeat for ever.
+        Whether they repeat forever.
     """
 
     first: int

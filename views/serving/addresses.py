@@ -81,7 +81,7 @@ def recall(path: Path) -> Address | None:
 
 
 def remember(path: Path, address: Address) -> None:
-    """Keep an address, readable by this user only; where that cannot be, pages must be opened anew."""
+    """Keep an address, readable by this user only; where that cannot be, pages must be opened again."""
     file = _file(path)
     with contextlib.suppress(OSError):
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -236,7 +236,7 @@ class TraceBuilder:
                 self.signals[signal] = value
         if known and not change and not marks and not record.resumed:
             return None  # it follows the checkpoint that a journal begins with
-        text = f"{node} goes on" if record.resumed else f"{node} starts"
+        text = f"{node} continues" if record.resumed else f"{node} starts"
         step = Step(record.event, node, text, change, marks, time=record.time, details=_details(record))
         self._apply(step)
         self.steps.append(step)

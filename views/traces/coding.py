@@ -38,7 +38,7 @@ class TraceCoder:
         self._told = dict.fromkeys((*TABLES, "lanes"), 0)
 
     def snapshot(self) -> dict[str, Any]:
-        """Return everything up to now; `changes` goes on from here."""
+        """Return everything up to now; `changes` continues from here."""
         self._encode()
         header, facts = self.builder.header, self.builder.facts
         clauses = {name: _clause(clause) for name, clause in facts.clauses.items()}

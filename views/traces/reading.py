@@ -15,7 +15,7 @@ from dineros.views.traces.merging import merge
 
 
 class NoTraceError(DinerosError):
-    """What was given is no trace, or not traces that go together."""
+    """What was given is not a trace, or not traces that go together."""
 
 
 def header_of(paths: Sequence[Path]) -> Header:
@@ -30,7 +30,7 @@ def header_of(paths: Sequence[Path]) -> Header:
     first = next(iter(read_records(path)), None)
     if not isinstance(first, Header):
         raise NoTraceError(
-            "is no trace: it does not begin with a header",
+            "is not a trace: it does not begin with a header",
             location=Location(path),
             hint="traces are written by 'dineros find -o', 'dineros verify -o' and 'dineros run --trace'",
         )
@@ -85,7 +85,7 @@ def build(
     Raises
     ------
     DinerosError
-        A file is no trace, or the files do not go together.
+        A file is not a trace, or the files do not go together.
     """
     traces: dict[str, Iterable[Record]] = {}
     kinds: list[tuple[Path, Header]] = []

@@ -67,7 +67,7 @@ class Before:
 
 
 class Stages:
-    """The calls under way, and what goes on of those that were given up."""
+    """The calls under way, and what continues of those that were given up."""
 
     def __init__(self) -> None:
         self._calls: defaultdict[tuple[str, str], dict[str, Stage]] = defaultdict(dict)

@@ -1,7 +1,8 @@
 """Silent steps of topics with histories (rules R1 to R4): as late as possible, and lost is what never came.
 
 A publisher waits for nobody, so that its message must go somewhere: where its writer history is full, the
-oldest one goes on to the reader, or is lost. It is lost there if its subscriber is known never to have taken
+oldest one continues to the reader, or is lost. It is lost there if its subscriber is known never to have
+taken
 it; if both histories are full, too, but only when nothing else can be done, since the subscriber may have
 taken a message before. What a subscriber's trace says to be lost, and was not yet, is lost where it can be;
 the message that it takes next says whose it was. Where several publishers fill one history, others of them
@@ -203,7 +204,7 @@ class HistoryFlow:
         if record.queue not in ("subscriber", "restart"):
             return Fault(f"a topic of ROS 2 has no {record.queue} queue")
         if self.topic.node_of.get(place) != record.node:
-            return Fault(f"{place!r} is no subscriber of topic channel {record.channel!r}")
+            return Fault(f"{place!r} is not a subscriber of topic channel {record.channel!r}")
         pairs = [] if following is None else self._pairs_of(following)
         pairs = pairs or self._pairs_to(place)
         rest = max(0, record.count - sum(self._untold[pair] for pair in pairs))

@@ -61,7 +61,7 @@ class Topics:
         return flow is not None and record.place in flow.topic.publishers and flow.is_full(record.place)
 
     def lose(self, record: Record) -> None:
-        """Let messages be lost although no queue was full: for those who go on all the same."""
+        """Let messages be lost although no queue was full: for those who continue all the same."""
         assert isinstance(record, (Publish, Drop))
         if record.channel in self._histories:
             assert isinstance(record, Drop)
@@ -84,7 +84,7 @@ class Topics:
         """Publish a message; `dropped`: a queue lost it; `forced`: a history may lose one for it."""
         enter = self._net.end(Publish, record.channel, record.place)
         if enter is None:
-            return Fault(f"{record.place} is no publisher of topic channel {record.channel!r}")
+            return Fault(f"{record.place} is not a publisher of topic channel {record.channel!r}")
         refusal = self._player.at(record, enter) or self._messages.may_send(record)
         histories = self._histories.get(record.channel)
         if refusal is None and histories is not None:
@@ -112,7 +112,7 @@ class Topics:
         """Let a subscriber take a message."""
         leave = self._net.end(Take, record.channel, record.place)
         if leave is None:
-            return Fault(f"{record.place} is no subscriber of topic channel {record.channel!r}")
+            return Fault(f"{record.place} is not a subscriber of topic channel {record.channel!r}")
         refusal = self._player.at(record, leave) or self._messages.may_take(record)
         if refusal is not None:
             return refusal
@@ -174,7 +174,7 @@ class Topics:
         if record.queue == "subscriber":
             place = record.place or ""
             if flow.topic.node_of.get(place) != record.node:
-                return Fault(f"{place!r} is no subscriber of topic channel {record.channel!r}")
+                return Fault(f"{place!r} is not a subscriber of topic channel {record.channel!r}")
             queue, count = flow.topic.subscribers[place], flow.under_way(place)
             drop = partial(flow.drop_at_subscriber, place)
         else:
@@ -213,7 +213,7 @@ class Topics:
             return None  # the messages were replayed as lost where they were published
         queue = flow.topic.publishers.get(record.place or "")
         if queue is None:
-            return Fault(f"{record.place!r} is no publisher of topic channel {record.channel!r}")
+            return Fault(f"{record.place!r} is not a publisher of topic channel {record.channel!r}")
         if self._marking[queue.load] < queue.limit:
             full = f"{self._marking[queue.load]} of {queue.limit}"
             return Fault(f"the {queue.text} was not full ({full})", record.place)

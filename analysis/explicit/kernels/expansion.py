@@ -103,7 +103,7 @@ def expand(  # type: ignore[no-untyped-def]
     frontier
         By worker, `STRIDE` apart: the next row of the level to be taken, and the end.
     alone
-        As long as a level has no more markings than this, go on with the next one; only for a worker that
+        As long as a level has no more markings than this, continue with the next one; only for a worker that
         nobody works beside.
     """
     store, control, table = markings.store, notes.control, markings.table

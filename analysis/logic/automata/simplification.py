@@ -78,7 +78,7 @@ def _pruned(automaton: Automaton) -> Automaton:
 def _with_marks_in_components(automaton: Automaton) -> Automaton:
     """All marks on edges between components, none in components that do not accept.
 
-    No run takes the former for ever and none is accepted in the latter, so the language stays; edges and
+    No run takes the former forever and none is accepted in the latter, so the language stays; edges and
     states that differed in nothing else become equal.
     """
     rows = [list(edges) for edges in automaton.edges]
@@ -151,7 +151,7 @@ def _merged_by_successors(automaton: Automaton) -> Automaton:
 def _merged_by_simulation(automaton: Automaton) -> Automaton:
     """Join states that simulate each other and drop edges that a better edge simulates."""
     size = len(automaton.edges)
-    # simulates[p]: the states q that can answer every edge of p for ever.
+    # simulates[p]: the states q that can answer every edge of p forever.
     simulates = [set(range(size)) for _ in range(size)]
     changed = True
     while changed:

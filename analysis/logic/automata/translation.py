@@ -2,7 +2,7 @@
 
 Of the alternating automaton only the transition function is kept: states are temporal subformulas, a
 transition is a condition on the letter and a set of formulas that must hold next. States of the result are
-such sets; an *until* may stay in them for ever only if it is fulfilled again and again, which gives one
+such sets; an *until* may stay in them forever only if it is fulfilled again and again, which gives one
 acceptance mark per until.
 
 References

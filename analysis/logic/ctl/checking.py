@@ -1,6 +1,6 @@
 """CTL on nets: a formula is decided with sets of states of one kind.
 
-Runs are infinite; one that reaches a deadlock stays there for ever, so a deadlock is its own successor.
+Runs are infinite; one that reaches a deadlock stays there forever, so a deadlock is its own successor.
 
 References
 ----------

@@ -102,7 +102,7 @@ def initially(formula: Formula, sets: StateSets[States]) -> bool:
         case Not(operand):
             return not initially(operand, sets)
         case And(operands) | Or(operands):
-            # Runs that last for ever take the most work.
+            # Runs that last forever take the most work.
             values = (initially(operand, sets) for operand in sorted(operands, key=_has_globally))
             return all(values) if isinstance(formula, And) else any(values)
     return sets.initially(satisfying(formula, sets)[formula])

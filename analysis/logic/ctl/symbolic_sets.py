@@ -1,7 +1,7 @@
 """CTL's sets of states as decision diagrams, and runs that show why a formula is true.
 
 "Until" is one constrained saturation. "Globally" is what can reach, inside the set, a marking that stays as
-it is or one from which repeatable transitions go on for ever.
+it is or one from which repeatable transitions continue forever.
 
 References
 ----------
@@ -51,7 +51,7 @@ class SymbolicSets:
         self._conditions = {} if atoms is None else atoms.conditions
         self.sets = VectorSets(space.diagram, budget)
         self.everything = space.diagram.root
-        #: By what lasts: markings where it ends, which stay as they are or take repeatable steps for ever.
+        #: By what lasts: markings where it ends, which stay as they are or take repeatable steps forever.
         self._ends: dict[int, int] = {}
 
     def constant(self, value: bool) -> int:

@@ -62,7 +62,7 @@ def inner_edges(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """List the edges between the given states, from position `first` of them on, as far as there is room.
 
-    `number` has the position of each state in `states`, or -1. Returns the position to go on from and the
+    `number` has the position of each state in `states`, or -1. Returns the position to continue from and the
     number of edges written.
     """
     store.counters[MAY_ADD] = 0

@@ -2,7 +2,7 @@
 
 Depth-first search with a stack of roots of components; a closing edge joins the components above its target
 and adds their marks. A component with all marks is an accepting run's loop, and the search stops there. A
-search that pauses, for room or for the clock, goes on where it was. It knows of the net what `expand` tells
+search that pauses, for room or for the clock, continues where it was. It knows of the net what `expand` tells
 of it.
 
 References
@@ -101,7 +101,7 @@ def explore(steps, conditions, edges, store, scratch, search, visits):  # type: 
             state = search.frame_state[frames - 1]
             root = control[ROOTS] - 1
             if search.root_number[root] == number[state]:
-                # The marks of a lone state are no cycle's: an edge to itself would have been closed.
+                # The marks of a lone state are not cycle's: an edge to itself would have been closed.
                 live = control[LIVE]
                 if (
                     search.live[live - 1] != state

@@ -26,7 +26,7 @@ def build(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Expand states in the order they were found, from `first` on; write their successors in CSR form.
 
-    Returns a status and the state to go on from.
+    Returns a status and the state to continue from.
     """
     room = steps.delta.shape[0] * scratch.candidates.size
     store.counters[MAY_ADD] = 1
@@ -108,7 +108,7 @@ def some_until(back_pointer, sources, stay, result, queue):  # type: ignore[no-u
 
 @kernel()
 def some_globally(pointer, targets, back_pointer, sources, result, queue):  # type: ignore[no-untyped-def]
-    """EG: `result` holds a set and becomes its states from which a run stays in it for ever."""
+    """EG: `result` holds a set and becomes its states from which a run stays in it forever."""
     size = result.size
     left = np.zeros(size, dtype=np.int32)
     tail = 0

@@ -78,7 +78,7 @@ class Combined:
 
 @dataclass(frozen=True)
 class Step:
-    """A position of a run: a marking and the transition fired there; None: a deadlock, for ever."""
+    """A position of a run: a marking and the transition fired there; None: a deadlock, forever."""
 
     marking: tuple[int, ...]
     transition: int | None

@@ -46,7 +46,7 @@ class Condition:
     Raises
     ------
     FormulaError
-        The text is no condition on a marking and signals, or names something unknown.
+        The text is not a condition on a marking and signals, or names something unknown.
 
     Examples
     --------

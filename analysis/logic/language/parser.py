@@ -293,7 +293,7 @@ def _syntax_error(text: str, error: UnexpectedInput) -> FormulaError:
             column, what = error.column, f"unexpected {str(error.token)!r}"
     hint = None
     if "COMPARISON" in expected:
-        hint = "a name alone is no formula: write NAME >= 1, enabled(NAME) or signal(NAME)"
+        hint = "a name alone is not a formula: write NAME >= 1, enabled(NAME) or signal(NAME)"
     elif expected == {"NAME", "QUOTED", "BRACED"}:
         hint = 'a name is expected; an odd one stands in quotes, "..."'
     elif "INTEGER" in expected:

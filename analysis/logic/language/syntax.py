@@ -292,13 +292,13 @@ class Until(_Binary):
 
 
 class Release(_Binary):
-    """``a R b``: b holds up to and including the first moment of a; for ever if there is none."""
+    """``a R b``: b holds up to and including the first moment of a; forever if there is none."""
 
     symbol = "R"
 
 
 class WeakUntil(_Binary):
-    """``a W b``: like `Until`, but b need not come if a holds for ever."""
+    """``a W b``: like `Until`, but b need not come if a holds forever."""
 
     symbol = "W"
 

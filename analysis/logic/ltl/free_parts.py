@@ -6,7 +6,7 @@ where it is enabled, and to where it is not. Nothing that is observed, and no mo
 it, and nothing that is strongly fair tests it. Without the part, what tested it is free of the test, and
 there is a transition *idle*, which changes nothing, for each condition that movers need.
 
-*Proof.* A run of the net becomes one of the smaller net by leaving movers out, or by *idle* for ever where it
+*Proof.* A run of the net becomes one of the smaller net by leaving movers out, or by *idle* forever where it
 ends with them. A run of the smaller net becomes one of the net by firing movers before what tests the part.
 Both have the same observed steps in the same order, up to steps that are not observed; formulas that such
 steps may change are refused. What is weakly fair and tests no free part is enabled at the same times. What
@@ -307,7 +307,7 @@ def _is_free(
     for needs in part.outside.values():
         if any(place in free for place in (*needs.inputs, *needs.inhibitors)):
             return False
-        # Whatever the part's tokens are, some mover must be able to go on.
+        # Whatever the part's tokens are, some mover must be able to continue.
         if any(
             all(not needs.implies(part.outside[mover]) for mover in movers) for movers in part.graph.values()
         ):

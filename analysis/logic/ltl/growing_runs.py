@@ -3,7 +3,7 @@
 Such a net is asked through three smaller ones. Where places that nothing takes from are all that grows, they
 stop where the formula cannot tell more apart, and the answer is exact. Where places with no bound lose what
 is too much, a counterexample has a loop that takes nothing in the net itself, as has a loop that is met at
-once when the net itself is searched: it can be repeated for ever, and after some rounds every atom is what it
+once when the net itself is searched: it can be repeated forever, and after some rounds every atom is what it
 stays, which is computed, so that the formula is evaluated on the run by its definition. Where places without
 a bound are left out, more runs are possible: what holds of all of them holds.
 

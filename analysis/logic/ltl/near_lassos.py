@@ -1,4 +1,4 @@
-"""Runs that repeat a loop for ever, met breadth first: a marking covers one on the way to it."""
+"""Runs that repeat a loop forever, met breadth first: a marking covers one on the way to it."""
 
 from __future__ import annotations
 

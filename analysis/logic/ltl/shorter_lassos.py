@@ -53,7 +53,7 @@ def _explore(product: Product, limit: int) -> int:
     labels = np.empty(product.room, dtype=np.int32)
     state, status = 0, PAUSED
     while status != COMPLETE and state < limit:
-        # Only the states count here, not their arcs: each call starts writing anew.
+        # Only the states count here, not their arcs: each call starts writing again.
         pointer[state] = 0
         status, state = build(
             *product.parts,

@@ -1,7 +1,7 @@
 """LTL on nets: every run from the initial marking satisfies a formula, or here is one that does not.
 
 The negation becomes an automaton, and its product with the net is searched on the fly for an accepting run.
-Runs are infinite; one that ends in a deadlock stays there for ever, firing nothing.
+Runs are infinite; one that ends in a deadlock stays there forever, firing nothing.
 
 References
 ----------
@@ -57,7 +57,7 @@ def verify_ltl(
         What names stand for; by default places and transitions of the net.
     weak, strong : iterable of str
         Names of fair transitions, each transition of a name on its own. A run is weakly fair to a transition
-        that is not enabled for ever from some time on without being fired again, and strongly fair to one
+        that is not enabled forever from some time on without being fired again, and strongly fair to one
         that is not enabled again and again without being fired again and again.
     budget : Budget, optional
         Limits; by default there are none.

@@ -1,7 +1,7 @@
-"""Where a run violates a formula whatever follows: the end of a witness that need not go on for ever.
+"""Where a run violates a formula whatever follows: the end of a witness that need not continue forever.
 
 A formula is rewritten step by step into what the rest of the run has to satisfy. Where nothing does, the
-beginning alone is a counterexample, and every fair run that goes on from it is one.
+beginning alone is a counterexample, and every fair run that continues from it is one.
 
 References
 ----------

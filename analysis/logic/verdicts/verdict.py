@@ -91,7 +91,7 @@ def settled(
     Raises
     ------
     ReplayError
-        The run cannot be fired, or its loop cannot be repeated for ever.
+        The run cannot be fired, or its loop cannot be repeated forever.
     """
     if not loop:
         return replayed(net, stem, loop)

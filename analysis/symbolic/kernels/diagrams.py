@@ -114,7 +114,7 @@ def combine(  # type: ignore[no-untyped-def]
     ``pending[k]`` holds the pair of level k under way, the local state reached and the lowest one; the
     recursion is unrolled because Numba loads self-recursive functions from its cache broken.
 
-    All nodes made belong to the result. So that another try goes on from them, they must survive garbage
+    All nodes made belong to the result. So that another try continues from them, they must survive garbage
     collection when the store is full: they hang on the buffer, from which all else is removed then.
     """
     if a == b:

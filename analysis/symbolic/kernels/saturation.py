@@ -1,4 +1,4 @@
-"""Saturation: fixed points of events on decision diagrams, as a machine that can stop and go on.
+"""Saturation: fixed points of events on decision diagrams, as a machine that can stop and continue.
 
 The recursion of the algorithm goes one level down at a time, and at any moment each level has at most one
 unfinished node. So the recursion's stack is an array indexed by level, and the kernel can return to Python
@@ -133,7 +133,7 @@ def saturate(  # type: ignore[no-untyped-def]
                     event += 1
                     if event == last_event:
                         event = first_event
-                    # What is stored must be fit to go on from, also when the store is found full below.
+                    # What is stored must be fit to continue from, also when the store is found full below.
                     pair, last_pair = pair_start[event], pair_start[event + 1]
                     below = relation_next[event_relation[event]]
                     idle += 1

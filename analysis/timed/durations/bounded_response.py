@@ -7,7 +7,7 @@ window. If ``b`` is to hold, it looks for a moment without it in the window. A g
 runs of the net stay what they are; a run that shows a violation has its times. So linear classes decide it.
 
 A condition with ``fired(T)`` is asked at each firing, another one at each marking, from the moment at which
-it is reached to the moment at which it is left. Runs in which time does not go on are left out.
+it is reached to the moment at which it is left. Runs in which time does not continue are left out.
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""A net with an observer beside it: further transitions that measure time and change nothing.
+"""A net with an observer next to it: further transitions that measure time and change nothing.
 
 All transitions of the net read one more place, the gate, that an observer may empty: then the net stops. Only
 the observer takes from it, so no clock of the net is disturbed. The numbers of places and transitions of the
@@ -6,7 +6,7 @@ net stay.
 
 A transition is *noticed* by a copy of itself with the same interval, which also puts a token for the
 observer. A transition and its copy take and put back one token of a place of their own, so that the firing of
-one starts the clock of the other anew, as it does its own.
+one starts the clock of the other again, as it does its own.
 """
 
 from __future__ import annotations

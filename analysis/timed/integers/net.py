@@ -36,7 +36,7 @@ class IntegerNet:
     Attributes
     ----------
     net : CompiledNet
-        The places of the timed net under their own names, counters and what goes on.
+        The places of the timed net under their own names, counters and what continues.
     now : str
         Marked between two rounds; then the other places hold a marking of the timed net.
     end : str

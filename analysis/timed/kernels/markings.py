@@ -1,7 +1,7 @@
 """Kernels for the markings of state classes, and what firing a transition does to them.
 
 All that does not depend on clocks is found once for each marking: the enabled transitions, and for each of
-them the next marking and the clocks that go on.
+them the next marking and the clocks that continue.
 """
 
 from __future__ import annotations
@@ -115,8 +115,8 @@ def number_of(net, known, tokens):  # type: ignore[no-untyped-def]
 def fire_once(net, known, row, at, tokens):  # type: ignore[no-untyped-def]
     """Fire the enabled transition at a position for the first time in a marking.
 
-    Notes the next marking, and by clock of that the number of the clock that goes on: from 1, or 0 if it
-    starts anew. A clock goes on if its transition is enabled in both markings and while the tokens are
+    Notes the next marking, and by clock of that the number of the clock that continues: from 1, or 0 if it
+    starts again. A clock continues if its transition is enabled in both markings and while the tokens are
     taken, and is not the one that fires.
     """
     fired = known.enabled[at]

@@ -57,7 +57,7 @@ def tighten(matrix, clocks, i, j, limit):  # type: ignore[no-untyped-def]
 def lead_into(net, known, row, at, class_after, result):  # type: ignore[no-untyped-def]
     """Write the clocks from which a transition leads into a class after some time; whether there are any.
 
-    `at` is the position of the transition among those enabled in the marking `row`. Clocks that start anew
+    `at` is the position of the transition among those enabled in the marking `row`. Clocks that start again
     are 0; all clocks stay within their latest bounds until the transition fires, and below the earliest
     bounds of those with priority over it.
     """
@@ -74,7 +74,7 @@ def lead_into(net, known, row, at, class_after, result):  # type: ignore[no-unty
         result[0, i] = net.lower[transition] if transition == fired else ZERO
         if net.above.size and is_above(net, transition, fired):
             result[i, 0] = min(result[i, 0], 1 - net.lower[transition])
-    # A clock that starts anew stands in the row and column of 0, as 0 itself does.
+    # A clock that starts again stands in the row and column of 0, as 0 itself does.
     for a in range(count + 1):
         i = known.kept[kept + a - 1] if a else 0
         for b in range(count + 1):

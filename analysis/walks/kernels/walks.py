@@ -151,7 +151,7 @@ def scout(net, initial, priority, counts, wanted, sequence, first, seed):  # typ
 
     Where transitions are to be fired so often (`counts`), these come first, again and again. Firings that
     lead from a marking to one with as many tokens everywhere, and more at a wanted place, end the walk: they
-    are its loop. Markings are compared with one that is taken anew after twice as many firings each time.
+    are its loop. Markings are compared with one that is taken again after twice as many firings each time.
     """
     np.random.seed(seed)
     state, count = begin(net, initial, first)

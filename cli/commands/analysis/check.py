@@ -230,11 +230,11 @@ def _refuse_beside(options: Sequence[str], format: str, others: Sequence[str]) -
         raise click.UsageError(f"{options[0]} does not go with {options[1]}")
     what = "capacities" if options[0] == "--suggest-capacities" else "changes"
     if format not in ("text", "json"):
-        raise click.UsageError(f"{what} are no findings: there is no --format {format} of them")
+        raise click.UsageError(f"{what} are not findings: there is no --format {format} of them")
     if "--scheduler" in others:
         raise click.UsageError(f"--scheduler does not go with {options[0]}")
     if others:
-        raise click.UsageError(f"{what} are no findings: {others[0]} does not go with {options[0]}")
+        raise click.UsageError(f"{what} are not findings: {others[0]} does not go with {options[0]}")
 
 
 def _refuse_with_time(options: Mapping[str, object]) -> None:

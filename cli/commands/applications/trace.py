@@ -130,7 +130,7 @@ def _list(builder: TraceBuilder) -> None:
     start = next((step.time for step in builder.steps if step.time is not None), None)
     for number, step in enumerate(builder.steps):
         if number == builder.loop:
-            say("  for ever:")
+            say("  forever:")
         when = f"{step.time - start:10.3f} s" if start is not None and step.time is not None else ""
         say(f"  {number + 1:4} {when}  {step.node or '':{width}}  {step.text}")
 

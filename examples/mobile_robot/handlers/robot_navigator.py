@@ -40,7 +40,7 @@ def wheels(net: Net) -> Callable[[float, float, bool], None]:
 
 
 def choose(candidates: Candidates) -> Enabled | None:
-    """Brake before all else; go on or stop by what is ahead."""
+    """Brake before all else; continue or stop by what is ahead."""
     for name in FIRST:
         urgent = candidates.named(name)
         if urgent is not None:

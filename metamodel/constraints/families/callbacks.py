@@ -223,7 +223,7 @@ def _awaiting(index: Index) -> set[sym.CallbackPage | None]:
 
 
 @constraint(
-    "{it} awaits one response at a time, but goes on in several ways after {found}",
+    "{it} awaits one response at a time, but continues in several ways after {found}",
     fix="put one call after the other, or let it not await",
     guard=lambda page, index: bool(page.awaits) and _runs(page, index) and page in _awaiting(index),
 )

@@ -103,7 +103,7 @@ def node_net_name_unique(node_net: sym.NodeNet, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} is called {found}, which is no name for a ROS node",
+    "{it} is called {found}, which is not a name for a ROS node",
     fix="use letters, digits and _, not starting with a digit",
     severity="warning",
     guard=lambda node_net, index: bool(label(node_net)),
@@ -114,7 +114,7 @@ def node_name_valid(node_net: sym.NodeNet, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} has the package {element.package!r}, which is no name for a ROS package",
+    "{it} has the package {element.package!r}, which is not a name for a ROS package",
     fix="use two or more small letters, digits and _, starting with a letter, as REP 144 asks",
     guard=lambda node_net, index: node_net.package is not None,
 )
@@ -124,7 +124,7 @@ def package_name_valid(node_net: sym.NodeNet, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} has the namespace {element.namespace!r}, which is no ROS namespace",
+    "{it} has the namespace {element.namespace!r}, which is not a ROS namespace",
     fix="write it like /left/arm",
     guard=lambda node_net, index: node_net.namespace is not None,
 )
@@ -133,25 +133,25 @@ def namespace_valid(node_net: sym.NodeNet, index: Index) -> Outcome:
     return bool(node_net.namespace and _NAMESPACE.fullmatch(node_net.namespace))
 
 
-@constraint("{it} has the topic {element.topic!r}, which is no ROS topic name", fix=_RULES)
+@constraint("{it} has the topic {element.topic!r}, which is not a ROS topic name", fix=_RULES)
 def topic_name_valid(channel: sym.TopicChannel, index: Index) -> Outcome:
     """A topic has a valid ROS name."""
     return bool(_TOPIC.fullmatch(channel.topic))
 
 
-@constraint("{it} has the service {element.service!r}, which is no ROS service name", fix=_RULES)
+@constraint("{it} has the service {element.service!r}, which is not a ROS service name", fix=_RULES)
 def service_name_valid(channel: sym.ServiceChannel, index: Index) -> Outcome:
     """A service has a valid ROS name."""
     return bool(_TOPIC.fullmatch(channel.service))
 
 
-@constraint("{it} has the action {element.action!r}, which is no ROS action name", fix=_RULES)
+@constraint("{it} has the action {element.action!r}, which is not a ROS action name", fix=_RULES)
 def action_name_valid(channel: sym.ActionChannel, index: Index) -> Outcome:
     """An action has a valid ROS name."""
     return bool(_TOPIC.fullmatch(channel.action))
 
 
-@constraint("{it} is for {found}, which is no ROS name", fix=_RULES)
+@constraint("{it} is for {found}, which is not a ROS name", fix=_RULES)
 def port_name_valid(port: rtm.PlacePort, index: Index) -> Outcome:
     """A port of a run-time model is for a topic, service or action with a valid ROS name."""
     name = port.topic if isinstance(port, (rtm.PublisherPort, rtm.SubscriberPort)) else None
@@ -208,7 +208,7 @@ def channel_type_valid(channel: sym.Channel, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} is called {found}, which is no name for a ROS interface",
+    "{it} is called {found}, which is not a name for a ROS interface",
     fix="start with a capital letter and use letters and digits",
     severity="warning",
     guard=lambda token_type, index: bool(label(token_type)) and not token_type.ros,

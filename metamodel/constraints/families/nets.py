@@ -108,7 +108,7 @@ def reference_to_other_page(node: pn.Node, index: Index) -> Outcome:
 
 @constraint(
     "{it} runs from {element.earliest} to {element.latest}",
-    fix="use finite bounds of 0 or more, or no latest time for a transition that may wait for ever",
+    fix="use finite bounds of 0 or more, or no latest time for a transition that may wait forever",
 )
 def interval_finite(interval: pn.TimeInterval, index: Index) -> Outcome:
     """The bounds of a time interval are finite and not negative."""

@@ -18,7 +18,7 @@ def _is_outside(node: pn.Node, index: Index) -> bool:
     return index.is_distributed and index.node_net_of(node) is None
 
 
-@constraint("{it} stands in {found}", fix="put it beside that; node nets do not nest")
+@constraint("{it} stands in {found}", fix="put it next to that; node nets do not nest")
 def node_net_not_nested(node_net: sym.NodeNet, index: Index) -> Outcome:
     """A node net stands in no other node net."""
     outer = index.node_net_of(node_net.page) if node_net.page is not None else None
@@ -97,7 +97,7 @@ def callback_page_in_node_net(page: sym.CallbackPage, index: Index) -> Outcome:
     return index.node_net_of(page) is not None
 
 
-@constraint("{it} stands in {found}", fix="put it beside that", severity="warning")
+@constraint("{it} stands in {found}", fix="put it next to that", severity="warning")
 def callback_page_not_nested(page: sym.CallbackPage, index: Index) -> Outcome:
     """A callback page stands in no other callback page."""
     outer = index.callback_page_of(page.page) if page.page is not None else None
@@ -124,7 +124,7 @@ def timer_positive(page: sym.CallbackPage, index: Index) -> Outcome:
 
 @constraint(
     "{it} is called by a timer but stands on the server page {found}: there is one timer for all instances",
-    fix="put it beside the server page",
+    fix="put it next to the server page",
     guard=lambda page, index: page.kind == sym.CallbackKind.timer,
 )
 def timer_outside_server_page(page: sym.CallbackPage, index: Index) -> Outcome:

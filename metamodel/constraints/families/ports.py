@@ -84,7 +84,7 @@ def _received(uses: list[PortUse]) -> list[tuple[str, str]]:
 
 @constraint(
     "{it} receives messages but stands on the server page {found}: which instance is a message for?",
-    fix="put it on a callback page beside the server page and use a reference place there",
+    fix="put it on a callback page next to the server page and use a reference place there",
     guard=lambda place, index: place in index.port_uses and index.server_page_of(place) is not None,
 )
 def subscriber_outside_server_page(place: pn.Place, index: Index) -> Outcome:
@@ -135,7 +135,7 @@ def mapped_part_of_channel(mapping: sym.FieldMapping, index: Index) -> Outcome:
     return str(mapping.part) in ("request", "response") or "a service"
 
 
-@constraint("{it} is no path in a ROS interface", fix="write it like pose.position.x or ranges[0]")
+@constraint("{it} is not a path in a ROS interface", fix="write it like pose.position.x or ranges[0]")
 def mapped_path_valid(mapping: sym.FieldMapping, index: Index) -> Outcome:
     """A mapping names a field of a ROS interface by a path."""
     return bool(_PATH.fullmatch(mapping.messageField))

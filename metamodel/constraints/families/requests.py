@@ -41,7 +41,7 @@ def timeout_positive(port: sym.ClientPort, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} names the place {element.timedOut.id!r} for time-outs, and waits for ever",
+    "{it} names the place {element.timedOut.id!r} for time-outs, and waits forever",
     fix="give it a time-out, or name no place",
     guard=_tells_of_time_outs,
 )
@@ -89,7 +89,7 @@ def calls_of_ros2(port: sym.ClientPort, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} gives up without a token, and its callback {found} never goes on",
+    "{it} gives up without a token, and its callback {found} never continues",
     fix="name a place for time-outs on that callback page",
     severity="warning",
     guard=lambda port, index: port.timeout is not None and _waiting_callback(port, index) is not None,

@@ -89,7 +89,7 @@ def channel_type_of_tokens(channel: sym.Channel, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} is no ROS message that tokens can be: {found}",
+    "{it} is not a ROS message that tokens can be: {found}",
     fix="name one such as std_msgs/msg/String",
     guard=lambda token_type, index: token_type.ros is not None,
 )

@@ -28,7 +28,7 @@ def topic_has_subscriber(channel: sym.TopicChannel, index: Index) -> Outcome:
 
 
 @constraint(
-    "messages of {it} are lost when a node goes on after a restart: {found}",
+    "messages of {it} are lost when a node continues after a restart: {found}",
     fix="drop its quality of service: by default nothing is lost, and the limits are the depth",
     severity="warning",
     guard=lambda channel, index: (

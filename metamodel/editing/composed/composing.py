@@ -63,7 +63,7 @@ def _copy(model: _Model, wanted: o.Copy) -> list[c.Command]:
 def _into(model: _Model, wanted: o.Into) -> list[c.Command]:
     page = model.find(wanted.page)
     if not isinstance(page, pn.Page):
-        raise c.CommandError(f"{describe(page)} is no page")
+        raise c.CommandError(f"{describe(page)} is not a page")
     return moved(model.root, model.handles, [model.find(each) for each in wanted.elements], page)
 
 

@@ -126,7 +126,7 @@ class Copier:
         if name == "id":
             return self._ids[value]
         if name == "name" and isinstance(element, pn.Element) and value == element.id:
-            return self._ids[value]  # who reads the one for the other goes on doing so
+            return self._ids[value]  # who reads the one for the other continues doing so
         if isinstance(element, pn.Point) and name in ("x", "y") and self._is_shifted(element):
             return float(value) + self._shift[name == "y"]
         if isinstance(element, sym.Channel) and name in _NAMES:

@@ -38,7 +38,8 @@ def filled(root: pn.Net, token: EObject, handle: str, field: str, text: str | No
     Raises
     ------
     CommandError
-        There is no such token or field, the value does not fit it, or what the token carries is no object.
+        There is no such token or field, the value does not fit it, or what the token carries is not an
+        object.
     """
     if not isinstance(token, sym.BalloonToken):
         raise c.CommandError(f"{describe(token)} carries no data")
@@ -50,9 +51,9 @@ def filled(root: pn.Net, token: EObject, handle: str, field: str, text: str | No
     try:
         data = decode_json(token.data)
     except DinerosError as error:
-        raise c.CommandError(f"its data is no JSON: {error.message}", hint="mend the data itself") from error
+        raise c.CommandError(f"its data is not JSON: {error.message}", hint="mend the data itself") from error
     if not isinstance(data, dict):
-        raise c.CommandError("its data is no JSON object", hint="mend the data itself")
+        raise c.CommandError("its data is not a JSON object", hint="mend the data itself")
     if text is None:
         data.pop(field, None)
     else:

@@ -61,11 +61,11 @@ def split(root: pn.Net, handles: Handles, page: EObject) -> list[c.Command]:
     Raises
     ------
     CommandError
-        It is no page within a page, or something cannot be without it, such as the port of a server.
+        It is not a page within a page, or something cannot be without it, such as the port of a server.
     """
     above = page.eContainer()
     if not isinstance(page, pn.Page) or not isinstance(above, pn.Page):
-        raise c.CommandError(f"{describe(page)} is no page within a page")
+        raise c.CommandError(f"{describe(page)} is not a page within a page")
     for other, name in referrers(root)[page]:
         if class_of(other).features[name].required:
             raise c.CommandError(f"{describe(other)} cannot be without {describe(page)}")
@@ -98,7 +98,7 @@ def joined(handles: Handles, ends: tuple[EObject, EObject], point: tuple[float, 
     Raises
     ------
     CommandError
-        They are no place and transition, or of two ROS nodes.
+        They are not place and transition, or of two ROS nodes.
     """
     place, other = ends if isinstance(ends[0], pn.PlaceNode) else (ends[1], ends[0])
     if not isinstance(place, pn.PlaceNode) or not isinstance(other, pn.TransitionNode):

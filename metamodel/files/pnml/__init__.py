@@ -35,10 +35,10 @@ def read_pnml(path: Path | str, content: bytes | None = None) -> pn.Net:
     Raises
     ------
     ModelFileError
-        The file cannot be read, is no PNML file of one P/T net, or is wrong inside; with line and hint.
+        The file cannot be read, is not a PNML file of one P/T net, or is wrong inside; with line and hint.
         `CollectedModelFileError` where more than one thing is wrong.
     ClauseError
-        An input clause is no boolean expression.
+        An input clause is not a boolean expression.
     """
     from dineros.metamodel.files.pnml.build import Builder
     from dineros.metamodel.files.pnml.normalise import normalise

@@ -77,7 +77,7 @@ class Builder:
         ModelFileError
             A value is wrong, or a port, a group or a block names something that is not there.
         ClauseError
-            An input clause is no boolean expression.
+            An input clause is not a boolean expression.
         """
         root = self._net.root
         model = self._make(root, pn.Net)
@@ -158,7 +158,7 @@ class Builder:
         else:
             cls = expected_class(kind, bool(extension.blocks), self._net_class)
         if not issubclass(cls, _PLAIN.get(kind, expected)):
-            what = f"{named} is no class of {with_article(kind)}"
+            what = f"{named} is not a class of {with_article(kind)}"
             raise self._source.error(what, extension.own, id=record.id)
         if kind == "net":
             assert issubclass(cls, pn.Net)

@@ -78,7 +78,7 @@ class ChannelReader:
         Raises
         ------
         ModelFileError
-            A port names something that is no place, or references in a circle.
+            A port names something that is not a place, or references in a circle.
         """
         for port, field, xml in self._ports:
             place = self._find_place(item_text(xml, field) or "", child(xml, field))

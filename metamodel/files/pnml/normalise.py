@@ -69,7 +69,7 @@ def _ends(net: NetRecord, source: Source) -> Ends:
 def _end(arc: ArcRecord, id: str, net: NetRecord, source: Source) -> NodeRecord:
     node = net.ids.get(id)
     if not isinstance(node, NodeRecord):
-        what = "which is not there" if node is None else "which is no place or transition"
+        what = "which is not there" if node is None else "which is not a place or transition"
         hint = near_matches(id, [each.id for each in net.root.nodes()])
         raise source.error(f"arc {arc.id!r} ends at {id!r}, {what}", arc.xml, id=arc.id, hint=hint)
     if node.is_channel:

@@ -28,7 +28,7 @@ from dineros.metamodel.files.pnml.vocabulary import OWN, OWN_VERSION, tag
 
 _PACKAGES = {"pn": pn, "sym": sym, "rtm": rtm, "pnm": pnm}
 MARKS = frozenset({"class", "clauseName", "half"})
-"""Attributes of ``<element>`` that are no features."""
+"""Attributes of ``<element>`` that are not features."""
 
 
 def class_name(cls: type[EObject]) -> str:
@@ -198,7 +198,7 @@ class Decoder:
                 error.location = error.location or self.source.location(xml)
                 raise
         elif feature.many or feature.containment:
-            raise self.source.error(f"{name} is no attribute", xml, hint=f"use <{name}>")
+            raise self.source.error(f"{name} is not an attribute", xml, hint=f"use <{name}>")
         else:
             self._references.append((model, feature, text, xml))
 

@@ -67,7 +67,7 @@ def read_records(net: etree._Element, source: Source) -> NetRecord:
 
 
 class _Reader:
-    """Reads pages, then nodes, then arcs, and goes on after errors."""
+    """Reads pages, then nodes, then arcs, and continues after errors."""
 
     def __init__(self, root: PageRecord, source: Source) -> None:
         self._source = source

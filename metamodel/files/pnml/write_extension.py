@@ -68,7 +68,7 @@ class ExtensionWriter:
         return kind
 
     def marks(self, element: pn.Element) -> dict[str, str]:
-        """Return attributes for our own block that are no features."""
+        """Return attributes for our own block that are not features."""
         clause = element.clause if isinstance(element, sym.Transition) else None
         if clause is None or clause.name is None or clause not in self._plain_clauses:
             return {}

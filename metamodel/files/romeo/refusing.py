@@ -107,7 +107,7 @@ def refuse_extras(net: etree._Element, path: Path) -> None:
             raise Attributes(inner, path).error("a constraint on parameters is not read", hint)
         if xml.tag == "project" and (inner := xml.find("input")) is not None:
             raise Attributes(inner, path).error(
-                "the net goes on in another file", "join the files in Romeo, and save them as one net"
+                "the net continues in another file", "join the files in Romeo, and save them as one net"
             )
         if xml.tag == "synchronization":
             attributes.refuse("listSynch", ("0",), "transitions that fire together are not read")

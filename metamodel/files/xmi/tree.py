@@ -106,7 +106,7 @@ class TreeReader:
         if isinstance(information, str):
             raise self._error(
                 node,
-                f"the root is no model: no class {shortened(name)} in {shortened(uri or '')}",
+                f"the root is not a model: no class {shortened(name)} in {shortened(uri or '')}",
                 information,
             )
         root = self._make(node, information)

@@ -1,6 +1,6 @@
 """Action clients of rclpy that ask again: goals with ids of their own, cancels, results, feedback.
 
-`rclpy.action.ActionClient` sends once and waits for ever, and a server that dies is forgotten with what it
+`rclpy.action.ActionClient` sends once and waits forever, and a server that dies is forgotten with what it
 owes. Here a goal is sent with an id that its client has chosen, and the node is told where nobody answers. A
 server that knows a goal already refuses it when it comes again; so whoever is refused asks for the result,
 too: only a goal that the server does not know is refused in truth. The result is asked for again when the

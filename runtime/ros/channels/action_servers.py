@@ -1,4 +1,4 @@
-"""An action server of rclpy that answers when the net has an answer, and goes on after a restart.
+"""An action server of rclpy that answers when the net has an answer, and continues after a restart.
 
 `rclpy.action.ActionServer` wants to know at once whether it accepts a goal, and runs a body for each. Here a
 goal waits for its answer until a slot of the net is free, and its slot is the body: so what rclpy calls only

@@ -55,7 +55,7 @@ DISCOVERY_TIMEOUT = Parameter(
     3600.0,
 )
 JOURNAL = Parameter("journal", "", "Folder that takes the records of the run; empty: nothing is recorded.")
-RESUME = Parameter("resume", True, "Whether to go on from the journal, where it holds an earlier run.")
+RESUME = Parameter("resume", True, "Whether to continue from the journal, where it holds an earlier run.")
 WATCHDOG = Parameter(
     "watchdog",
     LIMIT,

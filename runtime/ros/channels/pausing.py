@@ -9,7 +9,7 @@ from typing import Any
 def pausing_group(is_open: Callable[[], bool]) -> Any:
     """Return a mutually exclusive callback group: its `entity` is waited for only while the group is open.
 
-    What cannot be executed stays out of the set that an executor waits for. It asks anew at each round, and
+    What cannot be executed stays out of the set that an executor waits for. It asks again at each round, and
     goes round again whenever the node has done something: whatever opens a group is done between two rounds.
     """
     from rclpy.callback_groups import MutuallyExclusiveCallbackGroup

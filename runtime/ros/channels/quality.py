@@ -33,7 +33,8 @@ KEPT_BY_PUBLISHERS = 10
 def most_known(limit: int, seen: Mapping[str, int]) -> int:
     """Return how many messages that a subscriber has seen in an earlier life are sent to it again, at most.
 
-    Publishers that go on send what they keep, as they cannot know what was taken. All of it comes at once, so
+    Publishers that continue send what they keep, as they cannot know what was taken. All of it comes at
+    once, so
     that a history of the port's depth would lose what is new for what is known.
 
     Parameters
@@ -117,7 +118,7 @@ class LossCounter:
 
     Ids are only text, and anybody can publish. So what an id says is believed as far as it fits: there are
     no more senders than publishers, the numbers of a sender's ids keep step with those of its publisher,
-    and a sender whose earlier publisher goes on has not begun anew.
+    and a sender whose earlier publisher continues has not begun again.
 
     Parameters
     ----------
@@ -131,14 +132,15 @@ class LossCounter:
             sender: (0, number, number) for sender, number in (seen or {}).items()
         }
         self._heard: dict[str, None] = {}
-        # Of senders that seem to have begun anew: the numbers of their earlier publishers.
+        # Of senders that seem to have begun again: the numbers of their earlier publishers.
         self._before: dict[str, tuple[int, int]] = {}
         self._contested: dict[str, None] = {}
 
     def lost_at_restart(self, message_id: str, sequence: int) -> int:
-        """Return how many messages of a publisher that began anew are missing before this one.
+        """Return how many messages of a publisher that began again are missing before this one.
 
-        It publishes again what its queue held, so that its ids go on without a gap, unless more was under way
+        It publishes again what its queue held, so that its ids continue without a gap, unless more was under
+        way
         than the queue holds. To be asked before `lost_before`, which counts the gaps of its numbers.
         """
         with contextlib.suppress(MessageIdError):
@@ -170,7 +172,8 @@ class LossCounter:
             return 0
         is_known = sender in self._last
         last, last_number, highest = self._last.pop(sender, (0, 0, 0))
-        # A publisher that began anew may send again what came before. What keeps step with neither it nor its
+        # A publisher that began again may send again what came before. What keeps step with neither it nor
+        # its
         # predecessor is another one that uses its ids.
         is_step = sequence <= last or not last or number - last_number == sequence - last
         self._contest(sender, sequence, number, (last, last_number))
@@ -189,11 +192,11 @@ class LossCounter:
             return 0  # a publisher counts what it numbers: this is another one that uses its ids
         if not is_known and len(self._heard) > publishers():
             return 0  # a publisher has one sender: some of them are made up
-        # A publisher that began anew counts anew, and may be ahead of its predecessor; the ids go on.
+        # A publisher that began again counts again, and may be ahead of its predecessor; the ids continue.
         return max(0, min(missing, skipped))
 
     def _contest(self, sender: str, sequence: int, number: int, last: tuple[int, int]) -> None:
-        """Note a sender that seems to have begun anew, and one whose earlier publisher still goes on."""
+        """Note a sender that seems to have begun again, and one whose earlier publisher still continues."""
         before = self._before.get(sender)
         if before is not None and sequence - before[0] == number - before[1] > 0:
             del self._before[sender]

@@ -21,7 +21,7 @@ TOGETHER = f"~/{SIGNALS}"
 """The topic that sets several signals at once, by JSON in a ``std_msgs/msg/String``: ``{"Red": true}``."""
 
 WANTED = f"~/{SIGNALS_WANTED}"
-"""The latched topic on which a node that starts, or goes on, asks for its signals: a JSON list of names."""
+"""The latched topic on which a node that starts, or continues, asks for its signals: a JSON list of names."""
 
 
 class RosSignals:

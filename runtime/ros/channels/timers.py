@@ -1,6 +1,7 @@
 """The timers of a node's callbacks: those of rclpy, on the clock of the ROS node.
 
-A timer of rclpy whose callback comes late goes on at the next multiple of its period, and what it has missed
+A timer of rclpy whose callback comes late continues at the next multiple of its period, and what it has
+missed
 is gone. Its callback only tells the node; whether the node has begun the one before is for the node to know.
 """
 
@@ -29,7 +30,7 @@ class RosTimers:
     Raises
     ------
     RosError
-        A parameter has a value that is no period.
+        A parameter has a value that is not a period.
     """
 
     def __init__(self, node: Any, timers: Sequence[TimerPort], ticked: Callable[[TimerPort], None]) -> None:

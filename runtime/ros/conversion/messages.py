@@ -147,7 +147,7 @@ class PartCodec:
 
 
 def finite(value: float) -> float:
-    """Return a number that a token can carry: for infinity the largest one there is, 0 for what is no number.
+    """Return a number that a token can carry: the largest one for infinity, 0 if it is not a number.
 
     Sensors say "nothing within reach" with infinity; JSON, and so a journal, cannot.
     """

@@ -1,6 +1,6 @@
 """An executor that does not pay at each message for what hardly ever happens.
 
-rclpy puts together anew what it waits for at each callback, and looks at each of its parts after it; what
+rclpy puts together again what it waits for at each callback, and looks at each of its parts after it; what
 tells of publishers and subscribers that do not fit takes most of that time, since each of them has two such
 parts. All that follows from it is a warning in the log, which may come a little later.
 

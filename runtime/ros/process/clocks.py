@@ -20,7 +20,7 @@ def clocks_of(node: Any) -> Clocks:
     """Return what tells a net's time.
 
     With the parameter `use_sim_time`, it is the time that passes on ``/clock``: firing intervals, time-outs
-    of handlers and delays all go by it. Where that goes back, as for a simulation that begins anew, no time
+    of handlers and delays all go by it. Where that goes back, as for a simulation that begins again, no time
     has passed.
 
     Parameters

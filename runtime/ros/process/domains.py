@@ -23,7 +23,8 @@ def claimed_domain(first: int = 1) -> Iterator[int]:
     Parameters
     ----------
     first
-        Where the search begins; after 101 it goes on at 1. Domain 0, which is everybody's, is never claimed.
+        Where the search begins; after 101 it continues at 1. Domain 0, which is everybody's, is never
+        claimed.
 
     Raises
     ------

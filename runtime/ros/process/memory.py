@@ -4,7 +4,7 @@ Fast DDS keeps a segment for each participant (``fastrtps_0123456789abcdef``), o
 (``fastrtps_port7410``), a lock file beside either (``_el``, ``_sl``), and a semaphore for each port
 (``sem.fastrtps_port7410_mutex``). A process that is killed leaves all of them; processes that end together
 may leave ports and semaphores, because each takes another for their owner. ROS also loads LTTng, whose two
-files stay for ever.
+files stay forever.
 
 ``fastdds shm clean`` tries the locks. It misses ports that are only written to, and removes what a process
 is just about to open. Here the kernel tells whether anybody has a file open or mapped, whoever it is and in

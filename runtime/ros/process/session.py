@@ -138,7 +138,7 @@ class Session:
             pass
         except BaseException as error:
             if not self._is_ending:
-                # What a DinerosError says is enough: a full disk is no fault of the program.
+                # What a DinerosError says is enough: a full disk is not a fault of the program.
                 trace = None if isinstance(error, DinerosError) else error
                 LOG.critical("the ROS node %s ends: %s", self.node.get_name(), error, exc_info=trace)
                 self.failure = error
@@ -189,7 +189,7 @@ class Session:
 
 
 def _do_nothing() -> None:
-    """Make the executor return: waking it makes it look again for callbacks, but go on waiting."""
+    """Make the executor return: waking it makes it look again for callbacks, but continue waiting."""
 
 
 def import_rclpy() -> Any:

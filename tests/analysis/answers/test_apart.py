@@ -220,11 +220,11 @@ def test_interrupts_from_the_terminal_are_for_the_parent() -> None:
     def work(tell: Tell) -> str:
         tell("begun")
         os.kill(os.getpid(), signal.SIGINT)
-        return "went on"
+        return "continued"
 
     with Apart(work) as apart:
         assert list(apart.messages()) == ["begun"]
-        assert apart.value() == "went on"
+        assert apart.value() == "continued"
 
 
 def test_of_several_the_first_that_knows_is_ready() -> None:

@@ -72,7 +72,7 @@ def test_programs_block_or_lose_where_check_says(name: str) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("case", [case for case, _ in FIGURES], ids=str)
 def test_an_independent_reading_blocks_alike(case: Case) -> None:
-    """In the graph of the interpreter, a callback waits for ever where no way leads to its end."""
+    """In the graph of the interpreter, a callback waits forever where no way leads to its end."""
     model = case_model(case)
     assert bool(circles(model)) == some_waits_for_ever(model)
     assert None not in circles(model)
@@ -194,7 +194,7 @@ def test_a_callback_that_waits_for_a_result() -> None:
 
 @pytest.mark.parametrize("awaits", [False, True])
 def test_a_goal_that_waits_for_the_one_that_sent_it(awaits: bool) -> None:
-    """What works on it is in the same node: it cannot be accepted, or, where it awaits, not go on."""
+    """What works on it is in the same node: it cannot be accepted, or, where it awaits, not continue."""
     model = awaiting_result(threads=1, same=True, awaits=awaits)
     (finding,) = found(model, "callback-deadlock", "callback-never-ends")
     assert "timer callback OnTimer blocks for the result of action /act" in finding.message
@@ -203,7 +203,7 @@ def test_a_goal_that_waits_for_the_one_that_sent_it(awaits: bool) -> None:
 
 
 def test_a_callback_that_waits_for_nobody() -> None:
-    """It waits for a token that nothing makes; that is no circle."""
+    """It waits for a token that nothing makes; that is not a circle."""
     model = sym.SystemModel(id="alone", middleware="ros2")
     page = timer(node(model, "n"), 1.0)
     never, between = sym.Place(id="Never", page=page), sym.Place(id="Between", page=page)

@@ -1,4 +1,4 @@
-"""Callbacks that wait for ever where not all markings can be seen."""
+"""Callbacks that wait forever where not all markings can be seen."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def test_a_goal_that_ends_as_canceled_though_nobody_asked() -> None:
 
 
 def test_a_goal_that_is_never_accepted() -> None:
-    """Once one goal hangs in the only slot, those of others wait for ever."""
+    """Once one goal hangs in the only slot, those of others wait forever."""
     model = deliveries(2, 1, cancels=0, rejects=False)
     page = find(model, "Deliver", pn.Page)
     flow(find(model, "Driving", pn.Place), sym.Transition(id="Vanish", page=page))
@@ -259,11 +259,11 @@ def test_no_time_leaves_it_open() -> None:
     flow(sym.Transition(id="Tick", page=office), count)
     report = asked(model)
     assert of_rule(report, "cancel-too-late")
-    assert [each for each in report.unknown if "goals can wait for ever" in str(each)]
+    assert [each for each in report.unknown if "goals can wait forever" in str(each)]
 
 
 def halting(*, waits: bool) -> sym.SystemModel:
-    """Return a client that asks to cancel its goal, and goes on at once or once the goal is over."""
+    """Return a client that asks to cancel its goal, and continues at once or once the goal is over."""
     model = sym.SystemModel(id="halting", middleware="ros2")
     server, client = node_net(model, "server"), node_net(model, "client")
     page = callback(server, "Execute", "goal")
@@ -313,7 +313,7 @@ def test_a_request_to_cancel_is_gone_with_its_goal(waits: bool) -> None:
 def acknowledged(*, waits: bool) -> sym.SystemModel:
     """Return a client that cancels by the handle of its goal, which it has once that is accepted.
 
-    One that does not wait for the handle when it is halted goes on without having asked anything.
+    One that does not wait for the handle when it is halted continues without having asked anything.
     """
     model = halting(waits=True)
     client = find(model, "client", sym.NodeNet)

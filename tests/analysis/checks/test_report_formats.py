@@ -167,7 +167,7 @@ def test_witnesses_are_code_flows(model: tuple[pn.Net, Path]) -> None:
     steps = unbounded["codeFlows"][0]["threadFlows"][0]["locations"]
     assert [step["location"]["message"]["text"] for step in steps] == [
         "Speak fires",
-        "for ever: a message is lost",
+        "forever: a message is lost",
     ]
     assert [step["nestingLevel"] for step in steps] == [0, 1]
 
@@ -232,7 +232,7 @@ def test_junit_failures_tell_the_steps() -> None:
         "2. a message is lost (Said -1)"
     )
     assert failures[1].text is not None
-    assert failures[1].text.endswith("2. for ever: a message is lost (Said -1)")
+    assert failures[1].text.endswith("2. forever: a message is lost (Said -1)")
     assert [failure.get("type") for failure in failures] == ["error", "error", "warning"]
 
 

@@ -69,7 +69,7 @@ def test_generated_systems(model: pn.Net) -> None:
 
 
 def ping_pong(players: int) -> sym.SystemModel:
-    """Return a system of nodes that send a ball around, for ever; each topic has room for one message."""
+    """Return a system of nodes that send a ball around, forever; each topic has room for one message."""
     model = sym.SystemModel(id="ball")
     nets = [sym.NodeNet(id=f"player{number}", net=model) for number in range(players)]
     for number, net in enumerate(nets):

@@ -151,7 +151,7 @@ def test_more_losses_of_messages_without_ids_than_were_sent() -> None:
 
 
 def test_what_runs_of_nodes_written_by_hand_is_their_net(tmp_path: Path) -> None:
-    """There no callback waits: the timer's goes on where on an executor it would wait for ever."""
+    """There no callback waits: the timer's continues where on an executor it would wait forever."""
     model = case_model(Case())
     with LocalApplication(split(model), seed=1, recorder=partial(JournalRecorder, tmp_path)) as application:
         application.run(lambda _: False, timeout=1.0)

@@ -429,7 +429,7 @@ class TestTopics:
         position = next(n for n, record in enumerate(traces["listener"]) if isinstance(record, Take))
         traces["listener"][position] = replace(traces["listener"][position], message="hello")  # type: ignore[call-arg]
         (violation,) = verdict_on(talker(), traces).violations
-        assert violation.reason == "'hello' is no message of the model: another program sent it"
+        assert violation.reason == "'hello' is not a message of the model: another program sent it"
 
     def test_without_the_trace_of_the_publisher(self) -> None:
         verdict = verdict_on(talker(), {"listener": self.traces(3)["listener"]})

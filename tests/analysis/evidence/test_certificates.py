@@ -99,7 +99,7 @@ INVARIANT = CompiledNet.build(
     [("start", {"idle": 1}, {"busy": 1}), ("stop", {"busy": 1}, {"idle": 1, "log": 1})],
 )
 
-# Marked for ever by turns, though the state equation lets both run empty (Esparza and Melzer, 2000, Fig. 1).
+# Marked forever by turns, though the state equation lets both run empty (Esparza and Melzer, 2000, Fig. 1).
 TRAP = CompiledNet.build(
     {"a": 1, "b": 0, "c": 0},
     [("t", {"a": 1}, {"b": 1}), ("u", {"b": 1, "a": 1}, {"a": 1}), ("v", {"b": 2}, {"a": 1})],
@@ -214,7 +214,7 @@ def test_a_changed_certificate_is_refused(name: str, tmp_path: Path) -> None:
             tried += 1
             broken = {**found, key: changed}
             assert difference(broken, about) == "it was changed after it was written"
-            # Who seals it anew gets only through what is true.
+            # Who seals it again gets only through what is true.
             path = tmp_path / "changed.json"
             write_certificate(sealed(broken), path)
             try:

@@ -13,7 +13,7 @@ PICK_ANSWERS = "G (PickReqL >= 1 -> F PickResL >= 1)"
 
 @pytest.mark.parametrize("signals", ["none", "input"])
 def test_the_sensor_loop_can_run_for_ever(signals: SignalVariant) -> None:
-    # A signal that toggles for ever would do too, so we ask for a run in which sensing goes on.
+    # A signal that toggles forever would do too, so we ask for a run in which sensing continues.
     net = reference_case_study((1, 1, 1), signals)
     verdict = verify_ltl(net, f"G F fired(TSense0) -> {PICK_ANSWERS}")
     assert verdict.status == "violated"

@@ -29,7 +29,7 @@ WORK = CompiledNet.build(
         Transition("end", {"busy": 1}, {"hands": 1, "done": 1}),
     ],
 )
-"""Work comes for ever, whoever does it; what is done is counted."""
+"""Work comes forever, whoever does it; what is done is counted."""
 
 NUMBERS = st.integers(0, 5)
 LIMITS = Budget(memory_bytes=1 << 28, seconds=60)

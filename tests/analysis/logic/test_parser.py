@@ -70,8 +70,8 @@ def test_printed_formulas_are_read_back(seed: int, size: int, is_ltl: bool) -> N
     [
         ("", "ltl", 1, "empty"),
         ("A >= 1 &", "ltl", 9, "too early"),
-        ("p & q", "ltl", 3, "a name alone is no formula"),
-        ("[] <> p", "ltl", 8, "a name alone is no formula"),
+        ("p & q", "ltl", 3, "a name alone is not a formula"),
+        ("[] <> p", "ltl", 8, "a name alone is not a formula"),
         ("enabled(3)", "state", 9, "a name is expected"),
         ("A$ >= 1", "state", 2, "unexpected '$'"),
         ("AG A >= 1", "ltl", 1, "belongs to CTL"),

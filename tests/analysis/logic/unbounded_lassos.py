@@ -24,7 +24,7 @@ Marking = tuple[int, ...]
 
 
 class Lasso(NamedTuple):
-    """A run that repeats a loop for ever: its markings up to the first end of the loop, and what is fired."""
+    """A run that repeats a loop forever: its markings up to the first end of the loop, and what is fired."""
 
     markings: tuple[Marking, ...]
     start: int

@@ -118,7 +118,7 @@ def test_bounds_and_global_questions(tmp_path: Path) -> None:
     ("formula", "said"),
     [
         ("<is-fireable><transition>v</transition></is-fireable>", "no transition is named 'v'"),
-        ("<is-fireable><place>a</place></is-fireable>", "<place> is no <transition>"),
+        ("<is-fireable><place>a</place></is-fireable>", "<place> is not a <transition>"),
         (f"<globally>{FIREABLE}</globally><true/>", "<formula> holds 2 elements"),
         ("<exists-path><true/></exists-path>", "needs a temporal operator, not <true>"),
         ("<negations><true/></negations>", "<negations> is not part of a formula"),
@@ -153,7 +153,7 @@ def test_other_namespaces_are_read_with_a_note(tmp_path: Path, space: str, said:
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
-    for text, said in (("<pnml/>", "is no property file"), ("<!DOCTYPE a><a/>", "document type")):
+    for text, said in (("<pnml/>", "is not a property file"), ("<!DOCTYPE a><a/>", "document type")):
         (tmp_path / "other.xml").write_text(text)
         with pytest.raises(DinerosError, match=said):
             read_properties(tmp_path / "other.xml", GroupedNames(NetNames(NET)))

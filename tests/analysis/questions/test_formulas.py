@@ -158,7 +158,7 @@ def test_a_run_that_violates_only_as_a_whole_goes_on_for_ever(formula: str) -> N
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_whatever_follows_a_fault_violates_the_formula(seed: int) -> None:
-    """A beginning that is said to violate a formula does so with each loop that goes on from it."""
+    """A beginning that is said to violate a formula does so with each loop that continues from it."""
     rng, seen = random.Random(seed), Counter[bool]()
     for _ in range(400):
         net = random_net(rng)
@@ -300,7 +300,7 @@ SHIFTS = CompiledNet.build(
         ("G (busy = 1 -> F (idle = 1))", (), NeededFairness(("stop",), ())),
         ("G F (open = 1)", (), NeededFairness(("unlock",), ())),
         ("F (busy = 1)", ("unlock",), NeededFairness(("start",), ())),
-        ("G (busy = 0)", (), None),  # every run that goes on from the fault violates it
+        ("G (busy = 0)", (), None),  # every run that continues from the fault violates it
         ("F G (open = 1)", (), None),  # fair runs violate it
     ],
 )

@@ -70,4 +70,4 @@ def test_a_net_in_which_more_grows_says_so() -> None:
     assert space.without == ("log",)
     assert space.rest is not None
     assert (space.rest.complete, space.rest.states) == (False, None)
-    assert space.rest.reason == "unbounded: queue can grow for ever"
+    assert space.rest.reason == "unbounded: queue can grow forever"

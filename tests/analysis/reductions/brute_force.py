@@ -90,8 +90,9 @@ class Language:
     """Runs as an observer sees them, by the subset construction.
 
     Two finite graphs have the same maximal runs up to stuttering iff the same visible steps are possible
-    after the same visible steps, and the same of those can be the last ones (the run stops, or goes on unseen
-    for ever): a run with endlessly many visible steps exists as soon as all its prefixes do, since the graphs
+    after the same visible steps, and the same of those can be the last ones (the run stops, or continues
+    unseen
+    forever): a run with endlessly many visible steps exists as soon as all its prefixes do, since the graphs
     are finite.
     """
 

@@ -217,7 +217,7 @@ def test_a_component_that_can_get_stuck_is_kept() -> None:
     assert not _reduced(
         "IndependentComponent", places, [SIGNAL[0], T("t", {"p": 1}, {"q": 1}, reads={"off": 1})]
     ).steps
-    # What waits for it to rise can go on; but then not all combinations of markings occur.
+    # What waits for it to rise can continue; but then not all combinations of markings occur.
     transitions = [SIGNAL[0], T("t", {"p": 1}, {"q": 1}, reads={"on": 1})]
     reduction = _reduced("IndependentComponent", places, transitions, "kept_places", "deadlocks")
     assert reduction.net.transitions == ("t",)

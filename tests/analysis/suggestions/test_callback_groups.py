@@ -1,4 +1,4 @@
-"""The smallest change of callback groups and threads after which no callback waits for ever."""
+"""The smallest change of callback groups and threads after which no callback waits forever."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def test_a_grid_without_end_is_refused() -> None:
     ("text", "says"),
     [
         ("RedObject.tokens=1", "no element has the id or name 'RedObject'"),
-        ("RedObjects.token=1", "'token' is no feature"),
+        ("RedObjects.token=1", "'token' is not a feature"),
         ("RedObjects.tokens=1,many", "takes a whole number, not 'many'"),
         ("RedObjects.tokens=-1..1", ", RedObjects.tokens=-1, place 'RedObjects' holds -1 tokens"),
         (

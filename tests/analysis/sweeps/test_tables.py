@@ -77,6 +77,6 @@ def test_equal_rows_give_equal_bytes() -> None:
 def test_the_suffix_tells_the_format(tmp_path: Path) -> None:
     write_table(ROWS, tmp_path / "a.CSV")
     assert (tmp_path / "a.CSV").read_bytes() == to_csv(ROWS)
-    for name, says in (("a.xls", "'.xls' is no format of tables"), ("a", "has no suffix")):
+    for name, says in (("a.xls", "'.xls' is not a format of tables"), ("a", "has no suffix")):
         with pytest.raises(SweepError, match=says):
             writer_for(tmp_path / name)

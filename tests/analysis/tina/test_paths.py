@@ -45,9 +45,9 @@ def test_what_is_written_is_read(data: st.DataObject) -> None:
         ("go@3", "a path that cannot be read: 'go@3'"),
         ("go{back}", "a path that cannot be read: 'go"),
         ("go {back", "a path that cannot be read: '{back'"),
-        ("state 0: a", "a path with 'state', which is no transition"),
+        ("state 0: a", "a path with 'state', which is not a transition"),
         ("go L.deadlock", "a path that cannot be read: 'L.deadlock'"),
-        ("go gone", "a path with 'gone', which is no transition"),
+        ("go gone", "a path with 'gone', which is not a transition"),
     ],
 )
 def test_what_cannot_be_read_is_refused(text: str, says: str) -> None:
@@ -82,7 +82,7 @@ class TestLasso:
         assert self.read([[0, 1, 3, 3]], "G F b >= 1") == ((0, 1, 3), (3,))
 
     def test_what_repeats_must_violate(self) -> None:
-        """Waiting for ever is not fair, going round is."""
+        """Waiting forever is not fair, going round is."""
         assert self.read([[3, 3]], "F b >= 1") == ((), (3, 3))
         assert self.read([[0, 1], [0, 1]], "G F fired(wait)", (0,)) == ((0, 1), (0, 1))
         with pytest.raises(TinaError, match="does not violate the formula"):
@@ -97,5 +97,5 @@ class TestLasso:
             self.read(rows, "F c >= 1")
 
     def test_what_the_net_cannot_fire_is_refused(self) -> None:
-        with pytest.raises(TinaError, match="the counterexample of selt is no run of the net: step 0"):
+        with pytest.raises(TinaError, match="the counterexample of selt is not a run of the net: step 0"):
             self.read([[1]], "F c >= 1")

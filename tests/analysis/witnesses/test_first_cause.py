@@ -206,7 +206,7 @@ def test_a_violated_formula(run: tuple[CompiledNet, list[int]], formula: str) ->
     alone = replay(net, kept)
     if loop is not None:
         assert set(range(loop + 1, len(sequence) + 1)) <= set(cause.steps)
-        assert alone[-1] == alone[len(kept) - len(ring)]  # it can go on for ever
+        assert alone[-1] == alone[len(kept) - len(ring)]  # it can continue forever
     for text, (since, until) in cause.decided.items():
         literal = parse(text)
         atoms = BoundAtoms(net, literal, NetNames(net))

@@ -100,9 +100,9 @@ class TestStatespace:
     def test_an_unbounded_net_shows_what_grows(self, run: Run, net: Path) -> None:
         result = run("statespace", net)
         assert result.exit_code == 3
-        assert "unbounded: b can grow for ever" in result.stdout
+        assert "unbounded: b can grow forever" in result.stdout
         found = lines(result)
-        at = found.index("  for ever:")
+        at = found.index("  forever:")
         assert found[at + 1 : at + 4] == [
             "    1  t",
             "the rest, without what nothing takes from (b):",
@@ -146,7 +146,7 @@ class TestStatespace:
 class TestMemory:
     @pytest.mark.parametrize(
         ("value", "says"),
-        [("much", "is no amount"), ("2X", "is no amount"), ("0", "too little"), ("-1G", "too little")],
+        [("much", "is no amount"), ("2X", "is not an amount"), ("0", "too little"), ("-1G", "too little")],
     )
     def test_what_is_no_amount_is_refused(self, run: Run, model: Path, value: str, says: str) -> None:
         assert is_one_line_of_wrong_use(run("statespace", model, f"--memory={value}"), says)
@@ -233,7 +233,7 @@ class TestCheck:
         assert result.exit_code == 1
         assert lines(result)[:3] == [
             "error: tokens grow without bound: b [1 step] [unbounded]",
-            "  for ever:",
+            "  forever:",
             "    1  t",
         ]
 

@@ -71,7 +71,7 @@ def test_the_smallest_change(run: Run, path: Path) -> None:
     assert result.stdout.splitlines()[1:] == [
         f"change: client monitor of service level in a callback group of its own: {own}",
         f"change: 2 threads for node net monitor: {threads}",
-        "proved: no callback waits for ever, and no queue overflows that did not before; "
+        "proved: no callback waits forever, and no queue overflows that did not before; "
         "no smaller change is enough",
         f"{path}: 2 changes, 4 models checked",
     ]
@@ -83,14 +83,14 @@ def test_the_smallest_change(run: Run, path: Path) -> None:
     ]
     assert made == f"{own} {threads}".split()
     again = run("check", path, "--suggest-callback-groups", *made)
-    assert (again.exit_code, again.stdout.splitlines()[0]) == (0, "proved: no callback waits for ever")
+    assert (again.exit_code, again.stdout.splitlines()[0]) == (0, "proved: no callback waits forever")
     assert run("check", path, *made).exit_code == 0
 
 
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--format", "sarif"], "changes are no findings: there is no --format sarif"),
+        (["--format", "sarif"], "changes are not findings: there is no --format sarif"),
         (["-o", "out.html"], "-o does not go with --suggest-callback-groups"),
         (["--suggest-capacities"], "--suggest-capacities does not go with --suggest-callback-groups"),
     ],

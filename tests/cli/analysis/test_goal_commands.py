@@ -147,9 +147,9 @@ class TestVerify:
     def test_a_violation_is_a_run_for_ever(self, run: Run, net: Path) -> None:
         result = run("verify", net, "--ltl", "G F fired(stop)")
         assert result.exit_code == 1
-        assert lines(result)[-4] == "  for ever:"
+        assert lines(result)[-4] == "  forever:"
         assert lines(result)[-3].endswith("  wait")
-        assert lines(result)[-2] == "  enabled for ever, never fired (--fair leaves such runs out): start"
+        assert lines(result)[-2] == "  enabled forever, never fired (--fair leaves such runs out): start"
         assert lines(result)[-1] == "  only unfair runs violate it: it holds with --fair start"
         result = run("verify", net, "--ltl", "G F fired(stop)", "--json")
         assert json.loads(result.stdout)["holds_if_fair"] == {"weak": ["start"], "strong": []}
@@ -271,7 +271,7 @@ class TestVerify:
         assert run("verify", SORTING, *none, "--ctl", "AG EF (Shown >= 3)").exit_code == 0
         result = run("verify", SORTING, *none, "--ltl", "G (PickReqL >= 1 -> F PickResL >= 1)")
         assert result.exit_code == 1
-        loop = result.stdout.partition("  for ever:\n")[2].partition("  enabled for ever")[0]
+        loop = result.stdout.partition("  forever:\n")[2].partition("  enabled forever")[0]
         assert "TSense" in loop
         assert "Pick" not in loop
 

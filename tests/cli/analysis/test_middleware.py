@@ -91,7 +91,7 @@ def test_a_plain_net_has_no_middleware(run: Run, tmp_path: Path) -> None:
     net.write_text("net n\npl p (1)\ntr t p ->\n", encoding="utf-8")
     result = run("statespace", net, "--middleware", "ros2")
     assert result.exit_code == 2
-    assert result.stderr == f"{net}: middleware: the model is no system model (leave it out)\n"
+    assert result.stderr == f"{net}: middleware: the model is not a system model (leave it out)\n"
 
 
 def test_ports_that_do_not_match(run: Run, own: Path) -> None:

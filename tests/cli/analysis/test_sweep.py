@@ -111,7 +111,7 @@ def test_figures_overwrite_no_table_of_somebody_else(run: Run, cycle: Path, tmp_
     assert table.read_text() == "precious\n"
     table.unlink()
     assert run(*arguments).exit_code == 0
-    assert run(*arguments).exit_code == 0  # its own table is written anew
+    assert run(*arguments).exit_code == 0  # its own table is written again
     assert len(rows(table)) == 2
 
 
@@ -170,7 +170,7 @@ def test_an_interrupt_before_the_bar_moves_says_what_is_kept(
         assert unknown.startswith("unknown: all other points: interrupted after ")
         assert summary.endswith(
             f": {points} of 3 points done and kept in {tmp_path}/out.csv.partial.jsonl; "
-            "run the same command again to go on"
+            "run the same command again to continue"
         )
     monkeypatch.undo()
     assert run(*arguments).stdout.endswith(": 3 points, 2 of them from the interrupted run\n")
@@ -217,7 +217,7 @@ def test_interrupted_then_killed_then_finished(run: Run, tmp_path: Path) -> None
     status, printed = end_after(1, signal.SIGINT)
     assert status == 3
     # One point was done when the signal was sent; another may be by the time it arrives.
-    kept = re.search(r": ([123]) of 4 points done and kept in .*; run the same .* to go on\n", printed)
+    kept = re.search(r": ([123]) of 4 points done and kept in .*; run the same .* to continue\n", printed)
     assert kept, printed
     status, printed = end_after(2, signal.SIGKILL)
     assert (status, printed) == (-signal.SIGKILL, "")
@@ -308,4 +308,4 @@ def test_what_a_program_does_not_have_is_refused(run: Run, tmp_path: Path, vary:
 def test_a_file_has_no_parameters(run: Run, cycle: Path, tmp_path: Path) -> None:
     result = run("sweep", cycle, "--vary", "robots=1..2", "-o", tmp_path / "t.csv")
     assert result.exit_code == 2
-    assert "robots is no feature of an element" in result.stderr
+    assert "robots is not a feature of an element" in result.stderr

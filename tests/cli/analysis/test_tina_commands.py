@@ -138,9 +138,9 @@ class TestVerify:
         output = tmp_path / "trace.jsonl"
         result = run("verify", net, "--ltl", "G F fired(stop)", *TINA)
         assert result.exit_code == 1
-        assert lines(result)[-4] == "  for ever:"
+        assert lines(result)[-4] == "  forever:"
         assert lines(result)[-3].endswith("  wait")
-        assert lines(result)[-2].startswith("  enabled for ever, never fired")
+        assert lines(result)[-2].startswith("  enabled forever, never fired")
         assert run("verify", net, "--ltl", "G F fired(stop)", *TINA, "-o", output).exit_code == 1
         header, *steps = read_records(output)
         assert isinstance(header, Header)
@@ -173,7 +173,7 @@ class TestVerify:
             ("tina babbles", "what tina printed holds no digest"),
             ("selt fails", "selt failed with exit status 3: selt: something is wrong"),
             ("selt babbles", "selt answers neither TRUE nor FALSE"),
-            ("selt shows another run", "the counterexample of selt is no run of the net: step 3"),
+            ("selt shows another run", "the counterexample of selt is not a run of the net: step 3"),
             ("selt shows times", "selt wrote a path that cannot be read: 't@1"),
             ("selt shows no transition", "selt wrote a path with 'nix', which is no transition of the net"),
         ],

@@ -84,7 +84,7 @@ def test_a_topic_that_falls_silent_is_a_finding(run: Run, tmp_path: Path) -> Non
     model = tmp_path / "robot.sym.xmi"
     save(robot(ONCE), model)
     recording = write_bag(tmp_path / "bag", until(scan=10.0, ticks=29.0))
-    said = f"{model}: nothing on /scan for 19.1 s; until then every 0.5 s; the model must go on"
+    said = f"{model}: nothing on /scan for 19.1 s; until then every 0.5 s; the model must continue"
     result = run("conform", model, "--bag", recording)
     assert (result.exit_code, lines(result)) == (1, [said, f"{model}: violated; 80 messages explained"])
     report = json.loads(run("conform", model, "--bag", recording, "--json").stdout)
@@ -231,7 +231,7 @@ class TestWrongUse:
             ([tmp_path / "none"], "none: cannot be read: No such file"),
             ([empty], "empty: holds no trace"),
             ([text], "text.jsonl:1: no JSON"),
-            ([cut], "talker.jsonl:1: is no trace of a node's run"),
+            ([cut], "talker.jsonl:1: is not a trace of a node's run"),
             ([traces, double], "double.jsonl:1: begins at record 0 of node 'talker', as "),
         ):
             assert is_one_line_of_wrong_use(run("conform", model, *given), says)

@@ -35,7 +35,7 @@ def configure(net):
 
 @pytest.fixture
 def spoken(model: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the model's file, with handlers beside it, in the current folder."""
+    """Return the model's file, with handlers next to it, in the current folder."""
     model.with_name("handlers.py").write_text(HANDLERS, encoding="utf-8")
     monkeypatch.chdir(model.parent)
     return model
@@ -138,7 +138,7 @@ def test_going_on_from_nothing_is_refused(run: Run, spoken: Path) -> None:
     folder = spoken.parent / "traces"
     result = run("run", spoken, "--simulate", "--trace", folder, "--resume")
     assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
-    assert "traces: holds no traces to go on from" in result.stderr
+    assert "traces: holds no traces to continue from" in result.stderr
 
 
 def test_a_trace_that_is_missing_is_missed(run: Run, spoken: Path) -> None:
@@ -219,7 +219,7 @@ def test_handlers_that_cannot_be_used(run: Run, model: Path, handlers: str, said
         (["--handlers", "nothing.py"], "nothing.py"),
         (["--stale-after", "Buton=1"], "no node has a signal 'Buton' (did you mean 'Button'?)"),
         (["--stale-after", "Button"], "names no time"),
-        (["--stale-after", "Button=soon"], "'soon' is no time in seconds"),
+        (["--stale-after", "Button=soon"], "'soon' is not a time in seconds"),
         (["--stale-after", "Button=1:maybe"], "nothing is done with a stale signal by 'maybe'"),
     ],
 )

@@ -1,4 +1,4 @@
-"""``dineros run`` without ROS ends when it is told to, whatever its handlers do, and goes on from there."""
+"""``dineros run`` without ROS ends when it is told to, whatever its handlers do, and continues from there."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def ended(arguments: list[str], begun: Path, number: signal.Signals) -> tuple[in
 
 @pytest.mark.parametrize("way", ["--simulate", "--local"])
 def test_a_full_disk_ends_a_run_with_one_line(model: Path, way: str) -> None:
-    """The journal cannot grow: no stack trace, and the run goes on when there is room again."""
+    """The journal cannot grow: no stack trace, and the run continues when there is room again."""
     (model.parent / "handlers.py").write_text("def configure(net):\n    pass\n")
     command = ["dineros", "run", model.name, way, "--trace", "tr", "--until", "Noted >= 3", "--timeout", "20"]
     program = (

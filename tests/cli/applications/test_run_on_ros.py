@@ -82,7 +82,7 @@ def test_a_node_that_cannot_start_is_told_of_and_announced(tmp_path: Path) -> No
         f"talker cannot start, tried 3 times: {error} (its output is in {log})",
         "node talker never came up",
     ]
-    assert "a node could not go on; marked: " in done.stdout
+    assert "a node could not continue; marked: " in done.stdout
     assert "0 firings, 0 drops, 0 errors, 2 restarts" in done.stdout
     state = json.loads((tmp_path / "heard.json").read_text())
     assert (state["node"], state["state"], state["blocked"]) == ("talker", "crashed", None)

@@ -1,4 +1,4 @@
-"""A search that would go on for ever, or take all memory, ends as promised, with what was answered.
+"""A search that would continue forever, or take all memory, ends as promised, with what was answered.
 
 How late it ends is measured by `random_budgets`; here a machine may be as slow as it likes.
 """

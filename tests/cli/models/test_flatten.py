@@ -225,7 +225,7 @@ def test_a_doubtful_model_is_flattened(run: Run, doubtful: Path, tmp_path: Path)
     ("arguments", "part"),
     [
         ([], "missing option '-o' or '--explain'"),
-        (["-o", "flat.txt"], "flat.txt: '.txt' is no format of nets"),
+        (["-o", "flat.txt"], "flat.txt: '.txt' is not a format of nets"),
         (["-o", "flat"], "flat: has no suffix"),
         (["-o", "missing/flat.pnm"], "there is no folder 'missing' (make the folder first)"),
         (["-o", "greeting.sym.xmi"], "greeting.sym.xmi: is the system model itself (name another file)"),

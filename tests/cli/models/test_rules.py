@@ -56,7 +56,7 @@ def test_a_rule_is_drawn(run: Run, tmp_path: Path) -> None:
     [
         (["T55"], "there is no rule 'T55' (did you mean 'T5b' or 'T5a'?)"),
         (["-o", "t2.svg"], "name the rule to draw"),
-        (["T1", "-o", "t1.jpg"], "t1.jpg: '.jpg' is no format of pictures (known are .svg, .png, .dot)"),
+        (["T1", "-o", "t1.jpg"], "t1.jpg: '.jpg' is not a format of pictures (known are .svg, .png, .dot)"),
         (["T1", "-o", "missing/t1.dot"], "make the folder first"),
         (["--rules", "missing.py"], "missing.py: cannot be read: No such file or directory"),
     ],
@@ -91,12 +91,12 @@ from dineros.transformations.rules.topics import T1
         ("node = Node(sym.PublisherPort, chanel=1)", 7, "has no feature 'chanel' (did you mean 'channel'?)"),
         ("node = Made(T1.topik)", 7, "T1 has no 'topik' (did you mean 'topic'?)"),
         ("class R(Rule):\n    a = place('{b}')\n    rhs = [a]", 8, "placeholder {b} names nothing"),
-        ("x = (", 7, "is no Python"),
+        ("x = (", 7, "is not Python"),
         ("\n\nprint(1 / 0)", 9, "ZeroDivisionError: division by zero"),
         ("import no_such_module_anywhere", 7, "ModuleNotFoundError"),
         ("", None, "has no list RULES (end it with RULES = [MyRule])"),
         ("RULES = Rule", None, "has no list RULES"),
-        ("RULES = [pn.Place]", None, "which is no rule"),
+        ("RULES = [pn.Place]", None, "which is not a rule"),
     ],
 )
 def test_a_fault_in_a_users_file_is_one_line_with_its_place(

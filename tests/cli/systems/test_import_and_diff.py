@@ -105,19 +105,19 @@ def test_differences_in_every_format(format: str, seen: Path, bag: Path, run: Ru
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[", "is no TOML"),
+        ("[", "is not TOML"),
         ("a = 1", "a: is unknown"),
         ('[node."/a"]\nthreds = 2', "did you mean 'threads'?"),
-        ('[node."/a"]\nthreads = 0', "is no whole number from 1"),
-        ('[node."/a"]\nthreads = true', "is no whole number from 1"),
-        ('[node."/a"]\ntimers.tick = -1', "is no time in seconds above 0"),
+        ('[node."/a"]\nthreads = 0', "is not a whole number from 1"),
+        ('[node."/a"]\nthreads = true', "is not a whole number from 1"),
+        ('[node."/a"]\ntimers.tick = -1', "is not a time in seconds above 0"),
         ('[node."/a"]\ngroups.g = "shared"', "is none of exclusive, reentrant"),
         ('[node."/a"]\nlifecycle = ["dies"]', "'dies' is none of"),
-        ('[node."/a"]\ncallback."/x".does = ["shout /x"]', "'shout /x' is no step"),
-        ('[node."/a"]\ncallback."/x".does = "publish /x"', "is no list of texts"),
-        ('[node."/a"]\ncallback."/x".group = "g"', "is no callback group of its node"),
+        ('[node."/a"]\ncallback."/x".does = ["shout /x"]', "'shout /x' is not a step"),
+        ('[node."/a"]\ncallback."/x".does = "publish /x"', "is not a list of texts"),
+        ('[node."/a"]\ncallback."/x".group = "g"', "is not a callback group of its node"),
         ('[node."/a"]\ncallback."/x".awaits = 1', "is neither true nor false"),
-        ("node = 3", "node: is no table"),
+        ("node = 3", "node: is not a table"),
     ],
 )
 def test_what_is_given_wrongly_is_one_line(

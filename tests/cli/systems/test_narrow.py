@@ -170,7 +170,7 @@ def test_bad_recordings_are_one_line_and_nothing_is_half_written(
         "cut.mcap": "is damaged or cut off",
         "nothing.mcap": "is empty",
         write_bag(tmp_path / "silent", [], types=types).name: "holds no message",
-        write_bag(tmp_path / "odd", [("/where/_service_event", 1)], types=types).name: "is no event",
+        write_bag(tmp_path / "odd", [("/where/_service_event", 1)], types=types).name: "is not an event",
         write_bag(tmp_path / "other", [("/elsewhere", 1)]).name: "no topic of the model was recorded",
         "missing": "there is no such recording",
     }

@@ -46,7 +46,7 @@ def seen(bag: Path, tmp_path: Path, run: Run) -> Path:
 
 
 def traced() -> Trace:
-    """The scan leads to the map, whatever times say; the wheels are no rclcpp."""
+    """The scan leads to the map, whatever times say; the wheels are not rclcpp."""
     trace = Trace()
     lidar, mapper, wheels = (trace.node(f"/{each}") for each in ("lidar", "mapper", "wheels"))
     scan, odom, grid = (
@@ -183,7 +183,7 @@ def test_bad_traces_are_one_line_and_nothing_is_half_written(
     foreign.write(tmp_path / "foreign.txt")
     bad = {
         "empty.txt": "is empty",
-        "letter.txt": "is no trace",
+        "letter.txt": "is not a trace",
         "pipe": "is not a plain file",
         "missing": "cannot be read: No such file",
         "late.txt": "does not tell of any node",

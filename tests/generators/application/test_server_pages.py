@@ -31,7 +31,7 @@ def test_clients_and_publishers_on_a_server_page_are_there_per_instance() -> Non
 
 @pytest.mark.long
 def test_generated_tests_follow_traces_through_any_instance(tmp_path: Path) -> None:
-    """Instances are numbered anew in a test: it maps those of the trace, with their clients and messages."""
+    """Instances are numbered again in a test: it maps those of the trace, with their clients and messages."""
     runs = []
     for seed in (1, 4, 7):
         runs.append(tmp_path / f"run{seed}")

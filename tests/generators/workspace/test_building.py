@@ -1,4 +1,4 @@
-"""What makes the interfaces be built anew, and what does not."""
+"""What makes the interfaces be built again, and what does not."""
 
 from __future__ import annotations
 

@@ -75,18 +75,18 @@ def test_they_reach_the_package_and_stay(cook: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("exec_depend = x", "dependencies.toml:1:15: is no TOML: Invalid value (see https://toml.io)"),
+        ("exec_depend = x", "dependencies.toml:1:15: is not TOML: Invalid value (see https://toml.io)"),
         ('exec_depends = ["a"]', "has an unknown key 'exec_depends' (did you mean 'exec_depend'"),
-        ('exec_depend = "numpy"', 'exec_depend is no list (exec_depend = ["NAME"])'),
+        ('exec_depend = "numpy"', 'exec_depend is not a list (exec_depend = ["NAME"])'),
         (
             'exec_depend = ["a</x><y>"]',
-            "exec_depend has 'a</x><y>', which is no name of a ROS package or key",
+            "exec_depend has 'a</x><y>', which is not a name of a ROS package or key",
         ),
-        ("test_depend = [3]", "test_depend has 3, which is no name"),
-        (r'install_requires = ["a\nb"]', r"install_requires has 'a\nb', which is no name"),
+        ("test_depend = [3]", "test_depend has 3, which is not a name"),
+        (r'install_requires = ["a\nb"]', r"install_requires has 'a\nb', which is not a name"),
         ('exec_depend = ["kitchen_cook"]', "exec_depend has 'kitchen_cook', the package itself"),
-        (f"exec_depend = {'[' * 9999}", "dependencies.toml: is no TOML: "),
-        (f"exec_depend = {'9' * 9999}", "dependencies.toml: is no TOML: "),
+        (f"exec_depend = {'[' * 9999}", "dependencies.toml: is not TOML: "),
+        (f"exec_depend = {'9' * 9999}", "dependencies.toml: is not TOML: "),
         ("# \udcff", "is not written in UTF-8"),
     ],
 )

@@ -155,10 +155,10 @@ def test_any_text_is_extended_or_refused(text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (b"def t(:\n", "handlers.py:1: is no Python: "),
-        (b"x = 1\ny = '\n", "handlers.py:2: is no Python: "),
-        (b"x = '\xe9'\n", "handlers.py: is no Python: "),
-        (b"# coding: nonsense\n", "handlers.py: is no Python: "),
+        (b"def t(:\n", "handlers.py:1: is not Python: "),
+        (b"x = 1\ny = '\n", "handlers.py:2: is not Python: "),
+        (b"x = '\xe9'\n", "handlers.py: is not Python: "),
+        (b"# coding: nonsense\n", "handlers.py: is not Python: "),
     ],
 )
 def test_what_is_no_python_is_refused(text: bytes, said: str) -> None:

@@ -190,7 +190,7 @@ def test_a_handler_of_a_removed_transition_is_reported_until_it_goes(workspace: 
     model = kitchen()
     remove_transition(model, "TServe")
     said = (
-        f"{WAITER}:16: handles TServe, which is no transition of waiter any more "
+        f"{WAITER}:16: handles TServe, which is not a transition of waiter any more "
         "(move its code or remove it) [obsolete-handler]"
     )
     assert said in notices(check(model, workspace, OPTIONS))
@@ -256,7 +256,7 @@ def test_a_renamed_node_leaves_its_developers_files(workspace: Path) -> None:
     comparison = generate(model, workspace, OPTIONS)
     new = "src/head_waiter/head_waiter/handlers.py"
     said = (
-        f"{WAITER}: belongs to waiter, which is no node net any more; it is left as it is "
+        f"{WAITER}: belongs to waiter, which is not a node net any more; it is left as it is "
         f"(if waiter is head_waiter now, move it: git mv -f {WAITER} {new}) [left-over]"
     )
     assert said in notices(comparison)
@@ -341,7 +341,7 @@ def test_handlers_that_are_no_python_stop_everything(workspace: Path) -> None:
     add_transition(model)
     before = contents(workspace)
     for work in (generate, check):
-        with pytest.raises(DeveloperFileError, match=r"handlers.py:1: is no Python"):
+        with pytest.raises(DeveloperFileError, match=r"handlers.py:1: is not Python"):
             work(model, workspace, OPTIONS)
     assert contents(workspace) == before
 
@@ -384,11 +384,11 @@ def test_a_crash_at_any_file_is_mended_by_the_next_run(
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("{", "is no manifest: "),
-        ("[]", "is no manifest: "),
-        ('{"schema": 1}', "is no manifest: "),
+        ("{", "is not a manifest: "),
+        ("[]", "is not a manifest: "),
+        ('{"schema": 1}', "is not a manifest: "),
         ('{"schema": 99}', "has the schema 99, known is 1 (use a later version of DiNeROS)"),
-        ("\0", "is no manifest: "),
+        ("\0", "is not a manifest: "),
     ],
 )
 def test_a_broken_manifest_is_refused(workspace: Path, text: str, said: str) -> None:

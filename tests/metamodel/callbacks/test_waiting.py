@@ -65,7 +65,7 @@ def _calls() -> sym.ClientPort:
 
 
 def _calls_again_and_again() -> sym.ClientPort:
-    """A callback may call any number of times, and goes on with each response."""
+    """A callback may call any number of times, and continues with each response."""
     model, user = _system()
     tick = callback(user, "Tick", "timer", timer=0.1)
     request, response, runs = place(tick, "Request"), place(tick, "Response"), place(tick, "Runs")

@@ -128,7 +128,7 @@ def test_what_a_living_writer_writes_is_left_to_it(tmp_path: Path) -> None:
         take_away_leftovers(folder)
         os.close(folder)
         assert (tmp_path / "a").read_bytes() == b"ours"
-        other.communicate("go on\n\n", timeout=60)
+        other.communicate("continue\n\n", timeout=60)
     assert other.returncode == 0
     assert (tmp_path / "a").read_bytes() == b"theirs"
     assert [file.name for file in tmp_path.iterdir()] == ["a"]

@@ -24,7 +24,7 @@ from dineros.metamodel.files.reading import open_plain, read_bytes, read_pieces,
 def test_only_plain_files_are_read(tmp_path: Path, kind: str, said: str) -> None:
     path = tmp_path / kind
     if kind == "pipe":
-        os.mkfifo(path)  # opening it plainly would wait for ever
+        os.mkfifo(path)  # opening it plainly would wait forever
     elif kind == "device":
         path.symlink_to("/dev/zero")
     elif kind == "folder":
@@ -45,7 +45,7 @@ def test_a_link_is_followed_only_where_it_may_be(tmp_path: Path) -> None:
 
 def test_text_is_utf8(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"\xff")
-    with pytest.raises(ModelFileError, match="a: is no UTF-8: invalid start byte"):
+    with pytest.raises(ModelFileError, match="a: is not UTF-8: invalid start byte"):
         read_text(tmp_path / "a")
 
 

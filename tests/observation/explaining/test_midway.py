@@ -30,7 +30,7 @@ CALL = [
 
 
 def asking(group: str | None) -> sym.SystemModel:
-    """Return a node whose timer calls a service and waits; in the default group, it waits for ever."""
+    """Return a node whose timer calls a service and waits; in the default group, it waits forever."""
     system = ObservedSystem(
         "",
         nodes=(

@@ -1,4 +1,4 @@
-"""A topic that falls silent although the model must go on is a finding; one that may rest is none."""
+"""A topic that falls silent although the model must continue is a finding; one that may rest is none."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_a_timer_that_stops_is_found(midway: bool) -> None:
     assert verdict.status == "violated" and verdict.unexplained is None
     assert verdict.silences == (Silence("/scan", 19.1, 0.5),)
     assert str(verdict.silences[0]) == (
-        "nothing on /scan for 19.1 s; until then every 0.5 s; the model must go on"
+        "nothing on /scan for 19.1 s; until then every 0.5 s; the model must continue"
     )
     assert verdict.to_dict("")["silences"] == [{"topic": "/scan", "seconds": 19.1, "every": 0.5}]
 
@@ -89,13 +89,13 @@ def test_a_node_that_stops_to_answer_is_found() -> None:
 
 
 def test_of_a_chain_the_first_that_stops_is_found() -> None:
-    """The mapper has nothing to map: that is no fault of its own."""
+    """The mapper has nothing to map: that is not a fault of its own."""
     verdict = found(robot(ONCE, MAPS), until(scan=10.0, map=10.0, ticks=29.0))
     assert [each.topic for each in verdict.silences] == ["/scan"]
 
 
 def test_a_model_that_can_be_stuck_explains_the_silence() -> None:
-    """The client waits for ever in the model as well, so that nothing has to come."""
+    """The client waits forever in the model as well, so that nothing has to come."""
     messages = [*[(CALL[at], at * SECOND) for at in range(3)]]
     assert found(asking(None), messages).silences == ()
 

@@ -368,13 +368,13 @@ def test_what_is_given_of_nodes_that_are_not_there_is_not_used() -> None:
     [
         (
             "\nx = " + "9" * 5000,
-            ": is no TOML: a value cannot be read, such as a number",
+            ": is not TOML: a value cannot be read, such as a number",
         ),
         ("a." * 100_000 + "b = 1", ":1: a key of more than 64 parts with dots between them"),
         ("x = 1\n[" + "a . " * 100 + "b]\n", ":2: a key of more than 64 parts with dots between them"),
         ("x = {" + "'a'." * 100_000 + "b = 1}", ":1: a key of more than 64 parts with dots between them"),
-        ("x = " + "[" * 50_000, ": is no TOML: nested too deep"),
-        ("x = " + "{a = " * 50_000, ": is no TOML: nested too deep"),
+        ("x = " + "[" * 50_000, ": is not TOML: nested too deep"),
+        ("x = " + "{a = " * 50_000, ": is not TOML: nested too deep"),
         ("x = '" + "y" * (1 << 20) + "'", ": "),
     ],
 )

@@ -1,4 +1,4 @@
-"""What is found of the robot of `examples/foreign` as it is imported: its nested call waits for ever."""
+"""What is found of the robot of `examples/foreign` as it is imported: its nested call waits forever."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def test_the_nested_call_waits_for_ever_and_nothing_else_does() -> None:
 
 @pytest.mark.long
 def test_it_is_found_where_all_behaviour_is_open() -> None:
-    """Callbacks that may call anything wait for ever, too; of two, it is left open: they may also send."""
+    """Callbacks that may call anything wait forever, too; of two, it is left open: they may also send."""
     found = search(to_model(robot()).model)
     callers = {each.callback.element for each in found.blocked}
     assert NESTED in {str(each.circle) for each in found.blocked}

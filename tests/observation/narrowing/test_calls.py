@@ -157,7 +157,7 @@ def test_what_no_node_with_one_thread_can_do_takes_nothing_back() -> None:
 
 
 def test_a_call_that_gets_no_answer_is_a_deadlock_of_the_narrowed_model() -> None:
-    """With one thread, the planner waits for ever: that is recorded, explained, and found."""
+    """With one thread, the planner waits forever: that is recorded, explained, and found."""
     system = ObservedSystem(
         "a test",
         (

@@ -44,7 +44,7 @@ ROBOT = ObservedSystem(
 
 
 class Robot(Trace):
-    """The nodes of `ROBOT`, but for the driver, whose node is no rclcpp: callbacks of it are not told."""
+    """The nodes of `ROBOT`, but for the driver, whose node is not rclcpp: callbacks of it are not told."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -241,7 +241,7 @@ def test_some_callbacks_of_a_topic_accepted_and_others_not(robot: Robot, tmp_pat
 
 def test_timers_of_one_period_are_apart_by_their_functions(robot: Robot, tmp_path: Path) -> None:
     first = robot.timer(robot.lidar, 1_500_000, "first()")
-    other = [robot.timer(robot.lidar, 1_500_000, "second()") for _ in range(2)]  # made anew
+    other = [robot.timer(robot.lidar, 1_500_000, "second()") for _ in range(2)]  # made again
     for _ in range(6):
         robot.round()
         robot.run(first)

@@ -75,9 +75,9 @@ def test_clients_that_tell_nothing_leave_the_events_of_the_others_out(tmp_path: 
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", "has a message that is no event"),
-        (service_event(0, 1)[:20], "has a message that is no event"),
-        (b"\xff" * 44, "has a message that is no event"),
+        (b"", "has a message that is not an event"),
+        (service_event(0, 1)[:20], "has a message that is not an event"),
+        (b"\xff" * 44, "has a message that is not an event"),
         (service_event(4, 1), "has an event of the unknown kind 4"),
     ],
 )

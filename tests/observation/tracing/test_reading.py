@@ -131,10 +131,10 @@ def test_what_is_not_understood_is_counted(tmp_path: Path) -> None:
     ("text", "message"),
     [
         (b"", "is empty"),
-        (b"Dear reader,\n" * 3, "is no trace"),
-        (b"\x00\xff" * 300, "is no trace"),
+        (b"Dear reader,\n" * 3, "is not a trace"),
+        (b"\x00\xff" * 300, "is not a trace"),
         (b"x" * (LONGEST_LINE + 2), "a line is too long"),
-        (line("1.0").encode(), "is no trace"),
+        (line("1.0").encode(), "is not a trace"),
         (line("1.000000000", "sched_switch").encode(), "holds no event of ROS 2"),
         (
             line("1.000000000", rest="{ 7, 8 }, { 0xa, 0x1 }\n").encode(),
@@ -159,7 +159,7 @@ def test_long_lines_take_no_time_that_grows_faster_than_they_do(
     beginning: str, long: str, tmp_path: Path
 ) -> None:
     """With a pattern that tries all places again, each of these hundred lines would take seconds or more."""
-    with pytest.raises(TracingError, match="is no trace"):
+    with pytest.raises(TracingError, match="is not a trace"):
         read_lines(tmp_path, *[f"{beginning}{long}\n"] * 100)
 
 

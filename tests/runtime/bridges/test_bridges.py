@@ -46,7 +46,7 @@ class TestMqtt:
             broker.publish("talker/signals/Button", "maybe")
             broker.publish("talker/signals/Button", "true")
             net.wait_for(lambda state: state.signals["Button"], PATIENCE)
-        assert "'maybe' is no truth value (send true or false)" in caplog.text
+        assert "'maybe' is not a truth value (send true or false)" in caplog.text
 
     def test_several_signals_at_once(self, pair: Net, broker: Broker) -> None:
         """One message changes all of them, or none."""

@@ -104,7 +104,7 @@ class TestMqtt:
 
     @pytest.mark.parametrize("topic", ["", "a#b", "a/#/b", "a+/b", "a\0b", "x" * 70_000])
     def test_no_topic(self, net: Net, topic: str) -> None:
-        with pytest.raises(DinerosError, match="is no MQTT topic"):
+        with pytest.raises(DinerosError, match="is not an MQTT topic"):
             MqttSignals(net, {topic: "Button"})
 
     def test_broker_that_breaks_the_protocol(self, net: Net) -> None:

@@ -83,7 +83,7 @@ def test_forged_id_takes_one_number_only() -> None:
 
 
 def test_what_was_lost_and_counted_does_not_come_later() -> None:
-    """A publisher that goes on after a crash sends its last messages again, also those recorded as lost."""
+    """A publisher that continues after a crash sends its last messages again, also those recorded as lost."""
     net, node = listening()
     hear(node, "talker/Said/1")
     hear(node, "talker/Said/4", lost=2)

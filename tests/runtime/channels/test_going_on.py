@@ -1,4 +1,4 @@
-"""Nodes that go on after their process has died, with all that was on its way in it."""
+"""Nodes that continue after their process has died, with all that was on its way in it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def part(id: str, model: sym.SystemModel | None = None) -> Net:
 
 
 def node(folder: Path, id: str, network: LocalNetwork, **options: Any) -> Node:
-    """Return a node that goes on from its journal, where it has one."""
+    """Return a node that continues from its journal, where it has one."""
     recorder, checkpoint = resume_journal(folder, id)
     made = Node(part(id), network.transport(), recorder, resume=checkpoint, **options)
     made.open()
@@ -148,7 +148,7 @@ def test_a_node_that_settles_ends_what_it_has_begun(tmp_path: Path) -> None:
 def test_what_is_kept_has_the_type_that_is_asked_for() -> None:
     memory = Memory({"times": 3, "name": "cup", "list": [1]})
     assert (memory.value("times", 0), memory.value("times", 0.5), memory.value("no", "x")) == (3, 3.0, "x")
-    with pytest.raises(KeepError, match="'name' is kept as 'cup', which is no int"):
+    with pytest.raises(KeepError, match="'name' is kept as 'cup', which is not an int"):
         memory.value("name", 0)
     memory["list"].append(2)  # a copy
     del memory["name"]

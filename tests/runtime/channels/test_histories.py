@@ -147,7 +147,7 @@ def test_no_place_ever_holds_more_than_its_capacity(model: sym.SystemModel, seed
 
 
 def test_a_periodic_publisher_stays_flat() -> None:
-    """Its timer is always ready; without capacities its place, and the histories, grew for ever."""
+    """Its timer is always ready; without capacities its place, and the histories, grew forever."""
     application = LocalApplication(split(periodic(2)), seed=1)
     with application:
         sizes = set()

@@ -380,7 +380,7 @@ def test_a_checkpoint_of_another_model_is_refused() -> None:
         with pytest.raises(DinerosError):
             serving(resume=saved)
     saved = {**node.checkpoint(), "marking": {"s[1].run": [[1, {"colour": 1}]]}}
-    with pytest.raises(DinerosError, match="start the node anew"):
+    with pytest.raises(DinerosError, match="start the node again"):
         serving(resume=saved)
 
 

@@ -263,7 +263,7 @@ def test_a_full_history_forgets_the_oldest_request() -> None:
     port = next(element for element in model.eAllContents() if isinstance(element, rtm.ServerPort))
     port.depth = 2
     net, wire, recorder = Net(model), Wire(), ListRecorder()
-    net.selection(lambda enabled: None)  # the instance works for ever
+    net.selection(lambda enabled: None)  # the instance works forever
     node = Node(net, wire, recorder)
     asked = Asked(node, wire)
     node.open()

@@ -1,4 +1,4 @@
-"""Long handlers: the transition is in flight, its tokens are reserved, everything else goes on."""
+"""Long handlers: the transition is in flight, its tokens are reserved, everything else continues."""
 
 from __future__ import annotations
 
@@ -287,7 +287,7 @@ def test_a_halted_node_that_proceeds_waits_for_the_end_too() -> None:
         step_until(node, lambda: net.status.state == "halted")
         net.proceed()
         node.run_until_idle()
-        assert (counts(net)["d"], len(runs)) == (1, 1)  # the rest goes on
+        assert (counts(net)["d"], len(runs)) == (1, 1)  # the rest continues
         gate.set()
         step_until(node, lambda: len(runs) == 2)
 

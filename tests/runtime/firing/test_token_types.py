@@ -1,4 +1,4 @@
-"""Places with token types of their own: which data goes on, and what handlers have to make."""
+"""Places with token types of their own: which data continues, and what handlers have to make."""
 
 from __future__ import annotations
 

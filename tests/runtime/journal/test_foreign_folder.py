@@ -46,7 +46,7 @@ def test_links_are_not_written(tmp_path: Path, work: Callable[[Path], None], nam
 
 
 def test_a_reference_does_not_leave_the_folder(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe.json")  # reading it would wait for ever
+    os.mkfifo(tmp_path / "pipe.json")  # reading it would wait forever
     stored = {"$stored": "../pipe", "$bytes": 1, "$start": ""}
     record = Start(sequence=0, marking={"p": [StoredToken(1, {"value": stored})]})  # type: ignore[dict-item]
     assert Outlined(tmp_path, "a").inline(record) == record

@@ -105,7 +105,7 @@ def test_an_interrupt_leaves_no_half_line(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_old_parts_and_values_go(tmp_path: Path) -> None:
-    """Disk stays constant, and the node goes on from what is left."""
+    """Disk stays constant, and the node continues from what is left."""
     (part,) = (part for part in split(talker()) if part.node.id == "talker")
     recorder = JournalRecorder(tmp_path, "talker", part_bytes=4000, kept_parts=2)
     node = Node(Net(part), LocalNetwork().transport(), recorder)

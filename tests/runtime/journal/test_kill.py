@@ -149,7 +149,7 @@ def test_fifty_kills(tmp_path: Path) -> None:
     )
     assert fired["TShowResult"] == OBJECTS
     assert fired["TReportL"] + fired["TReportR"] == OBJECTS
-    # Each restart went on where the journal ended.
+    # Each restart continued where the journal ended.
     resumed = [
         record
         for trace in records.values()

@@ -96,7 +96,7 @@ def test_a_flood_stops_at_the_limit(
 def test_large_messages_stop_at_a_size(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Long before there are many tokens what comes waits; it goes on when some are taken."""
+    """Long before there are many tokens what comes waits; it continues when some are taken."""
     monkeypatch.setattr(weights, "MOST_BYTES", 10_000)
     monkeypatch.setattr(weights, "size_of", lambda data: 1_000)
     model = talker()

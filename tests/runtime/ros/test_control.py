@@ -97,7 +97,7 @@ def test_a_blocked_node_says_so_and_ends(ros: Ros) -> None:
     assert (error["event"], error["transition"], error["policy"]) == ("error", "TSend", None)
     assert (stop["event"], stop["reason"]) == ("stop", "signal")
     assert ros.fired("office", "TSend") == []
-    # Its firing was released: the next life begins it anew.
+    # Its firing was released: the next life begins it again.
     again = ros.node("office", {"resume": True}, "def configure(net): pass")
     ros.wait(lambda: len(ros.fired("office", "TSend")) == 3, "sending")
     assert terminate(again) == 0

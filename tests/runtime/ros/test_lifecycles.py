@@ -67,7 +67,7 @@ def test_started_in_order_deactivated_and_killed(ros: Ros) -> None:
     changes = [(each["label"], each["state"]) for each in ros.records("office", "lifecycle")]
     assert changes == [("configure", "inactive"), ("activate", "active")]
 
-    # Deactivated by another program, what it publishes is lost: its net goes on, its publisher does not.
+    # Deactivated by another program, what it publishes is lost: its net continues, its publisher does not.
     assert ros.script(CHANGE + "print(change(4), state('office'))") == "True inactive\n"
     assert ros.script(CHANGE + "print(change(1))") == "False\n"
     office.popen.kill()

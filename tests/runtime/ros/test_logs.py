@@ -149,7 +149,7 @@ def test_rosout_tells_where_it_was_logged(ros: Ros) -> None:
 
 
 def test_parameter_sets_the_level(ros: Ros) -> None:
-    """A debug of a library is no answer to that."""
+    """A debug of a library is not an answer to that."""
     office = started(ros, level="debug")
     assert ("DEBUG", "a debug") in said(office)
     assert "asyncio" not in office.output()

@@ -126,7 +126,7 @@ NUMBERS = ["1e999", "-1e999", "nan", "inf", ".", "-5", "1e300", "9" * 290, "1_0"
 
 @pytest.mark.parametrize("text", NUMBERS)
 def test_no_number_ends_it(text: str) -> None:
-    """What is told is data: what is no plausible number counts as 0."""
+    """What is told is data: what is not a plausible number counts as 0."""
     overview = Overview()
     numbers = dict.fromkeys(("firings", "firings per second", "failures", "restarts", "lost x"), text)
     values = [

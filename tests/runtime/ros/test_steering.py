@@ -31,7 +31,7 @@ CONFIGURE, ACTIVATE, DEACTIVATE = 1, 3, 4
 
 @pytest.mark.long
 def test_a_managed_node_proceeds_only_while_it_is_active(ros: Ros) -> None:
-    """Also where it was paused before it was deactivated; activating it lets it go on."""
+    """Also where it was paused before it was deactivated; activating it lets it continue."""
     command = [sys.executable, "-P", "-m", "dineros.runtime.ros.node_main", "office.rtm.xmi", "--lifecycle"]
     parameters = ["--ros-args", "-p", "expected_subscribers.Letters:=1"]
     remote = RemoteNode("office")

@@ -99,7 +99,7 @@ def same_name(small: Small) -> None:
 
 @CASES.breaks(
     "node-name-valid",
-    "node net 'listener' is called 'listener-1', which is no name for a ROS node",
+    "node net 'listener' is called 'listener-1', which is not a name for a ROS node",
     "use letters, digits and _, not starting with a digit",
 )
 def name_with_a_dash(small: Small) -> None:
@@ -108,7 +108,7 @@ def name_with_a_dash(small: Small) -> None:
 
 @CASES.breaks(
     "package-name-valid",
-    "node net 'talker' has the package 'Talking', which is no name for a ROS package",
+    "node net 'talker' has the package 'Talking', which is not a name for a ROS package",
     "use two or more small letters, digits and _, starting with a letter, as REP 144 asks",
 )
 def package_with_a_capital(small: Small) -> None:
@@ -117,7 +117,7 @@ def package_with_a_capital(small: Small) -> None:
 
 @CASES.breaks(
     "package-name-valid",
-    "node net 'talker' has the package '', which is no name for a ROS package",
+    "node net 'talker' has the package '', which is not a name for a ROS package",
     "use two or more small letters, digits and _, starting with a letter, as REP 144 asks",
 )
 def empty_package(small: Small) -> None:
@@ -126,7 +126,7 @@ def empty_package(small: Small) -> None:
 
 @CASES.breaks(
     "namespace-valid",
-    "node net 'talker' has the namespace 'left', which is no ROS namespace",
+    "node net 'talker' has the namespace 'left', which is not a ROS namespace",
     "write it like /left/arm",
 )
 def relative_namespace(small: Small) -> None:
@@ -135,7 +135,7 @@ def relative_namespace(small: Small) -> None:
 
 @CASES.breaks(
     "topic-name-valid",
-    "topic channel 'chatter' has the topic '/cell/2nd', which is no ROS topic name",
+    "topic channel 'chatter' has the topic '/cell/2nd', which is not a ROS topic name",
     "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
 )
 def part_starts_with_a_digit(small: Small) -> None:
@@ -144,7 +144,7 @@ def part_starts_with_a_digit(small: Small) -> None:
 
 @CASES.breaks(
     "topic-name-valid",
-    "topic channel 'chatter' has the topic '/cell//chatter', which is no ROS topic name",
+    "topic channel 'chatter' has the topic '/cell//chatter', which is not a ROS topic name",
     "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
 )
 def doubled_slash(small: Small) -> None:
@@ -153,7 +153,7 @@ def doubled_slash(small: Small) -> None:
 
 @CASES.breaks(
     "topic-name-valid",
-    "topic channel 'chatter' has the topic '/chatter/', which is no ROS topic name",
+    "topic channel 'chatter' has the topic '/chatter/', which is not a ROS topic name",
     "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
 )
 def slash_at_the_end(small: Small) -> None:
@@ -162,7 +162,7 @@ def slash_at_the_end(small: Small) -> None:
 
 @CASES.breaks(
     "topic-name-valid",
-    "topic channel 'chatter' has the topic 'the chatter', which is no ROS topic name",
+    "topic channel 'chatter' has the topic 'the chatter', which is not a ROS topic name",
     "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
 )
 def blank(small: Small) -> None:
@@ -171,7 +171,7 @@ def blank(small: Small) -> None:
 
 @CASES.breaks(
     "topic-name-valid",
-    "topic channel 'chatter' has the topic '{node/chatter', which is no ROS topic name",
+    "topic channel 'chatter' has the topic '{node/chatter', which is not a ROS topic name",
     "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
 )
 def open_brace(small: Small) -> None:
@@ -180,7 +180,7 @@ def open_brace(small: Small) -> None:
 
 @CASES.breaks(
     "topic-name-valid",
-    "topic channel 'chatter' has the topic '~chatter', which is no ROS topic name",
+    "topic channel 'chatter' has the topic '~chatter', which is not a ROS topic name",
     "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
 )
 def tilde_without_slash(small: Small) -> None:
@@ -189,7 +189,7 @@ def tilde_without_slash(small: Small) -> None:
 
 @CASES.breaks(
     "service-name-valid",
-    "service channel 'ask' has the service '/ask-me', which is no ROS service name",
+    "service channel 'ask' has the service '/ask-me', which is not a ROS service name",
     "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
 )
 def dash(small: Small) -> None:
@@ -198,7 +198,7 @@ def dash(small: Small) -> None:
 
 @CASES.breaks(
     "port-name-valid",
-    "publisher port 'chat ter' of place 'Said' is for 'chat ter', which is no ROS name",
+    "publisher port 'chat ter' of place 'Said' is for 'chat ter', which is not a ROS name",
     "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
     of=runtime,
 )
@@ -208,7 +208,7 @@ def topic_of_a_runtime_port(small: Small) -> None:
 
 @CASES.breaks(
     "port-name-valid",
-    "client port 'c1' of place 'Ask' is for '2ask', which is no ROS name",
+    "client port 'c1' of place 'Ask' is for '2ask', which is not a ROS name",
     "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
     of=runtime,
 )
@@ -268,7 +268,7 @@ def message_type_for_a_service(small: Small) -> None:
 
 @CASES.breaks(
     "token-type-name-valid",
-    "token type 'Token' is called 'token', which is no name for a ROS interface",
+    "token type 'Token' is called 'token', which is not a name for a ROS interface",
     "start with a capital letter and use letters and digits",
 )
 def small_letter(small: Small) -> None:

@@ -134,7 +134,7 @@ def reference_to_a_neighbour(small: Small) -> None:
 @CASES.breaks(
     "interval-finite",
     "time interval of transition 't' runs from -1.0 to 2.0",
-    "use finite bounds of 0 or more, or no latest time for a transition that may wait for ever",
+    "use finite bounds of 0 or more, or no latest time for a transition that may wait forever",
     of=plain,
 )
 def negative_time(small: Small) -> None:
@@ -144,7 +144,7 @@ def negative_time(small: Small) -> None:
 @CASES.breaks(
     "interval-finite",
     "time interval of transition 't' runs from 1.0 to inf",
-    "use finite bounds of 0 or more, or no latest time for a transition that may wait for ever",
+    "use finite bounds of 0 or more, or no latest time for a transition that may wait forever",
     of=plain,
 )
 def infinite_latest_time(small: Small) -> None:

@@ -12,7 +12,7 @@ CASES = Cases()
 @CASES.breaks(
     "node-net-not-nested",
     "node net 'inner' stands in node net 'talker'",
-    "put it beside that; node nets do not nest",
+    "put it next to that; node nets do not nest",
 )
 def node_net_in_a_node_net(small: Small) -> None:
     sym.NodeNet(id="inner", page=small["state"])
@@ -106,7 +106,7 @@ def callback_page_outside(small: Small) -> None:
 @CASES.breaks(
     "callback-page-not-nested",
     "callback page 'inner' stands in callback page 'clock'",
-    "put it beside that",
+    "put it next to that",
 )
 def timer_in_a_timer(small: Small) -> None:
     sym.CallbackPage(id="inner", kind="timer", timer=1.0, page=small["clock"])
@@ -197,7 +197,7 @@ def timed_without_interval(small: Small) -> None:
     "timer-outside-server-page",
     "callback page 'often' is called by a timer but stands on the server page 'work': there is one timer for "
     "all instances",
-    "put it beside the server page",
+    "put it next to the server page",
 )
 def timer_on_a_server_page(small: Small) -> None:
     small["serve"].kind = "timer"

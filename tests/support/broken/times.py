@@ -44,7 +44,7 @@ def jitter_that_is_longer_by_a_hair(small: Small) -> None:
     timer(small).jitter = exact_number("0.10000000000000000001")
 
 
-@CASES.breaks("jitter-within-period", "callback page 'tick' has the jitter -0.1, which is no time", LATE)
+@CASES.breaks("jitter-within-period", "callback page 'tick' has the jitter -0.1, which is not a time", LATE)
 def negative_jitter(small: Small) -> None:
     timer(small).jitter = -0.1
 
@@ -70,7 +70,7 @@ def latency_upside_down(small: Small) -> None:
 @CASES.breaks(
     "interval-finite",
     "time interval of default times of system model 'small' runs from -1.0 to None",
-    "use finite bounds of 0 or more, or no latest time for a transition that may wait for ever",
+    "use finite bounds of 0 or more, or no latest time for a transition that may wait forever",
 )
 def negative_default(small: Small) -> None:
     small.net.times = sym.DefaultTimes(duration=pn.TimeInterval(earliest=-1.0))

@@ -48,7 +48,7 @@ def exit_of_another_type(small: Small) -> None:
 
 @CASES.breaks(
     "ros-message-known",
-    "token type 'Other' is no ROS message that tokens can be: '../msg/String' names no ROS message",
+    "token type 'Other' is not a ROS message that tokens can be: '../msg/String' names no ROS message",
     "write it like std_msgs/msg/String",
 )
 def path_for_a_message(small: Small) -> None:

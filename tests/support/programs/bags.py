@@ -34,7 +34,7 @@ def write_bag(
     Parameters
     ----------
     messages
-        Topic and time in nanoseconds of each; its data, where that is no text ``a``.
+        Topic and time in nanoseconds of each; its data, where that is not text ``a``.
     types
         Of topics that carry no std_msgs/msg/String; topics named here are there without a message, too.
     """

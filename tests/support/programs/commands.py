@@ -12,7 +12,7 @@ NETS = {
     "ends": "net ends\npl a (3)\ntr t a -> b\ntr u c -> c\n",
     # Comes back.
     "cycle": "net cycle\npl idle (1)\ntr start idle -> busy\ntr stop busy -> idle\ntr wait idle -> idle\n",
-    # b grows for ever.
+    # b grows forever.
     "grows": "net grows\npl a (1)\ntr t a -> a b\n",
     # Some 1.3 million markings.
     "large": "net large\npl a (200)\ntr t a -> b\ntr u b -> c\ntr v c -> d\n",

@@ -69,7 +69,7 @@ class Coloured:
         return colours[(colours.index(self.value(rest[0], binding)) + step) % len(colours)]
 
     def sort_of(self, term: Term) -> str:
-        """Return the sort of a colour that is no tuple."""
+        """Return the sort of a colour that is not a tuple."""
         kind, *rest = term
         if kind == "variable":
             return self.variables[rest[0]]

@@ -97,7 +97,7 @@ class LifecycleInterpreter(ExecutorInterpreter):
     # -------------------------------------------------------------------------------------- work
 
     def _works(self, node: sym.NodeNet) -> None:
-        """Let nothing of a node happen before it is configured; a callback that has begun goes on."""
+        """Let nothing of a node happen before it is configured; a callback that has begun continues."""
         pauses = node.lifecycle is not None and node.lifecycle.pauses
         works = self._in(node, ACTIVE) if pauses else self._is_there(node)
         for page in self._pages:

@@ -161,7 +161,7 @@ class RegionGraph:
 
 
 def _ranked(clocks: list[tuple[int, int, int]]) -> Clocks:
-    """Number the fractions without gaps; 0 is no fraction."""
+    """Number the fractions without gaps; 0 is not a fraction."""
     ranks = sorted({rank for _, whole, rank in clocks if whole != -1 and rank > 0})
     number = {rank: position for position, rank in enumerate(ranks, 1)} | {0: 0}
     return tuple((t, whole, number[rank] if whole != -1 else 0) for t, whole, rank in clocks)

@@ -1,4 +1,4 @@
-"""Whether callbacks can wait for ever, by the interpreter of system models and a plain search."""
+"""Whether callbacks can wait forever, by the interpreter of system models and a plain search."""
 
 from __future__ import annotations
 

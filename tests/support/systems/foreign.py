@@ -33,7 +33,7 @@ NESTED = (
     "/where; the response needs the default callback group and the only thread, which planner.serves_plan "
     "(instance 1) itself holds"
 )
-"""Why the robot's planner waits for ever."""
+"""Why the robot's planner waits forever."""
 
 
 def port(topic: str, type: str = TEXT, quality: Quality = USUAL, depth: int | None = None) -> TopicEndpoint:
@@ -170,7 +170,7 @@ def heard(path: Path) -> list[tuple[str, int]]:
 
 
 def search(model: sym.SystemModel) -> Search:
-    """Return which callbacks wait for ever; the run to each, replayed on the whole net, closes its circle."""
+    """Return which callbacks wait forever; the run to each, replayed on the whole net, closes its circle."""
     assert [each for each in validate(model) if each.severity == "error"] == []
     subject = base_subject(model)
     waiting = Waiting(subject)

@@ -1,4 +1,4 @@
-"""A system model with exponentially many semiflows: clients that ask services in turn, for ever."""
+"""A system model with exponentially many semiflows: clients that ask services in turn, forever."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ COUNTS = {(2, 2): (401, 854), (3, 2): (14_901, 48_699), (2, 3): (901, 1_940)}
 
 
 def looping_clients(clients: int, services: int) -> sym.SystemModel:
-    """Return a model of nodes that each ask all services in turn, and begin anew.
+    """Return a model of nodes that each ask all services in turn, and begin again.
 
     Each service has as many instances as there are clients; they take turns by a lock.
     """

@@ -255,7 +255,7 @@ def _with_properties(model: sym.SystemModel, make_id: _Ids) -> None:
     for text, features in {
         "never deadlock": {},
         "G F !deadlock": {"language": "ltl", "expected": False},
-        "AG !deadlock": {"language": "ctl", "signals": "ioEnabled", "name": "goes on"},
+        "AG !deadlock": {"language": "ctl", "signals": "ioEnabled", "name": "continues"},
     }.items():
         model.properties.append(sym.Property(id=make_id("property"), text=text, **features))  # type: ignore[arg-type]
     model.assumptions.append(sym.Fairness(id=make_id("fair"), of="all", strong=True))

@@ -1,4 +1,4 @@
-"""A Hypothesis strategy for unbounded models: timers that publish for ever, put into other random models."""
+"""A Hypothesis strategy for unbounded models: timers that publish forever, put into other random models."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.support.systems.small_systems import small_system_models
 
 @st.composite
 def unbounded_systems(draw: st.DrawFn) -> sym.SystemModel:
-    """Return a random model with one or two timers that publish for ever."""
+    """Return a random model with one or two timers that publish forever."""
     model = draw(st.one_of(small_system_models(), chatty_systems(), calling_systems()))
     for transition in transitions(model):
         transition.overrides.clear()  # priorities are not analysed
@@ -57,7 +57,7 @@ def _put_timer(draw: st.DrawFn, model: sym.SystemModel, number: int) -> None:
 
 
 def add_timer(model: sym.SystemModel, name: str) -> sym.Place:
-    """Add a node net that fires for ever, and return the place that each firing puts a token on."""
+    """Add a node net that fires forever, and return the place that each firing puts a token on."""
     net = sym.NodeNet(id=name, net=model)
     clock = sym.Place(id=f"{name}_clock", tokens=1, page=net)
     said = sym.Place(id=f"{name}_said", page=net)
@@ -68,7 +68,7 @@ def add_timer(model: sym.SystemModel, name: str) -> sym.Place:
 
 
 def timer_and_logger(counter: bool = False, dispatcher: int | None = None) -> sym.SystemModel:
-    """Return a timer that publishes for ever (limit 3) to a logger that forgets, or counts (limit 2)."""
+    """Return a timer that publishes forever (limit 3) to a logger that forgets, or counts (limit 2)."""
     model = sym.SystemModel(id="timer_and_logger")
     said = add_timer(model, "timer")
     logger = sym.NodeNet(id="logger", net=model)

@@ -19,7 +19,7 @@ FAULTS: Faults = {
         "Place has no feature 'pagee'",
         "did you mean 'page'?",
     ),
-    "feature of a plain value": (RULE.format("far = port.limit.page  #!"), "is no model element", ""),
+    "feature of a plain value": (RULE.format("far = port.limit.page  #!"), "is not a model element", ""),
     "misspelt feature in a pattern node": (
         RULE.format("other = Node(sym.TopicChannel, topik='x')  #!"),
         "TopicChannel has no feature 'topik'",
@@ -144,7 +144,7 @@ FAULTS: Faults = {
     ),
     "other kind of default": (
         RULE.format("limit = either(port.limit, 'three')  #!"),
-        "three is no value that PublisherPort.limit can have",
+        "three is not a value that PublisherPort.limit can have",
         "",
     ),
     "counting a single value": (RULE.format("many = count(port.place)  #!"), "cannot be counted", ""),
@@ -174,21 +174,21 @@ FAULTS: Faults = {
         "Node is abstract and cannot be made",
         "",
     ),
-    "into that is no list": (
+    "into that is not a list": (
         RULE.format("watch = New(sym.QualityOfService, into=channel.qos)  #!"),
-        "TopicChannel.qos is no many-valued containment feature",
+        "TopicChannel.qos is not a many-valued containment feature",
         "",
     ),
     "into that contains nothing": (
         RULE.format("watch = New(pn.Transition, id='w', into=port.place.incoming)  #!"),
-        "PublisherPort.place.incoming is no many-valued containment feature",
+        "PublisherPort.place.incoming is not a many-valued containment feature",
         "",
     ),
     "into of many elements": (
         RULE.format(
             "watch = New(sym.PublisherPort, place=source, into=channel.publishers.channel.publishers)  #!"
         ),
-        "is no many-valued containment feature",
+        "is not a many-valued containment feature",
         "",
     ),
     "into of another class": (

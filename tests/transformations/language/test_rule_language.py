@@ -402,7 +402,7 @@ def test_an_image_in_what_no_rule_copied_names_the_rule_line() -> None:
         lhs = [person, twin]
         rhs = [*lhs, made]
 
-    with pytest.raises(RuleError, match="person is no copy") as caught:
+    with pytest.raises(RuleError, match="person is not a copy") as caught:
         Engine(office()).run([Confused])
 
     assert caught.value.location is not None and caught.value.location.file == __file__

@@ -197,7 +197,7 @@ def test_the_suffix_chooses_the_format(tmp_path: Path) -> None:
         assert (tmp_path / f"t1{suffix}").read_bytes().startswith(start)
 
 
-@pytest.mark.parametrize(("name", "part"), [("t1.jpg", "'.jpg' is no format"), ("t1", "has no suffix")])
+@pytest.mark.parametrize(("name", "part"), [("t1.jpg", "'.jpg' is not a format"), ("t1", "has no suffix")])
 def test_other_formats_are_refused(tmp_path: Path, name: str, part: str) -> None:
     with pytest.raises(DinerosError, match=part):
         draw_rule(topics.T1, tmp_path / name)

@@ -104,6 +104,6 @@ def test_a_game_by_keys_alone_and_at_random(file: Path, edit: Edit, visit: NewVi
     other.click("Words")
     other.fill("tokens", "5")
     wait_until(page, "document.body.dataset.game === 'stale'")
-    page.get_by_role("button", name="Begin anew").click()
+    page.get_by_role("button", name="Begin again").click()
     at(hand, 0)
     assert hand.shape("Words").get_attribute("aria-label") == "place Words, 5 tokens"

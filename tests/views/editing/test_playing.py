@@ -201,7 +201,7 @@ def test_a_recorded_run_is_played_as_it_conforms(tmp_path: Path) -> None:
         wrong = {name: re.sub(r',"crc":"[0-9a-f]{8}"', "", text) for name, text in wrong.items()}
         del wrong["listener.jsonl"]
         assert player.ask(action="open", traces=wrong)["type"] == "done"
-        assert "is no trace" in player.refused(action="open", traces={"a": ""})
+        assert "is not a trace" in player.refused(action="open", traces={"a": ""})
     finally:
         player.document.close()
 

@@ -1,4 +1,4 @@
-"""The process of JavaScript: it ends, hangs or is not there, and what asked it goes on."""
+"""The process of JavaScript: it ends, hangs or is not there, and what asked it continues."""
 
 from __future__ import annotations
 

@@ -122,7 +122,7 @@ def test_files_are_looked_at_when_they_have_changed(tmp_path: Path, monkeypatch:
 
 @pytest.mark.parametrize("turns", range(8))
 def test_it_can_be_stopped_while_it_is_told_of_a_change(tmp_path: Path, turns: int) -> None:
-    """As at the end of a run, when the last records are written: else the page waits for itself for ever."""
+    """As at the end of a run, when the last records are written: else the page waits for itself forever."""
 
     async def follow() -> None:
         with watching.FolderWatch(tmp_path) as files:

@@ -1,4 +1,4 @@
-"""Breakpoints on the live page: the view stops, the application goes on."""
+"""Breakpoints on the live page: the view stops, the application continues."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_the_view_stops_and_the_application_goes_on(tmp_path: Path, visit: NewVi
     page.goto(handle.url)
     wait_for_steps(page, 3)
     add(page, "SelectRed", "GetControl >= 1", "request")
-    assert listed(page) == ["SelectRed", "request"]  # GetControl is no place
+    assert listed(page) == ["SelectRed", "request"]  # GetControl is not a place
     page.keyboard.press("b")
     assert following(page)  # what was before stops nothing
     before = steps(page)
@@ -52,7 +52,7 @@ def test_the_view_stops_and_the_application_goes_on(tmp_path: Path, visit: NewVi
     assert page.evaluate("dinerosTrace.cursor") == first
     assert not following(page)
     assert f"stopped at step {first + 1}: request" in page.inner_text("#break-message")
-    assert "The application goes on" in page.inner_text("#break-message")
+    assert "The application continues" in page.inner_text("#break-message")
     wait_until(page, "dinerosTrace.breakpoints.watches[1].hits.length === 2")  # it does
     assert page.evaluate("dinerosTrace.cursor") == first
     wait_until(page, "document.getElementById('break-message').textContent.includes('1 more hit since')")

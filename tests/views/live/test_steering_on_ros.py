@@ -68,7 +68,7 @@ def test_a_signal_is_set_and_nodes_are_paused_killed_and_go_on(tmp_path: Path, v
             shown("listener", "halted: paused on the live page")
             click("switch", "Button: false")
             shown("talker", "enabled: Say")
-            # The talker begins anew with the signal that was set, and without having been paused.
+            # The talker begins again with the signal that was set, and without having been paused.
             os.kill(int((tmp_path / "talker.pid").read_text()), signal.SIGKILL)
             shown("listener", "enabled: Listen")
             shown("talker", "running")

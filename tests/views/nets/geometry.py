@@ -90,7 +90,7 @@ def line_faults(
 ) -> Iterator[str]:
     points = edge["points"]
     if len(points) < 2:
-        yield f"{edge['id']} is no line"
+        yield f"{edge['id']} is not a line"
         return
     for point, end in ((points[0], edge["source"]), (points[-1], edge["target"])):
         area = shape_area(nodes[end]) if end in nodes else box_area(boxes[end])

@@ -94,7 +94,7 @@ def test_a_report_shows_verdicts_pictures_and_figures(tmp_path: Path, visit: New
     assert finding.locator(".trace .on-dark").is_visible()
     one.page.click("summary")
     assert finding.locator("ol li").count() == 9
-    assert "Steps 8 to 9 repeat for ever" in finding.inner_text()
+    assert "Steps 8 to 9 repeat forever" in finding.inner_text()
 
 
 def test_pictures_of_both_themes_and_of_all_findings_keep_apart(tmp_path: Path, visit: NewVisit) -> None:
@@ -132,4 +132,4 @@ def test_steps_that_repeat_are_listed_once() -> None:
     page, _ = check_page(CheckContent("m", "m.sym.xmi", [entry], [], []))
     text = re.sub("<[^>]*>", "", page)
     assert text.count("answer") == 1 and "The next 2 steps 6 times, up to step 13:" in text
-    assert '<ol start="14">' in page and "Steps 15 to 19 repeat for ever." in page
+    assert '<ol start="14">' in page and "Steps 15 to 19 repeat forever." in page

@@ -67,7 +67,7 @@ def test_the_editor_saves_in_a_crowd(tmp_path: Path, monkeypatch: pytest.MonkeyP
     handle = serve_editor(document)
     try:
         with Tab(handle, "tabonetab") as tab, crowd(port_of(handle.url), 200, b"GET /?"):
-            time.sleep(0.6)  # a page that is open is no stranger
+            time.sleep(0.6)  # a page that is open is not a stranger
             command = {"kind": "set", "element": tab.by_id("talker"), "feature": "name", "value": "two"}
             assert tab.ask("do", commands=[command])["type"] == "done"
             assert tab.ask("save")["type"] == "done"

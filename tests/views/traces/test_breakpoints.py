@@ -133,13 +133,13 @@ def test_what_is_no_breakpoint_is_said(tmp_path: Path, visit: NewVisit) -> None:
     page = visit().open(page_of(tmp_path / "t.html", lasso()))
     for text, says in (
         ("", "say what to stop at"),
-        ("SortRed >=", "is no breakpoint"),
-        ("!fired(TRetry)", "is no breakpoint"),
+        ("SortRed >=", "is not a breakpoint"),
+        ("!fired(TRetry)", "is not a breakpoint"),
         ("Nothing >= 2", "no place is named Nothing"),
         ("fired(SortRed)", "no transition is named SortRed"),
         ("signal(TRetry)", "no signal is named TRetry"),
         ("SortRed", "SortRed is a place: say how many tokens, such as SortRed >= 1"),
-        ("<b>x</b>", "is no breakpoint"),
+        ("<b>x</b>", "is not a breakpoint"),
     ):
         add(page, text)
         assert says in page.inner_text("#break-message"), text

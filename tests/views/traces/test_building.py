@@ -112,7 +112,7 @@ def test_what_a_node_resumes_with_is_a_step() -> None:
     node.write(Fire, 1, transition="SelectRed", change={"RedObjects": -1, "SortRed": 1})
     node.write(Start, 1, marking={"RedObjects": [StoredToken(1, {})]}, signals={"Red": True}, resumed=True)
     builder = built(node)
-    assert builder.steps[1].text == "selector goes on"
+    assert builder.steps[1].text == "selector continues"
     assert builder.steps[1].change == {"RedObjects": 1, "SortRed": -1}
     assert marks(builder, "signal", "Red") == [[1, "v", 1]]
 

@@ -47,14 +47,14 @@ def test_a_witness_has_all_that_fig_18_shows() -> None:
     assert {
         "firings",
         "stem",
-        "for ever: 8–9",
+        "forever: 8–9",
         "publisher SortRed ≤ 10",
         "message lost",
         "not answered",
     } <= set(said)
     assert any(text.endswith(" silent") for text in said)
     dashed = picture.xpath("//s:g[@class='lane client']/s:path[@stroke-dasharray]", namespaces=SVG)
-    assert len(dashed) == 2  # the client waits and the server works, both for ever
+    assert len(dashed) == 2  # the client waits and the server works, both forever
 
 
 def test_a_run_has_all_that_fig_19_shows() -> None:

@@ -60,7 +60,7 @@ def test_a_goal_has_a_bar_with_all_that_happens_to_it() -> None:
 
 
 def test_a_goal_whose_acceptance_is_read_first_is_one_goal() -> None:
-    """Of a run that goes on, the trace of a server may be read before that of its client."""
+    """Of a run that continues, the trace of a server may be read before that of its client."""
     goal, accept, *rest = GOAL
     for clients, known in ((1, "C office0"), (2, "C ?")):
         facts = facts_of(deliveries(clients, feedback=True))

@@ -162,7 +162,7 @@ class E7Send(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E7Answer(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """It takes one when it goes on with the answer."""
+    """It takes one when it continues with the answer."""
 
     client = Node(sym.ActionClientPort)
     heard = Made(Heard, of=client)

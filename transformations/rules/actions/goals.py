@@ -300,7 +300,7 @@ class A3Hear(StandardRule, phase=Phase.outcomes):
 
 
 class A3Refuse(StandardRule, phase=Phase.outcomes):
-    """A server that has no place for that refuses, and the goal goes on."""
+    """A server that has no place for that refuses, and the goal continues."""
 
     action = Node(sym.ActionChannel)
     server = Node(sym.ActionServerPort, channel=action)

@@ -149,7 +149,7 @@ class BeginsAnswer(Query):
 
 
 class GoesOn(Query):
-    """Whether a callback that awaits goes on with what is told: an answer on its own page."""
+    """Whether a callback that awaits continues with what is told: an answer on its own page."""
 
     datatype = TRUTH
     _words = f"{{0}} awaits {Told._words}"

@@ -22,7 +22,7 @@ class Game:
     steps : sequence of int
         Transitions that can be fired one after the other, as a witness has them.
     loop : int or None
-        From which step on they repeat for ever.
+        From which step on they repeat forever.
     title : str
         What is played; empty: a game by hand.
 

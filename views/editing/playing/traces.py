@@ -31,7 +31,7 @@ def game_of(model: pn.Net, texts: Mapping[str, str]) -> Game:
     Raises
     ------
     DinerosError
-        They are no traces, of another model, or cannot be fired on this one.
+        They are not traces, of another model, or cannot be fired on this one.
     """
     traces = {name: _records(name, text) for name, text in texts.items()}
     headers = {name: found[0] for name, found in traces.items()}
@@ -106,5 +106,5 @@ def _records(name: str, text: str) -> list[Any]:
     if last is not None:
         records.append(last)
     if not records or not isinstance(records[0], Header):
-        raise CommandError(f"{name} is no trace: it does not begin with a header")
+        raise CommandError(f"{name} is not a trace: it does not begin with a header")
     return records

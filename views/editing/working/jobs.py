@@ -254,7 +254,7 @@ class Jobs:
             await self._watch(job, line)
         except asyncio.CancelledError:
             raise
-        except Exception as error:  # a mistake of ours, or no process: others go on
+        except Exception as error:  # a mistake of ours, or no process: others continue
             job.state = "failed"
             _log(job, f"{type(error).__name__}: {error}")
         finally:

@@ -36,9 +36,9 @@ class Order:
     words : str
         What it is for people.
     needs_file : bool
-        Whether it is about the file as it is on the disk: what it makes stands beside that, or names it.
+        Whether it is about the file as it is on the disk: what it makes stands next to that, or names it.
     workspace : str or None
-        The folder beside the model that it is about in place of the model.
+        The folder next to the model that it is about in place of the model.
     """
 
     kind: Kind
@@ -119,7 +119,7 @@ _HOW = {
 def _workspace(said: Mapping[str, Any]) -> str:
     workspace = said.get("workspace")
     if not isinstance(workspace, str) or not is_confined(workspace) or workspace.startswith("-"):
-        raise CommandError("the workspace is a folder beside the model, such as workspace")
+        raise CommandError("the workspace is a folder next to the model, such as workspace")
     return workspace
 
 

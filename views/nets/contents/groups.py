@@ -5,7 +5,7 @@ from __future__ import annotations
 from dineros.views.nets.contents.model import Box, ViewModel
 
 SMALLEST = 3
-"""Fewer elements are no group."""
+"""Fewer elements are not group."""
 
 
 def group_by_name(view: ViewModel) -> None:

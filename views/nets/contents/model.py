@@ -79,7 +79,7 @@ class Node:
     change, notes
         Filled in by `compare`.
     badge : str or None
-        A short text in a circle beside it, such as a number a text refers to.
+        A short text in a circle next to it, such as a number a text refers to.
     """
 
     id: str

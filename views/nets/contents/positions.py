@@ -31,7 +31,7 @@ def of_page(page: pn.Page) -> tuple[Position | None, Position | None]:
     A page is a sheet of its own, and a sign on the sheet that it stands on: its position is the centre of
     that sign. Some editors draw the page's content there instead, inside of a frame: then all positions are
     those of one plane, and the page's position is the left upper corner of the frame, or its centre. Which of
-    them it is shows in where the content stands; a frame that the content is not in is no frame.
+    them it is shows in where the content stands; a frame that the content is not in is not a frame.
     """
     position = position_of(page)
     size = page.graphics.dimension if page.graphics is not None else None

@@ -14,7 +14,7 @@ from dineros.views.nets.placement.placing import SCRIPTS
 Point: TypeAlias = tuple[float, float]
 
 MOST_SCALE = 1.5
-"""A picture does not grow by more for what only the earlier model has; that is laid out anew instead."""
+"""A picture does not grow by more for what only the earlier model has; that is laid out again instead."""
 
 
 def align(before: ViewModel, view: ViewModel) -> ViewModel:

@@ -23,7 +23,7 @@ def to_png(svg: str, *, scale: float = 2.0) -> bytes:
     Raises
     ------
     DinerosError
-        The package that draws is not installed, or the picture is no SVG.
+        The package that draws is not installed, or the picture is not SVG.
     """
     try:
         import resvg_py

@@ -98,7 +98,7 @@ def save_picture(view: ViewModel, path: Path | str, *, theme: Theme = "light") -
         content = svg.encode() if suffix == ".svg" else to_png(svg)
     else:
         raise DinerosError(
-            f"{suffix!r} is no format of pictures" if suffix else "has no suffix",
+            f"{suffix!r} is not a format of pictures" if suffix else "has no suffix",
             location=Location(path),
             hint=f"known are {', '.join(FORMATS)}",
         )

@@ -96,7 +96,7 @@ export class Pen {
       await this.editor.act([{ kind: "create", owner, feature, type, values: { source, target } }], label);
       return;
     }
-    // Beside the end that is no place, where a reference may come to stand.
+    // Beside the end that is not a place, where a reference may come to stand.
     const transition = model.kind(source).shape?.startsWith("place") ? target : source;
     const page = model.sheetOf(transition);
     const [shape, plane] = [canvas.registry.get(transition), canvas.planes.get(page)];

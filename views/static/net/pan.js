@@ -72,7 +72,7 @@ export class Pan {
     this.fitted = fitted;
   }
 
-  /** Takes the size of a picture that was drawn anew. */
+  /** Takes the size of a picture that was drawn again. */
   redrawn() {
     this.whole = this.viewBox();
     this.keep();
@@ -140,7 +140,7 @@ export class Pan {
     };
     svg.addEventListener("pointerup", lift);
     svg.addEventListener("pointercancel", lift);
-    // What ends a drag is no click.
+    // What ends a drag is not a click.
     svg.addEventListener(
       "click",
       (event) => {

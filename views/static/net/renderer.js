@@ -1,5 +1,5 @@
 // Draws a net that layout.js has put on a plane: as markup, in pages and, for Python, in V8; and into an <svg>
-// element, where marking, signals and highlights change by id without drawing anew.
+// element, where marking, signals and highlights change by id without drawing again.
 
 import { lookUp, lookUpOrAdd } from "../maps.js";
 import { SIGNS } from "./words.js";

@@ -245,7 +245,7 @@ export interface Plan {
   aspect?: number;
 }
 
-// Where things go on sheets that were arranged: see stored.js.
+// Where things continue sheets that were arranged: see stored.js.
 
 /** An item; an open box has the size that it is open with. */
 export type Seated = Pick<Shape, "id" | "width" | "height" | "room" | "position" | "frame"> & { open?: Size };

@@ -150,7 +150,7 @@ class Live {
     const more = all.length - 1 - lastAtMost(all, step);
     const since = more ? `; ${more} more ${more === 1 ? "hit" : "hits"} since` : "";
     const said = `stopped at step ${step + 1}: ${texts.join(", ")}`;
-    app.breakpoints.say(`${said}. The application goes on${since}. Follow returns to it.`, "hit");
+    app.breakpoints.say(`${said}. The application continues${since}. Follow returns to it.`, "hit");
   }
 
   /** @param {App} app */
@@ -214,7 +214,7 @@ class Live {
         this.tell("lost", "not allowed: open the printed address");
         return;
       }
-      // Somebody may go on with the run later, at the same address: the page comes back then.
+      // Somebody may continue with the run later, at the same address: the page comes back then.
       if (this.left) this.wait = LONGEST_WAIT;
       else this.tell("lost", "connection lost, trying again…");
       setTimeout(() => this.connect(), this.wait);

@@ -65,7 +65,7 @@ def goal_client_unique(port: sym.ActionClientPort, index: Index) -> Outcome:
 
 @constraint(
     "{it} has a place on {found}, of which there is one for each call or goal",
-    fix="put its places beside that page, and let the page reach them by references",
+    fix="put its places next to that page, and let the page reach them by references",
 )
 def goal_client_outside_server_pages(port: sym.ActionClientPort, index: Index) -> Outcome:
     """No client of an action stands on the page of a server."""

@@ -65,7 +65,7 @@ def jitter_within_period(page: sym.CallbackPage, index: Index) -> Outcome:
     """The jitter of a timer is a finite number from 0, and not longer than its period."""
     assert page.jitter is not None
     if not math.isfinite(page.jitter) or page.jitter < 0:
-        return ", which is no time"
+        return ", which is not a time"
     if page.timer is None or not math.isfinite(page.timer):
         return True
     return fraction_of(page.jitter) <= fraction_of(page.timer) or f", longer than its period {page.timer}"

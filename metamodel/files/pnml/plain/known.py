@@ -54,7 +54,7 @@ ELEMENTS: dict[str, frozenset[str]] = {
 """Elements that are read, checked or harmless, by the element that they stand in."""
 
 BESIDE_NET = frozenset({"net", "toolspecific", "query", "queries", "k-bound", "feature", "constant"})
-"""Elements beside the net, which ask about it or say how its tool opens it."""
+"""Elements next to the net, which ask about it or say how its tool opens it."""
 
 TEXTS = frozenset({"name", "rate"})
 """Labels of which only the form is checked."""

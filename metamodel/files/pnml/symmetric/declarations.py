@@ -213,7 +213,7 @@ class Declarations:
         Raises
         ------
         ModelFileError
-            It is no constant of the sort.
+            It is not a constant of the sort.
         """
         if local(xml) == "finiteintrangeconstant" and isinstance(sort, IntegerRange):
             number = self.integer(xml, "value")

@@ -51,7 +51,7 @@ BAD = {
     "arc to nothing": (inside('<arc id="a" source="p" target="tt"/>'), "'tt', which is not there", 6),
     "arc to a page": (
         inside('<arc id="a" source="p" target="g"/>'),
-        "'g', which is no place or transition",
+        "'g', which is not a place or transition",
         6,
     ),
     "arc to a topic": (
@@ -68,7 +68,7 @@ BAD = {
     "reference to the wrong kind": (inside('<referencePlace id="r" ref="t"/>'), "'t', which is no place", 6),
     "reference to a page": (
         inside('<referenceTransition id="r" ref="g"/>'),
-        "'g', which is no transition",
+        "'g', which is not a transition",
         6,
     ),
     # numbers
@@ -87,7 +87,7 @@ BAD = {
         "out of range",
         6,
     ),
-    "marking that is no number": (
+    "marking that is not a number": (
         inside('<place id="q"><initialMarking><text>1.5</text></initialMarking></place>'),
         "'1.5' is not a whole number",
         6,
@@ -102,7 +102,7 @@ BAD = {
         "the weight '0' is out of range",
         6,
     ),
-    "position that is no number": (
+    "position that is not a number": (
         inside('<place id="q"><graphics><position x="1" y="nan"/></graphics></place>'),
         "y 'nan' is not a number",
         6,
@@ -232,7 +232,7 @@ BAD = {
     ),
     "class of another kind": (
         inside(f"<place id='q'>{OWN.format(' class=' + repr('sym.Transition') + '>')}</place>"),
-        "sym.Transition is no class of a place",
+        "sym.Transition is not a class of a place",
         6,
     ),
     "no class": (
@@ -257,7 +257,7 @@ BAD = {
     ),
     "list as attribute": (
         inside(f"<place id='q'>{OWN.format(' labels=' + repr('x') + '>')}</place>"),
-        "labels is no attribute",
+        "labels is not an attribute",
         6,
     ),
     "attribute as list": (

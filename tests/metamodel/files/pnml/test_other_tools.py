@@ -278,7 +278,7 @@ REFUSED = {
     ),
     "net inside of a page": ('<page id="g"><net id="h"/></page>', "<net> is not part of the <page>", 4),
     "attribute of the net": (EMPTY.format(' semantics="x"', ""), "'semantics'", 1),
-    "beside the net": (EMPTY.format("", "<shared-place/>"), "<shared-place>", 1),
+    "next to the net": (EMPTY.format("", "<shared-place/>"), "<shared-place>", 1),
     "coloured feature": (EMPTY.format("", '<feature isColored="true"/>'), "coloured", 1),
 }
 

@@ -99,7 +99,7 @@ def test_every_declaration_of_the_manual_is_read() -> None:
         "# a comment\n"
         "net {my \\} net}\n"
         "tr t1 : {a label} [0,4[ p1 p2*2 p3?3 p4?-1 -> q1 {q 2}*2K\n"
-        "  tr t2 ]1,w[ p1\n -> # goes on here\n q1\n"
+        "  tr t2 ]1,w[ p1\n -> # continues here\n q1\n"
         "pl p1 (3) t2*2 -> t1*2\n"
         "pl p9 : label9 (1M)\n"
         "pl p5 -> t1?-2 t2?5\n"

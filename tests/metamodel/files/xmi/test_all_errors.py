@@ -45,7 +45,7 @@ def test_every_error_is_said(tmp_path: Path) -> None:
     text = "\n".join(message for _, message in said)
     for part in ("threads", "no feature 'token'", "Plaice", "Nowhere", "has no target", "stray"):
         assert part in text
-    # What is missing only because its element could not be read is no error of its own.
+    # What is missing only because its element could not be read is not an error of its own.
     assert "'B'" not in text
     assert len(said) == 6
     assert str(caught.value).startswith(f"{tmp_path / 'model.sym.xmi'}:3: threads of")

@@ -400,7 +400,7 @@ def managed_errands() -> sym.SystemModel:
 
 @pytest.mark.long
 def test_goals_of_managed_nodes(ros: Ros) -> None:
-    """They wait for a server that is not there, and go on while it is inactive, or when it comes again."""
+    """They wait for a server that is not there, and continue while it is inactive, or when it comes again."""
     lay_out(ros, managed_errands())
     running = [
         ros.node(node, {"request_timeout": 0.5}, handlers=handlers)

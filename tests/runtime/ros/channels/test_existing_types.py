@@ -276,7 +276,7 @@ def test_a_full_queue_loses_what_it_says(plain: Ros) -> None:
 
 @pytest.mark.long
 def test_strangers_see_no_difference(plain: Ros) -> None:
-    """A plain subscriber hears every word once, although the talker is stopped and goes on."""
+    """A plain subscriber hears every word once, although the talker is stopped and continues."""
     script = plain.folder / "plain.py"
     script.write_text(PLAIN_LISTENER)
     stranger = plain.start("plain", script)
@@ -310,7 +310,7 @@ def test_a_plain_publisher_is_heard(plain: Ros, with_talker: bool) -> None:
 
 @pytest.mark.long
 def test_client_killed_as_it_sends(plain: Ros) -> None:
-    """Its request is served once, and answered again when it goes on; mostly it is not recorded by then."""
+    """Its request is served once, and answered again when it continues; mostly it is not recorded by then."""
     switch = plain.node("switch", handlers=SLOW_SWITCH)
     wait_for_death(plain, plain.node("caller", handlers=DIES_AT_REQUEST))
     plain.wait(lambda: plain.records("switch", "reply"), "an answer to nobody")
@@ -323,7 +323,7 @@ def test_client_killed_as_it_sends(plain: Ros) -> None:
 
 @pytest.mark.long
 def test_server_killed_while_it_serves(plain: Ros) -> None:
-    """It goes on with what it had begun, and answers the request that comes again."""
+    """It continues with what it had begun, and answers the request that comes again."""
     switch = plain.node("switch", handlers=SLOW_SWITCH)
     caller = plain.node("caller", {"request_timeout": 0.5})
     plain.wait(lambda: plain.records("switch", "serve"), "serving")

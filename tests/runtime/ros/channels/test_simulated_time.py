@@ -47,10 +47,10 @@ def put_heart(ros: Ros, period: float = 300.0) -> None:
 
 @pytest.mark.long
 def test_timers_and_intervals_go_by_the_clock_of_a_simulation(ros: Ros) -> None:
-    """Also when the simulation begins anew."""
+    """Also when the simulation begins again."""
     put_heart(ros)
     node = ros.node("heart", {"use_sim_time": True})
-    ros.script(SIMULATION)  # 3000 s in a second or two, and 2000 s of the simulation that begins anew
+    ros.script(SIMULATION)  # 3000 s in a second or two, and 2000 s of the simulation that begins again
     ros.wait(lambda: len(ros.fired("heart", "Beat")) >= 13, "beating")
     ros.wait(lambda: len(ros.fired("heart", "Rest")) >= 12, "resting")
     assert node.interrupt() == 0

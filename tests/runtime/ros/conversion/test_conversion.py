@@ -213,7 +213,7 @@ class TestLosses:
         assert self.lost(LossCounter(), *messages, publishers=2) == [0, 3, 0]
 
     def test_ids_out_of_step_with_their_publisher_are_not_believed(self) -> None:
-        """A stranger uses the ids of a sender that goes on, with high numbers."""
+        """A stranger uses the ids of a sender that continues, with high numbers."""
         counter = LossCounter()
         honest = [(f"a/p/{n}", n) for n in range(1, 101)]
         forged = [(f"a/p/{10**9 + n}", 10**6 + n) for n in range(1, 101)]
@@ -221,7 +221,7 @@ class TestLosses:
         assert self.lost(counter, *mixed) == [0] * 200
 
     def test_a_publisher_that_goes_on_has_not_begun_anew(self) -> None:
-        """A stranger claims again and again to be a sender that began anew, and skipped many messages."""
+        """A stranger claims again and again to be a sender that began again, and skipped many messages."""
         counter = LossCounter()
         told = []
         for n in range(1, 101):

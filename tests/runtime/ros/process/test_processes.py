@@ -418,7 +418,7 @@ def test_managed_node(ros: Ros) -> None:
     ros.wait(lambda: len(ros.fired("office", "TSend")) == 3, "sending")
     assert ros.script(change.format("change(4), change(2)")) == "True True\n"
     assert ros.records("office")[-1]["event"] == "stop"
-    assert ros.script(change.format("change(1), change(3)")) == "True True\n"  # and it goes on
+    assert ros.script(change.format("change(1), change(3)")) == "True True\n"  # and it continues
     assert [record["resumed"] for record in ros.records("office", "start")] == [False, True]
     assert [process.interrupt() for process in (office, house)] == [0, 0]
 

@@ -221,7 +221,7 @@ def same_id(small: Small) -> None:
 @CASES.breaks(
     "goal-client-outside-server-pages",
     f"{_CLIENT} has a place on callback page 'Serve', of which there is one for each call or goal",
-    "put its places beside that page, and let the page reach them by references",
+    "put its places next to that page, and let the page reach them by references",
     of=acting,
 )
 def goal_of_a_server(small: Small) -> None:
@@ -295,7 +295,7 @@ def group_without_effect(small: Small) -> None:
 
 @CASES.breaks(
     "action-name-valid",
-    "action channel 'Delivery' has the action '/2nd', which is no ROS action name",
+    "action channel 'Delivery' has the action '/2nd', which is not a ROS action name",
     "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
     of=acting,
 )

@@ -179,7 +179,7 @@ def nothing_to_await(small: Small) -> None:
 
 @CASES.breaks(
     "awaits-in-turn",
-    "callback page 'Clock' awaits one response at a time, but goes on in several ways after "
+    "callback page 'Clock' awaits one response at a time, but continues in several ways after "
     "transition 'Begin'",
     "put one call after the other, or let it not await",
     of=callbacks,

@@ -71,7 +71,7 @@ def subscribed_twice(small: Small) -> None:
 @CASES.breaks(
     "subscriber-outside-server-page",
     "place 'News' receives messages but stands on the server page 'serve': which instance is a message for?",
-    "put it on a callback page beside the server page and use a reference place there",
+    "put it on a callback page next to the server page and use a reference place there",
 )
 def subscriber_on_a_server_page(small: Small) -> None:
     sym.Place(id="News", page=small["serve"])
@@ -109,7 +109,7 @@ def request_of_a_topic(small: Small) -> None:
 
 @CASES.breaks(
     "mapped-path-valid",
-    "field mapping 'pose..x' of topic channel 'chatter' is no path in a ROS interface",
+    "field mapping 'pose..x' of topic channel 'chatter' is not a path in a ROS interface",
     "write it like pose.position.x or ranges[0]",
 )
 def no_path(small: Small) -> None:

@@ -48,7 +48,7 @@ def endless_timeout(small: Small) -> None:
 
 @CASES.breaks(
     "timed-out-has-timeout",
-    f"{CLIENT} names the place 'Late' for time-outs, and waits for ever",
+    f"{CLIENT} names the place 'Late' for time-outs, and waits forever",
     "give it a time-out, or name no place",
 )
 def told_of_nothing(small: Small) -> None:
@@ -105,7 +105,7 @@ def _callbacks(small: Small) -> Any:
 
 @CASES.breaks(
     "waiting-callback-is-told",
-    f"{CLIENT} gives up without a token, and its callback 'asks' never goes on",
+    f"{CLIENT} gives up without a token, and its callback 'asks' never continues",
     "name a place for time-outs on that callback page",
 )
 def nobody_told(small: Small) -> None:

@@ -40,7 +40,7 @@ def untyped(small: Small) -> sym.TopicChannel:
 
 @CASES.breaks(
     "topic-survives-restarts",
-    "messages of topic channel 'chatter' are lost when a node goes on after a restart: it is volatile, so "
+    "messages of topic channel 'chatter' are lost when a node continues after a restart: it is volatile, so "
     "that nothing is kept for a subscriber that is down",
     "drop its quality of service: by default nothing is lost, and the limits are the depth",
 )
@@ -50,7 +50,7 @@ def volatile_topic(small: Small) -> None:
 
 @CASES.breaks(
     "topic-survives-restarts",
-    "messages of topic channel 'chatter' are lost when a node goes on after a restart: it is bestEffort",
+    "messages of topic channel 'chatter' are lost when a node continues after a restart: it is bestEffort",
     "drop its quality of service: by default nothing is lost, and the limits are the depth",
 )
 def best_effort_topic(small: Small) -> None:

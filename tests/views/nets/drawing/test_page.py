@@ -134,7 +134,7 @@ def test_wheel_drag_and_keys_move_the_picture(study: Page) -> None:
     study.mouse.up()
     after = area(study, "Pick")
     assert (after["x"] - before["x"], after["y"] - before["y"]) == pytest.approx((50, 20), abs=2)
-    assert not study.is_visible("#detail")  # a drag is no click
+    assert not study.is_visible("#detail")  # a drag is not a click
     study.keyboard.press("ArrowRight")
     assert area(study, "Pick")["x"] < after["x"]
     study.keyboard.press("0")

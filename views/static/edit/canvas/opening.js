@@ -40,7 +40,7 @@ export class Opened {
     if (this.pages.has(page)) this.pages.set(page, null);
   }
 
-  /** Opens what was open, when the model was read anew: by ids, since handles are others then. */
+  /** Opens what was open, when the model was read again: by ids, since handles are others then. */
   recall() {
     const ids = new Set(JSON.parse(sessionStorage.getItem(this.key()) ?? "[]"));
     const pages = this.model.all("pn.Page").filter((each) => ids.has(this.model.value(each, "id")));

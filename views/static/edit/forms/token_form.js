@@ -13,7 +13,7 @@
  * @property {string} text what the token says, empty for the default
  */
 
-/** The fields of a balloon token; none where its data is no object. @type {(model: Model, token: string) => TokenField[]} */
+/** The fields of a balloon token; none where its data is not an object. @type {(model: Model, token: string) => TokenField[]} */
 export function fieldsOf(model, token) {
   const place = model.get(token).in;
   if (place === undefined) return [];

@@ -9,7 +9,7 @@ import { showGame } from "./play_panel.js";
 
 const LARGEST_TRACE = 900_000; // characters: what Python listens to at once is 1 MiB
 
-/** How a game goes on by itself. @typedef {"steps" | "random"} Way */
+/** How a game continues by itself. @typedef {"steps" | "random"} Way */
 
 export class Player {
   /** @type {Game | null} */
@@ -107,7 +107,7 @@ export class Player {
     this.show();
   }
 
-  /** Which step is next; what repeats for ever begins again. @type {(game: Game, count: number) => number} */
+  /** Which step is next; what repeats forever begins again. @type {(game: Game, count: number) => number} */
   next({ at, length, loop }, count) {
     if (at < length) return Math.min(length, at + count);
     return loop === null ? at : Math.min(length, loop + count);

@@ -29,7 +29,7 @@ export function showGame(panel, player, game) {
     steps(player, game),
     files(player),
   );
-  // What is drawn anew keeps the focus.
+  // What is drawn again keeps the focus.
   const same = [...panel.querySelectorAll("[data-key]")].find(
     (each) => each instanceof HTMLElement && each.dataset.key === focused,
   );
@@ -43,7 +43,7 @@ function stale(player) {
     "p",
     { class: "stale", role: "alert" },
     "The model has changed since this game began. ",
-    make("button", { onclick: () => player.begin() }, "Begin anew"),
+    make("button", { onclick: () => player.begin() }, "Begin again"),
   );
   return [said];
 }
@@ -124,7 +124,7 @@ function position(player, game) {
   follow.onchange = () => {
     player.isFollowing = follow.checked;
   };
-  const loops = game.loop === null ? "" : `, those from ${game.loop + 1} on for ever`;
+  const loops = game.loop === null ? "" : `, those from ${game.loop + 1} on forever`;
   return make(
     "div",
     { class: "position" },

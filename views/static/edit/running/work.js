@@ -27,7 +27,7 @@ export class Worker {
   jobs = new Map();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   timer;
-  /** The run that is shown on the canvas while it goes on. @type {number | null} */
+  /** The run that is shown on the canvas while it continues. @type {number | null} */
   watched = null;
 
   /** @param {Editor} editor */
@@ -176,7 +176,7 @@ export class Worker {
     this.showJobs(all);
   }
 
-  /** Draws the list anew; what was open stays open, and what had the focus keeps it. @type {(all: Job[]) => void} */
+  /** Draws the list again; what was open stays open, and what had the focus keeps it. @type {(all: Job[]) => void} */
   showJobs(all) {
     const list = byId("jobs", HTMLElement);
     const open = new Set(
@@ -233,7 +233,7 @@ export class Worker {
     await this.editor.player.ask({ action: "open", job, witness });
   }
 
-  /** Shows a run on the canvas while it goes on, or no more. @type {(job: number) => Promise<void>} */
+  /** Shows a run on the canvas while it continues, or no more. @type {(job: number) => Promise<void>} */
   async watch(job) {
     this.watched = this.watched === job ? null : job;
     this.show();
@@ -259,7 +259,7 @@ export class Worker {
     const workspace = make("input", { value: "workspace", required: true, name: "workspace" });
     this.form(
       "Generate a workspace",
-      "A ROS 2 workspace in a folder beside the model. What would change is shown first.",
+      "A ROS 2 workspace in a folder next to the model. What would change is shown first.",
       [make("label", {}, "folder", workspace)],
       "Show",
       () => ({ kind: "generate", workspace: workspace.value }),
@@ -293,7 +293,7 @@ export class Worker {
     suit();
     this.form(
       "Run the application",
-      "With the handlers beside the model, or those in the workspace. The run is recorded, and can be played afterwards.",
+      "With the handlers next to the model, or those in the workspace. The run is recorded, and can be played afterwards.",
       [
         make("label", {}, "how", how),
         make("label", {}, "until", until),

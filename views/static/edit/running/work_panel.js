@@ -42,7 +42,7 @@ export function showJob(worker, job, isOpen) {
   );
 }
 
-/** What can be seen of a run while it goes on: here, and on a page of its own. @type {(worker: Worker, job: Job) => HTMLElement[]} */
+/** What can be seen of a run while it continues: here, and on a page of its own. @type {(worker: Worker, job: Job) => HTMLElement[]} */
 function live(worker, { job, state, log }) {
   const found = state === "running" ? log.map((line) => PAGE.exec(line)?.[0]).find(Boolean) : undefined;
   if (found === undefined) return [];

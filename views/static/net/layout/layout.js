@@ -218,7 +218,7 @@ function simplified(points) {
 }
 
 /**
- * The router ends lines at the square around a circle; they go on to the circle.
+ * The router ends lines at the square around a circle; they continue to the circle.
  *
  * @type {(points: Point[], node: PlacedNode | undefined, first: boolean) => void}
  */

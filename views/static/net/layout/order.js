@@ -85,7 +85,7 @@ function linksOf(view, around, containers) {
     const [one, other] = leadsBack(edge.kind) ? [to[depth], from[depth]] : [from[depth], to[depth]];
     add(from[depth - 1], [one, other, edge.id]);
   }
-  // A client goes on from its request to its response; this orders, but is no line.
+  // A client continues from its request to its response; this orders, but is not a line.
   /** @type {Map<string, string>} */
   const waiting = new Map();
   for (const edge of view.edges) {

@@ -40,7 +40,7 @@ export function kept(items) {
 }
 
 /**
- * Whether stored positions of a sheet say where its elements go: one point is no arrangement, unless it is
+ * Whether stored positions of a sheet say where its elements go: one point is not an arrangement, unless it is
  * drawn in a frame.
  *
  * @type {(items: Seated[], box: Box | undefined) => boolean}

@@ -147,7 +147,7 @@ export class Breakpoints {
     const condition = parseCondition(text, this.data.view.events);
     if (!condition) {
       const forms = "say Place >= 3, a transition, a signal, or a kind of record";
-      this.refuse(text ? `${text} is no breakpoint: ${forms}` : "say what to stop at");
+      this.refuse(text ? `${text} is not a breakpoint: ${forms}` : "say what to stop at");
       return;
     }
     // Before a run has begun, nothing is known.
@@ -270,7 +270,7 @@ export class Breakpoints {
       const said = "kept until this page is closed: the browser stores nothing for it";
       this.list.append(make("li", { class: "unstored" }, said));
     }
-    // The list was drawn anew under the keyboard.
+    // The list was drawn again under the keyboard.
     if (!focused || !text) return;
     const line = [...this.list.children].find((item) => item.getAttribute("data-text") === text);
     /** @type {HTMLElement | null | undefined} */ (line?.querySelector(`.${focused.className}`))?.focus();

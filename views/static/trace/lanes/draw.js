@@ -86,7 +86,7 @@ function drawLoop(view, y) {
   const [from, to] = [clampX(view, x), clampX(view, end)];
   const bracket = points(from, y + 13, from, y + 3, to, y + 3, to, y + 13);
   surface.path(bracket, { stroke: theme.loopInk, width: 1.6 });
-  const said = `for ever: ${data.loop + 1}–${data.length}`;
+  const said = `forever: ${data.loop + 1}–${data.length}`;
   const room = Math.min(end, left + width) - Math.max(x, left);
   const lettering = { fill: theme.loopInk, size: 10.5, bold: true };
   if (textWidth(said, 10.5) + 10 > room && x - left > 120)

@@ -98,7 +98,7 @@ export class LanesView {
     return this.scales[0];
   }
 
-  /** Rows, scales and sizes anew: the trace, the filter, folding or the axis has changed. */
+  /** Rows, scales and sizes again: the trace, the filter, folding or the axis has changed. */
   layout() {
     const { app, scroller } = this;
     const before = this.scales.length

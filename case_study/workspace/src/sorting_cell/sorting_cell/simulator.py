@@ -52,7 +52,7 @@ class SignalSetter:
         self._waiting.put((name, value))
 
     def announce(self, _: object) -> None:
-        """Have all signals set again: the node has been started, or goes on after a restart."""
+        """Have all signals set again: the node has been started, or continues after a restart."""
         for name, value in list(self._values.items()):
             self._waiting.put((name, value))
 

@@ -83,7 +83,7 @@ class World:
     def start(self) -> None:
         """Tell all signals: the arm rests, the sensor measures, nobody is there and presses nothing.
 
-        Nodes that go on after a restart may have seen other values of an earlier cell.
+        Nodes that continue after a restart may have seen other values of an earlier cell.
         """
         for name in ("ObjectIsPicked", "ObjectIsPlaced", "RobotHasFinished", "Danger"):
             self.set_signal("executor", name, False)
