@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.logic.ctl.endless import Check, decide_endless
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.satisfies import Question, Satisfies
+
+if TYPE_CHECKING:
+    from dineros.analysis.logic.ctl.endless import Check
 
 
 @dataclass(frozen=True)
@@ -28,5 +31,7 @@ class EndlessNet(Method):
         """Decide it, if it is proved that the net has no bounds."""
         if not isinstance(question, Satisfies):
             return None
+        from dineros.analysis.logic.ctl.endless import decide_endless
+
         formula, names = question.formula, question.names
         return decide_endless(question.net, formula, question.bound, names, budget, self.check)

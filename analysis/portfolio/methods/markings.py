@@ -14,6 +14,7 @@ import numpy as np
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.explicit.layout import layout
 from dineros.analysis.logic.ctl.fixpoints import basic, satisfying
 from dineros.analysis.logic.language.syntax import And, Exists, ForAll, Formula
 from dineros.analysis.nets.compiled import CompiledNet
@@ -22,12 +23,10 @@ from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio.budgets import GIVEN_UP
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
-from dineros.analysis.portfolio.methods.walks import WALKS
 from dineros.analysis.portfolio.satisfies import Question, Satisfies
 from dineros.analysis.properties.normal_form import everywhere, goal_of, is_linear
 from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
-from dineros.analysis.properties.predicates import total
-from dineros.analysis.walks.scouting import Scout
+from dineros.analysis.properties.predicates import Int64Array, total
 
 if TYPE_CHECKING:
     from dineros.analysis.portfolio.sheet import Sheet
@@ -92,7 +91,7 @@ class FarMarkings(Method):
             inner = everywhere(part) if isinstance(part, ForAll) else None
             way = None if inner is None else _way_against(question, inner, known, budget)
             if way is not None:
-                return Outcome("violated", way, by=WALKS)
+                return Outcome("violated", way, by="walks")
         return None
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
@@ -121,20 +120,40 @@ class FarMarkings(Method):
 
 def _way_against(question: Satisfies, inner: Formula, known: Known, budget: Budget) -> tuple[int, ...] | None:
     """Return a walk that ends where a formula is surely false, by the markings that follow there."""
+    from dineros.analysis.walks.scouting import Scout
+
     net, wanted, conditions = known.net, basic(inner), question.bound.conditions
     scout = Scout(net)
+    known.cells = known.cells or net.once(layout)  # else each graph would find its own
     for _ in range(WALKS_TRIED):
         budget.check_time()
         scout.walk()
-        way = scout.last.tolist()
-        end = replay(net, way)[-1]
+        end = _end(net, scout.last)
         graph = _part(known, budget.share(0.5, 0.125), PROBE_STATES, end)
         if graph is None:
             return None
+        known.cells = graph.layout
         _, possible = satisfying(wanted, PartialSets(graph, conditions, budget.check_time))[wanted]
         if not possible[0]:
-            return shortened(net, way, lambda marking, end=end: marking == end)  # type: ignore[misc]
+            return _way_to(net, scout.last.tolist(), end)
     return None
+
+
+def _end(net: CompiledNet, firings: Int64Array) -> list[int]:
+    """Return where firings lead, whatever their order."""
+    end: list[int] = net.initial.tolist()
+    counts = np.bincount(firings, minlength=len(net.transitions))
+    for t in counts.nonzero()[0].tolist():
+        for place, tokens in net.delta[t].items():
+            end[place] += tokens * int(counts[t])
+    return end
+
+
+def _way_to(net: CompiledNet, way: Sequence[int], end: list[int]) -> tuple[int, ...]:
+    """Return a way to a marking without what it does not need, replayed."""
+    found = shortened(net, way, lambda marking: marking == end)
+    replay(net, found)
+    return found
 
 
 def _part(
