@@ -106,11 +106,10 @@ PLANS: dict[Engine, Plan] = {
     "auto": (
         LIMITS_FIRST,
         Turn(StoredMarkings(), most_states=FEW_STATES),
-        Turn(FarMarkings(), time=0.1, most_seconds=2.0),
         Together(
             (
                 Side((Turn(DecisionDiagrams()),), head_start=HEAD_START),
-                Side((Turn(NetWithLimits()),)),
+                Side((Turn(FarMarkings(), time=0.1, most_seconds=2.0), Turn(NetWithLimits()))),
                 Side((STORED,)),
             )
         ),

@@ -6,7 +6,6 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.portfolio.methods.markings import FarMarkings
 from dineros.analysis.portfolio.satisfies import Satisfies
 from dineros.analysis.portfolio.scheduler import Turn, answered
@@ -17,7 +16,8 @@ LIMITS = Budget(1 << 28, seconds=60)
 
 def test_a_walk_leads_to_where_it_is_never_possible_again() -> None:
     net = classic.philosophers(14)
-    answer = check_ctl(net, "AG EF eat0 >= 1", budget=LIMITS)
+    question = Satisfies(net, parse("AG EF eat0 >= 1", "ctl"), NetNames(net))
+    answer = answered(question, [Turn(FarMarkings())], LIMITS)
     assert (answer.status, answer.by) == ("violated", "walks")
     assert answer.trace is not None
     end = replay(net, answer.trace)[-1]
