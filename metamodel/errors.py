@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 _UNSEEN = {"Cc", "Cf", "Zl", "Zp"}
-"""Unicode's categories of what is no visible character: controls, formats, ends of lines and paragraphs."""
+"""Unicode's categories of invisible characters: controls, formats, ends of lines and paragraphs."""
 
 SHOWN = 2000
 """Characters of an error that are shown: what is wrong with an input may quote all of it."""

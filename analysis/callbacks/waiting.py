@@ -161,7 +161,7 @@ class Waiting:
         return ways, held
 
     def _ways_on(self, key: Key, marking: Marking, missing: set[int]) -> Ways:
-        """Return how a callback that has begun may go on; a timeout of a call is a way that is not barred."""
+        """Return how a callback that has begun may continue; a timeout of a call is a way that is open."""
         page, index = key
         assert isinstance(page, sym.CallbackPage)
         awaited = [call for call in self._awaited(page, index) if _any(call.under_way, marking)]

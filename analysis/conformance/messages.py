@@ -219,7 +219,9 @@ class Messages:
         sender, number = _parts(record.message)
         place = self._net.ports.get((record.channel, record.place), record.place)
         if number is None or _node(sender) != record.node or sender.rpartition("/")[2] != place:
-            return Fault(f"{record.message!r} is no id of a message that {record.node}/{record.place} sends")
+            return Fault(
+                f"{record.message!r} is not an id of a message that {record.node}/{record.place} sends"
+            )
         known = number in self._sent[record.channel, sender]
         return Fault(f"{record.message} was sent before") if known else None
 

@@ -285,7 +285,7 @@ def goal_of(part: Formula) -> tuple[Formula, bool] | None:
 
 
 def everywhere(part: Formula) -> Formula | None:
-    """Return f of ``AG f`` or ``EF f``, which one reachable marking may decide, where f is no condition."""
+    """Return f of ``AG f`` or ``EF f``, which one reachable marking may decide, if f is not a condition."""
     match part:
         case Exists(Finally(operand)) | ForAll(Globally(operand)) if not is_linear(part):
             return None if is_condition(operand) else operand

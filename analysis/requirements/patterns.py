@@ -158,7 +158,9 @@ def _possible(part: _Part, stays: bool) -> Reading:
     steps = next((each for each in condition.subformulas() if isinstance(each, Fired)), None)
     if steps is not None:
         raise FormulaError(
-            f"{steps} is no condition on markings", column=part.start + 1, hint=f"say enabled({steps.name})"
+            f"{steps} is not a condition on markings",
+            column=part.start + 1,
+            hint=f"say enabled({steps.name})",
         )
     return Reading("ctl", ForAll(Globally(Exists(Finally(condition)))))
 

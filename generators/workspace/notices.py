@@ -1,4 +1,4 @@
-"""What a comparison finds: files to write, things that developers should know, edits that forbid to go on."""
+"""What a comparison finds: files to write, things that developers should know, edits that block it."""
 
 from __future__ import annotations
 

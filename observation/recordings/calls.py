@@ -250,7 +250,9 @@ class Observed:
         try:
             info = _types().deserialize_cdr(data[:_INFO_SIZE], _INFO)
         except SerdeError as error:
-            raise self._recording.error(f"topic {topic} has a message that is no event: {error}") from error
+            raise self._recording.error(
+                f"topic {topic} has a message that is not an event: {error}"
+            ) from error
         kind = int(info.event_type)  # type: ignore[attr-defined]
         if kind >= len(SERVICE_EVENTS):
             raise self._recording.error(f"topic {topic} has an event of the unknown kind {kind}")

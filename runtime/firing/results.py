@@ -1,4 +1,4 @@
-"""What a handler left and returned, checked: the data that goes on, and the data of single output places."""
+"""What a handler left and returned, checked: the data that continues, and data of single output places."""
 
 from __future__ import annotations
 

@@ -78,7 +78,9 @@ def parse_expectation(text: str) -> Expectation:
     try:
         number = float(seconds)
     except ValueError:
-        raise StalenessError(f"{seconds!r} is no time in seconds", hint="such as 2.5 or 2.5:stop") from None
+        raise StalenessError(
+            f"{seconds!r} is not a time in seconds", hint="such as 2.5 or 2.5:stop"
+        ) from None
     return Expectation(number, parse_then(then) if colon else "keep")
 
 

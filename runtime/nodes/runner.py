@@ -375,7 +375,7 @@ class Runner(Arrivals):
         self.stop()
 
     def checkpoint(self) -> SavedState:
-        """Return all that is needed to go on from here; on the node's thread, or while it is not running."""
+        """Return all that is needed to continue from here; on the node's thread, or while it is stopped."""
         return self._core.save(self.exchange.save())
 
     # What the transport calls, from any thread.

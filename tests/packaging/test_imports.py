@@ -253,7 +253,7 @@ def test_no_module_imports_itself_through_others(room: str) -> None:
 
 
 def test_folders_are_small() -> None:
-    """Everywhere, in tests and in the pages' code, too; what a package says of itself is no module in it."""
+    """Everywhere, in tests and in the pages' code, too; a package's own names are not a module in it."""
     files = [file for place in PLACES for kind in ("*.py", "*.js") for file in (ROOT / place).rglob(kind)]
     sizes = Counter(file.parent for file in files if file.name != "__init__.py")
     assert len(sizes) > 100

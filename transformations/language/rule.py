@@ -120,7 +120,9 @@ def _require_lists(cls: type[Rule]) -> None:
     for name, kinds in _LISTS.items():
         items = getattr(cls, name)
         if not isinstance(items, (list, tuple)):
-            raise RuleError(f"{cls.__name__}.{name} is no list", location=rule_line(), hint="put it into [ ]")
+            raise RuleError(
+                f"{cls.__name__}.{name} is not a list", location=rule_line(), hint="put it into [ ]"
+            )
         for item in items:
             if not isinstance(item, kinds):
                 group = isinstance(item, (Fragment, list, tuple))

@@ -129,7 +129,9 @@ def run(
     from dineros.metamodel.errors import DinerosError
 
     if resume and trace is None:
-        raise DinerosError("--resume needs the traces to go on from", hint="name their folder with --trace")
+        raise DinerosError(
+            "--resume needs the traces to continue from", hint="name their folder with --trace"
+        )
     if programs and (local or simulate):
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
     if speed is not None and not simulate:

@@ -23,7 +23,7 @@ def _place(id: str, x: float, y: float, tokens: int = 0) -> sym.Place:
 
 
 def _end(id: str, x: float, y: float) -> sym.Place:
-    """Return a place that a finished application rests in: then nothing is left to do, which is no fault."""
+    """Return a place that a finished application rests in: nothing is left to do, which is not a fault."""
     return _at(x, y, sym.Place(id=id, kind="end"))
 
 

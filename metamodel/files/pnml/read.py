@@ -215,7 +215,9 @@ def _check_reference(node: NodeRecord, net: NetRecord, source: Source) -> None:
             f"{node.id!r} refers to {node.ref!r}, which is not there", node.xml, id=node.id, hint=hint
         )
     if not isinstance(target, NodeRecord) or target.is_channel or target.is_place != node.is_place:
-        raise source.error(f"{node.id!r} refers to {node.ref!r}, which is no {wanted}", node.xml, id=node.id)
+        raise source.error(
+            f"{node.id!r} refers to {node.ref!r}, which is not a {wanted}", node.xml, id=node.id
+        )
 
 
 # ------------------------------------------------------------------------------------------------- blocks

@@ -262,7 +262,8 @@ class TestWhatIsNotAllowed:
                 {"place": "Words"},
                 Publish,
                 "talker",
-                "Words publishes talker/Said/1 (Chatter): Words is no publisher of topic channel 'Chatter'",
+                "Words publishes talker/Said/1 (Chatter): "
+                "Words is not a publisher of topic channel 'Chatter'",
             ),
         ):
             assert self.reasons(self.change(said(), node, kind, **fields)) == [reason]

@@ -169,7 +169,7 @@ def test_what_cannot_be_certified_is_not(kind: str, text: str) -> None:
 
 
 def test_steps_of_an_induction_are_all_looked_at() -> None:
-    """A counter that an inhibitor arc stops at 3: fewer than two is no invariant, over however many steps."""
+    """A counter that an inhibitor arc stops at 3: fewer than two is not invariant, however many steps."""
     asked = Asked(subject(UNBOUNDED), "marking", "n >= 2")
     assert all(certificate_of(asked, "unreachable", Inductive(depth, ())) is None for depth in range(6))
 

@@ -24,7 +24,7 @@ def move(name: str, here: str, there: str) -> Transition:
 
 
 def far(rounds: int, others: int) -> CompiledNet:
-    """A shift that ends after some rounds, beside others that go on without end: far away, and not rare."""
+    """A shift that ends after some rounds, beside others that never end: far away, and not rare."""
     tokens = {"rest": 1, "work": 0, "done": 0} | {f"a{k}": 1 for k in range(others)}
     rows = [
         move("begin", "rest", "work"),

@@ -146,7 +146,12 @@ class TestStatespace:
 class TestMemory:
     @pytest.mark.parametrize(
         ("value", "says"),
-        [("much", "is no amount"), ("2X", "is not an amount"), ("0", "too little"), ("-1G", "too little")],
+        [
+            ("much", "is not an amount"),
+            ("2X", "is not an amount"),
+            ("0", "too little"),
+            ("-1G", "too little"),
+        ],
     )
     def test_what_is_no_amount_is_refused(self, run: Run, model: Path, value: str, says: str) -> None:
         assert is_one_line_of_wrong_use(run("statespace", model, f"--memory={value}"), says)

@@ -50,7 +50,9 @@ def test_a_limit_is_raised_by_the_option_that_the_error_names(run: Run, system: 
 
 def test_a_wrong_limit_is_one_line(run: Run, system: Path) -> None:
     result = run("validate", system, "--limit", "tokens=many")
-    assert is_one_line_of_wrong_use(result, "'tokens=many' is no limit of a size (for example tokens=5000)")
+    assert is_one_line_of_wrong_use(
+        result, "'tokens=many' is not a limit of a size (for example tokens=5000)"
+    )
 
 
 @pytest.mark.parametrize("command", ["statespace", "flatten"])

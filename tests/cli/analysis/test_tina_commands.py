@@ -175,7 +175,10 @@ class TestVerify:
             ("selt babbles", "selt answers neither TRUE nor FALSE"),
             ("selt shows another run", "the counterexample of selt is not a run of the net: step 3"),
             ("selt shows times", "selt wrote a path that cannot be read: 't@1"),
-            ("selt shows no transition", "selt wrote a path with 'nix', which is no transition of the net"),
+            (
+                "selt shows no transition",
+                "selt wrote a path with 'nix', which is not a transition of the net",
+            ),
         ],
     )
     @uses("ends")

@@ -1,4 +1,4 @@
-"""A node on ROS 2 that does not run: it says so, goes on when it is told to, and ends when it is told to."""
+"""A node on ROS 2 that does not run: it says so, and continues and ends when it is asked to."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ class _Builder:
             page.awaits = self.draw(st.booleans())
 
     def _timer(self, net: sym.NodeNet) -> None:
-        """Add a timer, whose callback works, calls and goes on, or leaves the answer to another callback."""
+        """Add a timer, whose callback works, calls and continues, or leaves the answer to another one."""
         draw = self.draw
         callback = sym.CallbackPage(id=self._id("timer"), kind="timer", timer=0.5, page=net)
         page: pn.Page = pn.Page(id=self._id("inner"), page=callback) if draw(st.booleans()) else callback

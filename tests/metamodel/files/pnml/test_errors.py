@@ -65,7 +65,11 @@ BAD = {
         6,
     ),
     "reference without target": (inside('<referencePlace id="r"/>'), "<referencePlace> has no ref", 6),
-    "reference to the wrong kind": (inside('<referencePlace id="r" ref="t"/>'), "'t', which is no place", 6),
+    "reference to the wrong kind": (
+        inside('<referencePlace id="r" ref="t"/>'),
+        "'t', which is not a place",
+        6,
+    ),
     "reference to a page": (
         inside('<referenceTransition id="r" ref="g"/>'),
         "'g', which is not a transition",
