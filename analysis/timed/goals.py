@@ -31,6 +31,7 @@ def find_timed(
     names: Names | None = None,
     budget: Budget = UNLIMITED,
     observed: TimedNet | None = None,
+    kind: Kind | None = None,
 ) -> Outcome:
     """Find a firing sequence to a marking that fulfils a condition, with as few firings as possible.
 
@@ -47,6 +48,8 @@ def find_timed(
         Limits.
     observed
         The net without its observer, if `net` has one: ``deadlock`` is about that.
+    kind
+        Which state classes; by default the largest ones that the net allows.
 
     Returns
     -------
@@ -90,11 +93,15 @@ def find_timed(
 
     asks_for_deadlock = any(isinstance(one, NoneEnabled) for one in atoms.conditions.values())
     is_late = asks_for_deadlock and observed is None
-    return _searched(net, budget, among_classes if is_late else among_markings)
+    return _searched(net, budget, among_classes if is_late else among_markings, kind)
 
 
 def find_timed_firing(
-    net: TimedNet, transition: str, names: Names | None = None, budget: Budget = UNLIMITED
+    net: TimedNet,
+    transition: str,
+    names: Names | None = None,
+    budget: Budget = UNLIMITED,
+    kind: Kind | None = None,
 ) -> Outcome:
     """Find a firing sequence whose last transition is one of a name; see `find_timed`.
 
@@ -106,14 +113,16 @@ def find_timed_firing(
         edge = search.first_edge(chosen)
         return None if edge is None else (edge[0], (edge[1],))
 
-    return _searched(net, budget, by_edge)
+    return _searched(net, budget, by_edge, kind)
 
 
-def _searched(net: TimedNet, budget: Budget, look: Callable[[ClassSearch], Found | None]) -> Outcome:
+def _searched(
+    net: TimedNet, budget: Budget, look: Callable[[ClassSearch], Found | None], kind: Kind | None
+) -> Outcome:
     """Search until a class is found; what leads there has a schedule."""
     budget = budget.begun()
-    kind: Kind = "E" if net.has_priorities else "M"
-    search = ClassSearch(net, kind, budget, keeps_parents=True, is_breadth_first=True)
+    kind = kind or ("E" if net.has_priorities else "M")
+    search = ClassSearch(net, kind, budget, keeps_edges=True, keeps_parents=True, is_breadth_first=True)
     found: list[Found] = []
 
     def is_met() -> bool:

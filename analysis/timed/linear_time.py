@@ -42,6 +42,7 @@ from dineros.analysis.logic.language.syntax import (
 from dineros.analysis.logic.verdicts.verdict import ReplayError
 from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.nets.graph_parts import numbered_parts
+from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.goals import find_timed
 from dineros.analysis.timed.graph import WAITING, Flags, TimedGraph, timed_graph
 from dineros.analysis.timed.nets import TimedNet
@@ -54,7 +55,11 @@ MOST_ATOMS = 62
 
 
 def verify_timed_ltl(
-    net: TimedNet, formula: str | Formula, names: Names | None = None, budget: Budget = UNLIMITED
+    net: TimedNet,
+    formula: str | Formula,
+    names: Names | None = None,
+    budget: Budget = UNLIMITED,
+    kind: Kind | None = None,
 ) -> Outcome:
     """Decide whether all runs of a net with its times satisfy an LTL formula.
 
@@ -69,6 +74,8 @@ def verify_timed_ltl(
         What names stand for; by default places and transitions of the net.
     budget
         Limits.
+    kind
+        Which state classes; by default linear ones if there are no priorities.
 
     Returns
     -------
@@ -92,7 +99,7 @@ def verify_timed_ltl(
     try:
         if len(automaton.atoms) > MOST_ATOMS:
             raise BudgetExceededError(f"the formula has more than {MOST_ATOMS} atoms")
-        graph = timed_graph(net, "S" if net.has_priorities else "W", budget)
+        graph = timed_graph(net, kind or ("S" if net.has_priorities else "W"), budget)
         classes = graph.classes
         budget.stage("the product with the automaton")
         run = _Product(graph, automaton, atoms, budget).accepted()

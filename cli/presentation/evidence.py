@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.evidence.proving import Asked
     from dineros.analysis.questions.engines import Question
+    from dineros.analysis.timed.nets import TimedNet
     from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel import pn
 
@@ -106,15 +107,22 @@ def facts_text(certificate: Mapping[str, Any]) -> str:
     return ", ".join(parts) or "the formula alone"
 
 
-def confirmed(question: Question, answer: Outcome, budget: Budget) -> tuple[Outcome, Confirmation | None]:
-    """Have others decide an answer that rests on all markings; unknown where they disagree."""
+def confirmed(
+    question: Question, answer: Outcome, budget: Budget, timed: TimedNet | None = None
+) -> tuple[Outcome, Confirmation | None]:
+    """Have others decide an answer about all markings, with times if given; unknown if they disagree."""
     from dataclasses import replace
 
     from dineros.analysis.evidence.confirmation import confirm_answer, rests_on_markings
 
     if not rests_on_markings(answer):
         return answer, None
-    confirmation = confirm_answer(question, answer, budget)
+    if timed is None:
+        confirmation = confirm_answer(question, answer, budget)
+    else:
+        from dineros.analysis.timed.confirmation import confirm_timed_answer
+
+        confirmation = confirm_timed_answer(timed, question, answer, budget)
     if confirmation.agrees is False:
         answer = replace(answer, status="unknown", reason=str(confirmation))
     return answer, confirmation

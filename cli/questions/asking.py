@@ -77,9 +77,8 @@ class Asking:
         """Find out that the options exclude each other; raises `UsageError`."""
         if self.scheduler is not None and self.engine == "tina":
             raise click.UsageError("workers of a scheduler do not ask TINA")
-        others = (self.engine != "auto", self.scheduler, self.certificate, self.confirm)
-        if self.timed and any(others):
-            raise click.UsageError("--time goes without --engine, --scheduler, --certificate and --confirm")
+        if self.timed and any((self.engine != "auto", self.scheduler, self.certificate)):
+            raise click.UsageError("--time goes without --engine, --scheduler and --certificate")
 
     def subject(self) -> Subject:
         """Read the model, refuse an invalid one, and flatten and compile it."""
@@ -142,7 +141,8 @@ class Asking:
             self.is_proved, answer = backed is not None, backed or answer
         if self.confirm and not self.is_proved:
             run.stage("confirming the answer")
-            answer, self.confirmation = confirmed(question, answer, budget)
+            timed = subject.timed if isinstance(subject, TimedSubject) else None
+            answer, self.confirmation = confirmed(question, answer, budget, timed)
         return replace(answer, reason=run.reason(answer.reason))
 
     def tell(

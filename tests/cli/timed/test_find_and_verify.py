@@ -106,7 +106,7 @@ def test_the_quickest_way(run: Run, race: Path) -> None:
 @pytest.mark.parametrize(
     "options",
     [
-        ("find", "--marking", "a >= 1", "--confirm"),
+        ("find", "--marking", "a >= 1", "--certificate", "c.json"),
         ("find", "--marking", "a >= 1", "--engine", "tina"),
         ("verify", "--ltl", "F (a >= 1)", "--fair", "all"),
     ],
@@ -115,3 +115,25 @@ def test_what_time_does_not_go_with(run: Run, race: Path, options: tuple[str, ..
     command, *asked = options
     result = run(command, race, *asked, "--time")
     assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1)
+
+
+def test_answers_are_confirmed(run: Run, race: Path) -> None:
+    result = run("find", race, "--time", "--confirm", "--marking", "b >= 1")
+    assert result.exit_code == 1
+    assert "confirmed by time as a counter" in result.stdout
+    result = run("verify", race, "--time", "--confirm", "--ltl", "F fired(fast)", "--json")
+    told = json.loads(result.stdout)
+    assert (told["status"], told["confirmation"]["agrees"]) == ("holds", True)
+    assert told["confirmation"]["by"][0].startswith("strong state classes")
+
+
+def test_a_schedule_needs_no_confirmation(run: Run, race: Path) -> None:
+    result = run("find", race, "--time", "--confirm", "--marking", "a >= 1", "--json")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["confirmation"] is None
+
+
+def test_ctl_has_one_engine(run: Run, race: Path) -> None:
+    result = run("verify", race, "--time", "--confirm", "--ctl", "AF (a >= 1)")
+    assert result.exit_code == 0
+    assert "not confirmed: only one engine decides such formulas" in result.stderr

@@ -1,0 +1,140 @@
+"""Answers about nets with time, decided again: by time as a counter, or by another kind of state classes.
+
+A question about markings is asked of the net in which time is counted, which shares nothing with state
+classes but the net. It knows closed intervals without priorities only. Otherwise, and for questions about
+runs, strong classes answer where linear ones did: the matrices are computed by the same code, but the
+classes are others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.evidence.confirmation import ONE_ENGINE, Confirmation
+from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled
+from dineros.analysis.logic.language.bounded import read_bounded
+from dineros.analysis.logic.language.names import Names, NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.syntax import (
+    FALSE,
+    TRUE,
+    And,
+    Atom,
+    Comparison,
+    Formula,
+    Globally,
+    Name,
+    Not,
+    Or,
+)
+from dineros.analysis.questions import engines
+from dineros.analysis.timed.goals import find_timed, find_timed_firing
+from dineros.analysis.timed.integers.net import IntegerNet, integer_net
+from dineros.analysis.timed.linear_time import is_condition, verify_timed_ltl
+from dineros.analysis.timed.nets import TimedNet
+from dineros.metamodel.errors import DinerosError
+
+COUNTED = "time as a counter"
+STRONG = "strong state classes"
+
+
+def confirm_timed_answer(
+    net: TimedNet, question: engines.Question, answer: Outcome, budget: Budget = UNLIMITED
+) -> Confirmation:
+    """Decide an answer that rests on all state classes once more.
+
+    Parameters
+    ----------
+    net
+        The net with its times.
+    question, answer
+        What was asked, and the answer: ``unreachable`` or ``holds``.
+    budget
+        Limits.
+    """
+    budget = budget.begun()
+    match question:
+        case engines.Marking(_, names, condition):
+            return _confirm_marking(net, parse(condition, "state"), names, answer, budget)
+        case engines.Linear(_, names, formula, (), ()) if read_bounded(formula) is None:
+            tree = parse(formula)
+            if isinstance(tree, Globally) and is_condition(tree.operand):
+                return _confirm_marking(net, Not(tree.operand), names, answer, budget)
+            return _by_strong(net, answer, lambda: verify_timed_ltl(net, formula, names, budget, "S"))
+        case engines.Enabled(_, names, name):
+            return _by_strong(net, answer, lambda: find_timed_firing(net, name, names, budget, "S"))
+    return Confirmation(None, reason=ONE_ENGINE)
+
+
+def _confirm_marking(
+    net: TimedNet, condition: Formula, names: Names, answer: Outcome, budget: Budget
+) -> Confirmation:
+    """Ask the net in which time is counted for a marking, or strong classes where it does not suit."""
+    try:
+        made = integer_net(net)
+    except DinerosError:
+        made = None
+    counted = None if made is None else _in_counted_time(net, made, condition, names)
+    if made is None or counted is None:
+        return _by_strong(net, answer, lambda: find_timed(net, condition, names, budget, kind="S"))
+    from dineros.analysis.portfolio.asking import find_marking
+
+    found = find_marking(made.net, counted, NetNames(made.net), budget, is_shortest=False)
+    return _compared(answer, found, COUNTED)
+
+
+def _by_strong(net: TimedNet, answer: Outcome, ask: Callable[[], Outcome]) -> Confirmation:
+    if net.has_priorities:  # strong classes have answered already
+        return Confirmation(None, reason=ONE_ENGINE)
+    try:
+        return _compared(answer, ask(), STRONG)
+    except BudgetExceededError as limit:
+        return Confirmation(None, reason=str(limit))
+
+
+def _compared(answer: Outcome, other: Outcome, by: str) -> Confirmation:
+    if other.status == "unknown":
+        return Confirmation(None, reason=f"{by}: {other.reason}")
+    same = {"unreachable": "holds", "reachable": "violated"}
+    said = same.get(other.status, other.status)
+    if said == same.get(answer.status, answer.status):
+        return Confirmation(True, (f"{by} ({other.seconds:.1f} s)",))
+    return Confirmation(False, (by,), f"state classes say {answer.status}, {by}: {other.status}")
+
+
+def _in_counted_time(net: TimedNet, made: IntegerNet, condition: Formula, names: Names) -> Formula | None:
+    """Return a condition about the net in which time is counted; None if it asks more than tokens.
+
+    A marking of that net is one of the timed net if its place `end` is marked.
+    """
+    atoms = BoundAtoms(net.untimed, condition, names).conditions
+    if any(isinstance(one, NoneEnabled) for one in atoms.values()):
+        return None
+    places = net.untimed.places
+
+    def atom(each: Atom) -> Formula:
+        match atoms[each]:
+            case Linear(factors, operator, bound):
+                terms = tuple((factor, Name(places[place])) for place, factor in factors.items() if factor)
+                return Comparison(terms, operator, bound)  # type: ignore[arg-type]
+            case SomeEnabled(transitions):
+                return Or(tuple(_enabled(net, each) for each in transitions)) if transitions else FALSE
+        raise AssertionError(f"no condition on markings: {each}")
+
+    def translated(tree: Formula) -> Formula:
+        if isinstance(tree, Atom):
+            return atom(tree) if tree in atoms else tree
+        return tree.with_operands(tuple(translated(operand) for operand in tree.operands))
+
+    is_settled = Comparison(((1, Name(made.end)),), ">=", 1)
+    return And((translated(condition), is_settled))
+
+
+def _enabled(net: TimedNet, transition: int) -> Formula:
+    """Return what `enabled` means: the tokens are there."""
+    plain, places = net.untimed, net.untimed.places
+    needed = [Comparison(((1, Name(places[p])),), ">=", w) for p, w in plain.pre.row(transition)]
+    kept = [Comparison(((1, Name(places[p])),), "<", w) for p, w in plain.inhibitor.row(transition)]
+    return And((*needed, *kept, TRUE))

@@ -1,0 +1,77 @@
+"""Answers about nets with time, decided again: true ones are confirmed, false ones are noticed."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from dineros.analysis.answers.budget import UNLIMITED
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking, Question, Timed
+from dineros.analysis.timed.confirmation import COUNTED, STRONG, confirm_timed_answer
+from tests.analysis.timed.test_linear_time import FORMULAS
+from tests.analysis.timed.time_nets import RandomNet, lively_net
+
+
+def questions(net: RandomNet, random: Random) -> list[Question]:
+    """Return one question of each kind that can be decided again."""
+    plain, names = net.net.untimed, NetNames(net.net.untimed)
+    places, transitions = plain.places, plain.transitions
+    tokens = f"{random.choice(places)} + {random.choice(places)} >= {random.randint(1, 3)}"
+    return [
+        Marking(plain, names, tokens),
+        Marking(plain, names, f"enabled({random.choice(transitions)}) & !({tokens})"),
+        Marking(plain, names, f"deadlock & {random.choice(places)} >= 1"),
+        Enabled(plain, names, random.choice(transitions)),
+        Linear(plain, names, f"G !({tokens})"),
+        Linear(plain, names, random.choice(FORMULAS)),
+    ]
+
+
+def opposite(answer: Outcome) -> Outcome:
+    other = {"reachable": "unreachable", "unreachable": "reachable", "holds": "violated", "violated": "holds"}
+    return Outcome(other[answer.status])  # type: ignore[arg-type]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("part", range(4))
+def test_random_nets(part: int) -> None:
+    """True answers are confirmed, false ones are not, by whoever can decide the question."""
+    who: set[str] = set()
+    for seed in range(part, 40, 4):
+        net = lively_net(Random(8_000 + seed), is_closed=seed % 2 == 0, most=800)
+        for question in questions(net, Random(seed)):
+            answer = Timed(net.net).answer(question, UNLIMITED)
+            told = confirm_timed_answer(net.net, question, Outcome(answer.status))
+            assert told.agrees is True, (seed, question, told)
+            lie = confirm_timed_answer(net.net, question, opposite(answer))
+            assert lie.agrees is False, (seed, question, lie)
+            who.update(word.partition(" (")[0] for word in told.by)
+    assert who == {COUNTED, STRONG}
+
+
+def test_who_decides() -> None:
+    net = lively_net(Random(3), is_closed=True, most=800)
+    plain, names = net.net.untimed, NetNames(net.net.untimed)
+    told = confirm_timed_answer(net.net, Marking(plain, names, "p0 >= 100"), Outcome("unreachable"))
+    assert told.agrees and told.by[0].startswith(COUNTED)
+    told = confirm_timed_answer(net.net, Linear(plain, names, "G p0 <= 100"), Outcome("holds"))
+    assert told.agrees and told.by[0].startswith(COUNTED)
+    told = confirm_timed_answer(
+        net.net, Marking(plain, names, "p0 >= 100 & deadlock"), Outcome("unreachable")
+    )
+    assert told.agrees and told.by[0].startswith(STRONG)
+    told = confirm_timed_answer(net.net, Branching(plain, names, "AG p0 <= 100"), Outcome("holds"))
+    assert told.agrees is None
+
+
+def test_strong_classes_do_not_confirm_themselves() -> None:
+    net = next(
+        found
+        for seed in range(100)
+        if (found := lively_net(Random(seed), has_priorities=True, most=800)).net.has_priorities
+    )
+    question = Marking(net.net.untimed, NetNames(net.net.untimed), "p0 >= 100")
+    assert confirm_timed_answer(net.net, question, Outcome("unreachable")).agrees is None
