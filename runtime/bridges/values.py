@@ -73,18 +73,18 @@ def read_signals(text: str | bytes) -> dict[str, bool]:
 
 def _plain(text: str | bytes) -> str:
     if len(text) > SIZE_LIMIT:
-        raise SignalValueError(f"no truth value: {len(text)} bytes, and {SIZE_LIMIT} at most are read")
+        raise SignalValueError(f"not a truth value: {len(text)} bytes, and {SIZE_LIMIT} at most are read")
     try:
         return text.decode() if isinstance(text, bytes) else text
     except UnicodeDecodeError as error:
-        raise SignalValueError(f"no truth value: no UTF-8: {error.reason}") from None
+        raise SignalValueError(f"not a truth value: no UTF-8: {error.reason}") from None
 
 
 def _decoded(plain: str) -> dict[str, Any]:
     try:
         found = decode_json(plain)
     except JsonTextError as error:
-        raise SignalValueError(f"no truth value: {error}") from None
+        raise SignalValueError(f"not a truth value: {error}") from None
     assert isinstance(found, dict)  # it begins with a brace
     return found
 

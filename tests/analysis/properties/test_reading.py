@@ -122,7 +122,10 @@ def test_bounds_and_global_questions(tmp_path: Path) -> None:
         (f"<globally>{FIREABLE}</globally><true/>", "<formula> holds 2 elements"),
         ("<exists-path><true/></exists-path>", "needs a temporal operator, not <true>"),
         ("<negations><true/></negations>", "<negations> is not part of a formula"),
-        (f"<integer-le>{count('a')}<integer-constant>1e9</integer-constant></integer-le>", "no whole number"),
+        (
+            f"<integer-le>{count('a')}<integer-constant>1e9</integer-constant></integer-le>",
+            "not a whole number",
+        ),
         ("<all-paths><until><before><true/></before></until></all-paths>", "<until> holds 1 elements"),
         (f"<integer-lee>{count('a')}{ONE_TOKEN}</integer-lee>", "did you mean 'integer-le'"),
         (

@@ -156,7 +156,7 @@ def test_wrong_use_of_baselines(run: Run, faulty: Path, tmp_path: Path) -> None:
     for option, file, words in (
         ("--baseline", tmp_path / "none.json", "none.json"),
         ("--write-baseline", tmp_path / "none" / "known.json", "there is no folder"),
-        ("--write-baseline", faulty, "no format of a baseline"),
+        ("--write-baseline", faulty, "not a format of a baseline"),
     ):
         before = faulty.read_bytes()
         assert is_one_line_of_wrong_use(run("check", faulty, option, file), words)

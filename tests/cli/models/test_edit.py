@@ -109,7 +109,7 @@ def test_wrong_use_is_one_line(file: Path, tmp_path: Path, start: Start, run: Ru
     start(str(file))
     assert is_one_line_of_wrong_use(run("edit", str(file), "--no-browser"), "edited by another process")
     (tmp_path / "net.net").write_text("net n\npl a (1)\n")
-    assert is_one_line_of_wrong_use(run("edit", str(tmp_path / "net.net")), "no suffix of a model")
+    assert is_one_line_of_wrong_use(run("edit", str(tmp_path / "net.net")), "not a suffix of a model")
     (tmp_path / "broken.xmi").write_text("<a/>")
     assert is_one_line_of_wrong_use(run("edit", str(tmp_path / "broken.xmi")), "broken.xmi")
     assert is_one_line_of_wrong_use(run("edit", str(tmp_path / "no/folder.xmi")), "folder.xmi")

@@ -166,7 +166,7 @@ REFUSED: list[tuple[list[dict[str, Any]], str]] = [
     ([{**NEW, "index": 9}], "has 3 elements, no place 9"),
     ([{**NEW, "feature": "arcs", "type": "pn.Arc"}], "needs source"),
     ([{**NEW, "feature": "arcs", "type": "pn.Arc", "values": {"source": "@Chatter"}}], "leads to a Node"),
-    ([{**NEW, "called": "p"}], "no new name that begins with"),
+    ([{**NEW, "called": "p"}], "not a new name that begins with"),
     ([{"kind": "set", "element": "@Words", "feature": "tokens", "value": "3"}], "tokens is a whole number"),
     ([{"kind": "set", "element": "@Words", "feature": "tokens", "value": True}], "tokens is a whole number"),
     ([{"kind": "set", "element": "@Words", "feature": "tokens", "value": 2**31}], "32 bits"),

@@ -143,7 +143,7 @@ def test_what_cannot_be_put_elsewhere_says_why() -> None:
             {"kind": "into", "elements": [handle(editor, "OnChatter")], "page": handle(editor, "OnChatter")},
             "into itself",
         ),
-        ({"kind": "split", "page": handle(editor, "talker")}, "no page within a page"),
+        ({"kind": "split", "page": handle(editor, "talker")}, "not a page within a page"),
         (
             {
                 "kind": "join",

@@ -78,8 +78,8 @@ class TestMqtt:
             state = the_source(net)
         assert state.is_connected
         assert (state.accepted, state.refused, state.failures) == (1, len(NONSENSE) + 1, 0)
-        assert "no truth value" in str(state.last_error)
-        assert caplog.text.count("no truth value") == 1
+        assert "not a truth value" in str(state.last_error)
+        assert caplog.text.count("not a truth value") == 1
         assert len(net.inspect().errors) == 1
         assert net.inspect().sources == ()
 
@@ -240,8 +240,8 @@ class TestRestPoll:
                 "gzip": "its answer is compressed",
                 "redirect": "it redirects (302)",
                 "bad_redirect": "it redirects (302)",
-                "deep": "no truth value: no JSON",
-                "charset": "no truth value: no UTF-8",
+                "deep": "not a truth value: no JSON",
+                "charset": "not a truth value: no UTF-8",
                 "drip_body": "no answer in 1 s",
                 "drip_head": "no answer in 1 s",
             }.items():
@@ -268,7 +268,7 @@ class TestRestPoll:
             with monkeypatch.context() as patch:
                 patch.setattr(rest_poll, "read_truth", read)
                 until(lambda: the_source(net).failures > 1)
-                assert "gives no truth value: IndexError: nothing left" in str(the_source(net).last_error)
+                assert "gives not a truth value: IndexError: nothing left" in str(the_source(net).last_error)
             until(lambda: the_source(net).is_connected)
 
     def test_slow_server_holds_up_no_other(self, pair: Net, hostile: type[_Hostile]) -> None:

@@ -302,7 +302,7 @@ def test_registering_what_is_not_there() -> None:
     net.handler("go", name="x")(lambda firing: None)
     with pytest.raises(HandlerError, match="replace=True"):
         net.handler("go", name="x")(lambda firing: None)
-    with pytest.raises(HandlerError, match="no function"):
+    with pytest.raises(HandlerError, match="not a function"):
         net.handler("go", name="z")(42)  # type: ignore[type-var]
     with pytest.raises(HandlerError, match="did you mean 'x'"):
         net.set_priority("go", "xx", 3)

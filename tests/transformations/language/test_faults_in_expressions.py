@@ -151,7 +151,7 @@ FAULTS: Faults = {
     "first of a single value": (RULE.format("one = first(port.place)  #!"), "has no first one", ""),
     "counting up to a text": (
         RULE.format("step = Index(upto=channel.topic)  #!"),
-        "no number to count up to",
+        "not a number to count up to",
         "",
     ),
     "missing container": (

@@ -77,7 +77,7 @@ def around(view: ViewModel, ids: Collection[str], steps: int) -> ViewModel:
         There is no such element.
     """
     if steps < 0:
-        raise DinerosError(f"{steps} steps are not distance", hint="give 0 or more")
+        raise DinerosError(f"the distance {steps} is negative", hint="give 0 or more")
     kept = {node for id in ids for node in _nodes_of(view, id)}
     neighbours: dict[str, set[str]] = {node.id: set() for node in view.nodes}
     for edge in view.edges:

@@ -62,7 +62,7 @@ def test_unknown_elements_name_near_ones() -> None:
         collapse(view, ["executr"])
     with pytest.raises(UnknownElementError, match="shows no 'nobody'"):
         with_badges(view, {"nobody": "1"})
-    with pytest.raises(DinerosError, match="no distance"):
+    with pytest.raises(DinerosError, match="is negative"):
         around(view, ["TStop"], -1)
 
 
