@@ -32,7 +32,7 @@ def questions(net: RandomNet, random: Random) -> list[Question]:
 
 def opposite(answer: Outcome) -> Outcome:
     other = {"reachable": "unreachable", "unreachable": "reachable", "holds": "violated", "violated": "holds"}
-    return Outcome(other[answer.status])  # type: ignore[arg-type]
+    return Outcome(other[answer.status])
 
 
 @pytest.mark.long
