@@ -120,7 +120,7 @@ def confirmed(
     if timed is None:
         confirmation = confirm_answer(question, answer, budget)
     else:
-        from dineros.analysis.timed.confirmation import confirm_timed_answer
+        from dineros.analysis.evidence.timed_confirmation import confirm_timed_answer
 
         confirmation = confirm_timed_answer(timed, question, answer, budget)
     if confirmation.agrees is False:

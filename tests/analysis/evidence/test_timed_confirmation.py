@@ -8,9 +8,9 @@ import pytest
 
 from dineros.analysis.answers.budget import UNLIMITED
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.evidence.timed_confirmation import COUNTED, STRONG, confirm_timed_answer
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking, Question, Timed
-from dineros.analysis.timed.confirmation import COUNTED, STRONG, confirm_timed_answer
 from tests.analysis.timed.test_linear_time import FORMULAS
 from tests.analysis.timed.time_nets import RandomNet, lively_net
 
