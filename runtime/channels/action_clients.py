@@ -4,7 +4,7 @@ A goal is sent again until it is answered, with the same id, and its result is a
 restart. A request to cancel is of the oldest goal that is accepted and not asked to be canceled before. Where
 all are being canceled, or none is under way any more, the request is gone; while one waits for its answer, so
 does the request, and of two that wait, one is gone. Of a client with one goal under way, it is gone before
-the client takes what it is told of that goal (rule A8).
+the client takes what it is told of that goal, and before the client sends the next one (rule A8).
 """
 
 from __future__ import annotations
@@ -135,6 +135,7 @@ class ActionClient:
             The transport failed; the token stays where it is.
         """
         traffic, port, place = self._traffic, self.port, self.goal
+        self._cancel_first()
         token = traffic.engine.oldest(place)
         goal = GoalUnderWay(Message(goal_id(traffic.next_id(port.goal)), token.data))
         try:
@@ -182,7 +183,7 @@ class ActionClient:
         self._emit("cancel", goal, place=place, token=token.id, change={place: -1})
 
     def _cancel_first(self) -> None:
-        """Let requests to cancel be gone before the end of the one goal under way is told."""
+        """Let requests to cancel be gone before the one goal under way ends, or the next one is sent."""
         if self._cancel is not None and self.port.outstanding == 1:
             while self._traffic.engine.count(self._cancel):
                 self.send_cancel()

@@ -139,7 +139,7 @@ FAMILIES = (
         "",
         (slots, goals, ends, feedback, publishing, cancels, acceptances),
         "They run under every middleware, after those of services; A6 runs before all others, A5-room, "
-        "A5-first, A5-hand, A8-room and A8-answer with those about capacities.",
+        "A5-first, A5-hand, A8-room, A8-answer and A8-send with those about capacities.",
     ),
     _family(
         "goals",

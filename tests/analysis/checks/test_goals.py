@@ -310,6 +310,22 @@ def test_a_request_to_cancel_is_gone_with_its_goal(waits: bool) -> None:
     assert bool(unbounded) is not waits
 
 
+@pytest.mark.parametrize("together", [True, False])
+def test_a_request_to_cancel_never_meets_a_goal_that_is_sent_after_it(together: bool) -> None:
+    """It is gone before, also where the goal comes from the same firing."""
+    model = deliveries()
+    office = find(model, "office0", sym.NodeNet)
+    wanted, recall, goal = (find(model, f"{id}0", pn.Place) for id in ("Wanted", "Recall", "Send"))
+    find(model, "Doubt0", pn.Place).tokens = 0
+    between = place(office, "Between")
+    step(office, "Cancel", [wanted], [recall, goal if together else between])
+    step(office, "GoOn", [between], [goal])
+    model.properties.append(sym.Property(id="NotCanceled", text="never Stop >= 1"))
+    report = check(model)
+    assert not of_rule(report, "property-violated")
+    assert "property NotCanceled holds: never Stop >= 1" in report.proved
+
+
 def acknowledged(*, waits: bool) -> sym.SystemModel:
     """Return a client that cancels by the handle of its goal, which it has once that is accepted.
 

@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
-from dineros.metamodel import rtm
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.build import flow
+from dineros.metamodel.elements import find
 from dineros.metamodel.records import Checkpoint as CheckpointRecord
 from dineros.metamodel.records import decode_record, encode_fields
 from dineros.runtime import Net, Node
@@ -315,7 +317,7 @@ def test_a_client_sends_the_next_goal_when_the_last_one_has_ended() -> None:
 
 
 def test_a_client_that_is_not_answered_sends_the_same_goal_again() -> None:
-    bench = client()
+    bench = client(cancels=0)
     goal = goal_of(bench)
     for _ in range(2):
         bench.tell(goals.GoalFailed(goal, "nobody is there"))
@@ -326,6 +328,7 @@ def test_a_client_that_is_not_answered_sends_the_same_goal_again() -> None:
 
 def test_a_request_to_cancel_waits_until_the_goal_is_accepted() -> None:
     bench = client(goals=1, cancels=1)
+    bench.fire("Order0", "Regret0")
     goal = goal_of(bench)
     assert bench.marked == {"Recall0": 1}
     bench.tell(goals.GoalAnswered(goal, True))
@@ -333,6 +336,21 @@ def test_a_request_to_cancel_waits_until_the_goal_is_accepted() -> None:
     assert bench.marked == {}
     bench.tell(goals.CancelAnswered(goal, False))
     assert bench.recorded("cancel", "tooLate") == ["cancel", "tooLate"]
+
+
+def test_a_request_to_cancel_that_comes_with_its_goal_is_gone_before_the_goal_is_sent() -> None:
+    """Both come from one firing: the client has no goal under way that it could mean."""
+    model = deliveries(feedback=True)
+    office = find(model, "office0", sym.NodeNet)
+    both = sym.Transition(id="Both", page=office)
+    flow(find(model, "Wanted0", pn.Place), both, find(model, "Send0", pn.Place))
+    flow(both, find(model, "Recall0", pn.Place))
+    bench = Bench(next(part for part in split(model) if part.node.id == "office0"))
+    bench.fire("Both")
+    assert bench.recorded("cancel", "goal") == ["cancel", "goal"]
+    bench.tell(goals.GoalAnswered(goal_of(bench), True))
+    assert [what for what, *_ in bench.wire.sent] == ["goal"]
+    assert bench.marked == {"Doubt0": 1}
 
 
 def test_a_lost_goal_counts_as_aborted_once_it_was_accepted() -> None:

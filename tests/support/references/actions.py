@@ -4,7 +4,8 @@ A goal is sent, accepted into a slot that is free or refused, worked on, and ove
 may send another one. A request to cancel names its goal: it leaves the client only while a slot works on a
 goal of that client, and either the server hears it, or the goal is over first and the request is gone; so it
 is where the goal is over, and the client has not heard of that. What asks for nothing that could be canceled
-is gone at once. A client of one goal takes no answer while it has such a request; of two, one is gone. A goal
+is gone at once. A client of one goal takes no answer and sends no goal while it has such a request; of two,
+one is gone. A goal
 that is to be canceled may end in any way, others are not canceled; whether the work
 has taken note of the request or not, none of it is left over for the next goal of the slot. Feedback of a
 goal is told before the goal is over.
@@ -100,7 +101,7 @@ class ActionPlayer:
 
         play._happens(
             f"{prefix}.send",
-            lambda s: s[goal] > 0 and s[ready] > 0,
+            lambda s: s[goal] > 0 and s[ready] > 0 and at_rest(s),
             {goal: -1, ready: -1, sent: 1},
         )
         news: dict[int, int] = {}

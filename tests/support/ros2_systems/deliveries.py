@@ -25,7 +25,7 @@ def deliveries(
     slots : int or None
         Goals that the robot works on at once; one for each office where it is None.
     goals, cancels : int
-        Tokens of each office: goals to send, requests to cancel them.
+        How many parcels each office orders, and how many orders it may regret and ask to cancel.
     rejects : bool
         Whether the robot may refuse goals.
     feedback : bool
@@ -68,13 +68,21 @@ def _office(
     def place(name: str, tokens: int = 0) -> pn.Place:
         return sym.Place(id=f"{name}{number}", tokens=tokens, page=office)
 
+    send, recall = place("Send", 0 if cancels else goals), None
+    if cancels:
+        ordered, recall = place("Ordered"), place("Recall")
+        order = sym.Transition(id=f"Order{number}", page=office)
+        flow(place("Wanted", goals), order, send)
+        regret = sym.Transition(id=f"Regret{number}", page=office)
+        flow(order, ordered, regret, recall)
+        flow(place("Doubt", cancels), regret)
     return sym.ActionClientPort(
         client=f"office{number}",
-        goal=place("Send", goals),
+        goal=send,
         succeeded=place("Delivered"),
         aborted=place("Failed"),
         rejected=place("Refused"),
         canceled=place("Canceled") if cancels else None,
-        cancel=place("Recall", cancels) if cancels else None,
+        cancel=recall,
         feedback=place("Heard") if feedback else None,
     )

@@ -2,8 +2,8 @@
 
 Such a request means the goal that the client has. It waits only while that goal is sent and not answered, or
 another request to cancel it is under way. Otherwise it reaches the goal, or is gone before the client takes
-what it is told of it: so it never meets a goal that is sent once that is known. A request and a goal that are
-there at the same time, while none is under way, may go in either order.
+what it is told of it. A request that is made while no goal is under way is gone before the next goal is sent.
+So a request to cancel never meets a goal that is sent after it was made.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import greatest, less
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
-from dineros.transformations.rules.actions.goals import A2Reject, Answer, Wish
+from dineros.transformations.rules.actions.goals import A1, A2Reject, Answer, Wish
 from dineros.transformations.rules.notation import Bound, arc, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.tokens import MostPut
@@ -84,3 +84,14 @@ class A8Answer(StandardRule, phase=Phase.rooms):
     answer = Made(Answer, of=client)
 
     waits = read(bound.free, answer.move, weight=_room(wish))
+
+
+class A8Send(StandardRule, phase=Phase.rooms):
+    """They are gone before the client sends its next goal."""
+
+    client = Node(sym.ActionClientPort, outstanding=1)
+    wish = Node(pn.Place, of=client.cancel)
+    bound = Made(A8Room.bound, of=client)
+    send = Made(A1.send, of=client)
+
+    waits = read(bound.free, send, weight=_room(wish))
