@@ -244,7 +244,7 @@ def test_a_new_model_begins_empty(tmp_path: Path) -> None:
         (b'{"do": [{"kind": "delete", "elements": ["e0"]}]}\n', "the model itself cannot be deleted"),
         (b'{"redo": true}\n', "nothing to undo or do again"),
         (b"[[[[\n", "no JSON"),
-        (b"7\n", "no entry"),
+        (b"7\n", "not an entry"),
         (b'{"what": 1}\n', "no known kind"),
     ],
 )
@@ -271,7 +271,7 @@ def test_what_is_no_model_gets_no_journal(tmp_path: Path) -> None:
     file.write_text("<no model")
     with pytest.raises(ModelFileError):
         Document(file)
-    with pytest.raises(ModelFileError, match="no suffix of a model that can be edited"):
+    with pytest.raises(ModelFileError, match="not a suffix of a model that can be edited"):
         Document(tmp_path / "model.txt")
     assert [each.name for each in tmp_path.iterdir()] == ["broken.sym.xmi"]
 
