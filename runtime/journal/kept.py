@@ -55,7 +55,7 @@ class Memory(MutableMapping[str, Any]):
         if kind is float and type(kept) is int:
             kept = float(kept)
         if type(kept) is not kind:
-            raise KeepError(f"{name!r} is kept as {kept!r}, which is not a {kind.__name__}")
+            raise KeepError(f"{name!r} is kept as {kept!r}, not of type {kind.__name__}")
         return cast("T", kept)
 
     def __getitem__(self, name: str) -> Any:

@@ -161,7 +161,7 @@ FAULTS: Faults = {
     ),
     "condition without brackets": (
         RULE.format("where = port.limit > 3").replace("(Rule):", "(Rule):  #!"),
-        "Watchdog.where is no list",
+        "Watchdog.where is not a list",
         "put it into [ ]",
     ),
     "condition that is decided already": (
