@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.console import note, warn
+from dineros.cli.models import change, refuse_invalid
 from dineros.cli.options import Adds, together
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
-    from dineros.analysis.witnesses.findings import Finding
+    from dineros.analysis.witnesses.findings import Fault, Finding
+    from dineros.metamodel import sym
     from dineros.observation.importing.coded import Coded
 
 
@@ -57,6 +59,13 @@ class Code:
             if self.launch is None or ":=" not in argument:
                 raise click.UsageError(f"{argument!r} is not an ARG:=VALUE of a --launch FILE")
 
+    def refuse_beside(self, bag: Path | None, graph: bool) -> None:
+        """Refuse another source of what is seen; raises `UsageError`."""
+        if bag is not None:
+            raise click.UsageError("--source does not go with --bag")
+        if graph:
+            raise click.UsageError("--source does not go with --graph and --domain here")
+
     def read(self) -> tuple[Coded, list[Finding]]:
         """Return what the code says, and what it shows to be wrong; the facts are written.
 
@@ -88,6 +97,53 @@ class Code:
             hint = "nodes in Python are found; others are not read yet"
             raise DinerosError("no node is in the source code", location=Location(self.folders[0]), hint=hint)
         return coded(read, ", ".join(folder for folder, _ in read)), code_findings(read)
+
+
+def model_of_code(
+    code: Code, given: Path | None, settings: Sequence[str]
+) -> tuple[sym.SystemModel, list[Finding]]:
+    """Return the model of source code, and what the code and its names show to be wrong.
+
+    Parameters
+    ----------
+    code : Code
+        The folders.
+    given : Path or None
+        A file of what people say.
+    settings : sequence of str
+        Values of `--set`.
+
+    Raises
+    ------
+    DinerosError
+        The code or the file cannot be read, or a setting does not fit.
+    """
+    from dineros.metamodel.ros_names import snake_case
+    from dineros.observation.findings.mismatches import mismatches, of_part
+    from dineros.observation.importing.building import to_model
+    from dineros.observation.importing.given import Given, read_given
+
+    read, found = code.read()
+    said = read.with_people(read_given(given) if given is not None else Given())
+    say_taken(read.taken)
+    search().stage("making the model")
+    folder = code.folders[0]
+    imported = to_model(read.system, said, snake_case(folder.resolve().name) or "code")
+    for line in imported.left_out:
+        warn(f"left out: {line}")
+    for assumed in imported.assumed:
+        note(f"assumed: {assumed}")
+    change(imported.model, folder, settings)
+    refuse_invalid(imported.model, folder)
+    return imported.model, [*found, *of_part(mismatches(read.system))]
+
+
+def faults_of_code() -> Mapping[str, Fault]:
+    """Return all kinds of what a check of source code can find, by name."""
+    from dineros.analysis.timed_checks.faults import TIMED_FAULTS
+    from dineros.observation.findings import code, mismatches
+
+    return {**TIMED_FAULTS, **mismatches.FAULTS, **code.FAULTS}
 
 
 def code_options() -> Adds:

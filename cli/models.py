@@ -54,7 +54,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
             model = files.load(path)
     note(f"read {path}")
     _show_remarks(model, path)
-    _change(model, path, settings)
+    change(model, path, settings)
     return model
 
 
@@ -78,7 +78,8 @@ def _show_remarks(model: pn.Net, path: Path) -> None:
         warn(f"{path}: note: this is not standard PNML; read as a P/T net: {'; '.join(remarks)}")
 
 
-def _change(model: pn.Net, path: Path, settings: Iterable[str]) -> None:
+def change(model: pn.Net, path: Path, settings: Iterable[str]) -> None:
+    """Change a model as `--set` says; raises `DinerosError` where a setting does not fit it."""
     from dineros.metamodel.errors import DinerosError, Location
     from dineros.metamodel.settings import apply
 
@@ -113,7 +114,7 @@ def load_named(path: Path, settings: Sequence[str] = ()) -> pn.Net:
         error.location = error.location or Location(path)
         raise
     note(f"built by {path}")
-    _change(model, path, filterfalse(is_of_parameter, settings))
+    change(model, path, filterfalse(is_of_parameter, settings))
     return model
 
 

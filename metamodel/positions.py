@@ -56,7 +56,18 @@ def code_of(element: EObject | None) -> Location | None:
     while element is not None:
         text = getattr(element, "sourceLine", None)
         if text:
-            file, _, line = str(text).rpartition(":")
-            return Location(file, int(line)) if file and line.isdecimal() else Location(str(text))
+            return line_of(str(text))
         element = element.eContainer()
     return None
+
+
+def line_of(text: str) -> Location:
+    """Return a line of code that is written as ``file:line``.
+
+    Examples
+    --------
+    >>> line_of("arm/mover.py:7").line
+    7
+    """
+    file, _, line = text.rpartition(":")
+    return Location(file, int(line)) if file and line.isdecimal() else Location(text)

@@ -44,6 +44,17 @@ class Place:
         return f"{self.file}:{self.line}"
 
 
+def located(place: Place, folder: str) -> str:
+    """Return a line of code as ``file:line``, with the folder of the file.
+
+    Examples
+    --------
+    >>> located(Place("arm/mover.py", 7), "src"), located(Place("mover.py", 7), ".")
+    ('src/arm/mover.py:7', 'mover.py:7')
+    """
+    return str(place) if folder in ("", ".") else f"{folder.rstrip('/')}/{place}"
+
+
 @dataclass(eq=False)
 class Entity:
     """A publisher, subscription, timer, service, client, action server, action client or callback group.

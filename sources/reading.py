@@ -25,7 +25,7 @@ class Launch:
     Attributes
     ----------
     file : str
-        Path in the folder that is read.
+        Path in the folder that is read, or the end of the path of one file only.
     arguments : mapping of str to str
         Values of arguments.
     """
@@ -92,7 +92,7 @@ def _launched(
     launch: Launch, files: LaunchFiles, reading: Reading, modules: Modules, facts: Facts
 ) -> list[NodeFact]:
     """Return the nodes that a launch file starts, with their names, remappings and parameters."""
-    path = files.path(launch.file)
+    path = files.named(launch.file)
     if path is None:
         hint = near_matches(launch.file, files.all()) or f"there are {', '.join(files.all()) or 'none'}"
         raise DinerosError(

@@ -6,7 +6,7 @@ from dineros.analysis.witnesses.findings import Finding
 from dineros.metamodel import pn
 from dineros.metamodel.elements import elements
 from dineros.metamodel.errors import Location
-from dineros.metamodel.positions import code_of
+from dineros.metamodel.positions import code_of, line_of
 
 
 class CodeLines:
@@ -24,6 +24,8 @@ class CodeLines:
 
     def of(self, finding: Finding) -> list[Location]:
         """Return the lines, the most telling first: where a callback waits, then what the finding names."""
+        if finding.lines:
+            return [line_of(text) for text in finding.lines]
         if not self._knows:
             return []
         found = [*self._waits(finding), *(code_of(self._by_id.get(id)) for id in finding.elements)]

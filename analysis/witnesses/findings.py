@@ -157,6 +157,8 @@ class Finding:
         Why each of them waits, and those that they need besides.
     consequences : tuple of Finding
         What is wrong only because of this.
+    lines : tuple of str
+        Lines of code, as ``file:line``, of a finding that code alone shows.
     """
 
     rule: str
@@ -167,6 +169,7 @@ class Finding:
     circle: tuple[str, ...] = ()
     waits: tuple[Wait, ...] = ()
     consequences: tuple[Finding, ...] = ()
+    lines: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return the finding for JSON."""

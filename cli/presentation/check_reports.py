@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,19 +24,28 @@ LEAST_SECONDS, DRAWING_SECONDS = 0.01, 2.0
 
 
 def write_check_report(
-    report: Report, net: pn.Net, output: Path, model: Path, settings: Sequence[str]
+    report: Report, net: pn.Net, output: Path, model: Path, settings: Sequence[str], folders: Sequence[Path]
 ) -> None:
-    """Write what a check found as a page, as a whole or not at all; one line says why it lacks pictures."""
+    """Write what a check found as a page, as a whole or not at all; one line says why it lacks pictures.
+
+    Lines of source code are shown from the current folder, or from the given ones.
+    """
+    from dineros.analysis.witnesses.code_lines import CodeLines
     from dineros.metamodel.files.atomic import write_atomically
     from dineros.views.reports.check_report import CheckContent, check_page
+    from dineros.views.reports.excerpts import Excerpts
 
     search().stage("counting the state spaces")
     spaces = _spaces(net, search().limits)
     search().stage("drawing")
+    lines, excerpts = CodeLines(net), Excerpts(folders or [Path()])
     content = CheckContent(
         title=net.name or net.id,
         source=str(model),
-        findings=[_entry(finding, str(model)) for finding in report.findings],
+        findings=[
+            replace(_entry(finding, str(model)), code=excerpts.of(lines.of(finding)))
+            for finding in report.findings
+        ],
         proved=report.proved,
         unknown=[str(unknown) for unknown in report.unknown],
         spaces=spaces,

@@ -17,12 +17,15 @@ from dineros.metamodel.errors import counted
 
 _ALWAYS_SHOWN = ("suppression-expired", "suppression-unused")
 """Rules of notes that are printed without `-v`: what a team has to act on."""
+_ENDS = ("topic-unheard", "topic-unfilled", "service-unserved", "names-near")
+"""Rules of names that have one end; of code, drivers and tools are elsewhere."""
 
 if TYPE_CHECKING:
     from dineros.analysis.model.times import LeftOutTimes
     from dineros.analysis.witnesses.code_lines import CodeLines
     from dineros.analysis.witnesses.findings import Fault, Report
     from dineros.metamodel import pn
+    from dineros.metamodel.errors import Location
 
 
 def print_report(
@@ -120,12 +123,12 @@ def _print_text(
     for finding in report.findings:
         if finding.severity == "note":
             tell = say if finding.rule in _ALWAYS_SHOWN else note
-            tell(f"note: {finding.message} [{finding.rule}]")
+            tell(f"note: {finding.message}{_at(lines.of(finding), ' (at ', ')')} [{finding.rule}]")
             continue
         length = f" [{counted(len(finding.witness.steps), 'step')}]" if finding.witness else ""
         say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", SEVERITIES[finding.severity])
         if code := lines.of(finding):
-            say(f"    at {', '.join(map(str, code[:4]))}")
+            say(_at(code, "    at "))
         if witnesses and finding.witness:
             say_witness(finding.witness)
         for each in finding.consequences:
@@ -134,6 +137,14 @@ def _print_text(
     if displaced:
         where = counted(displaced, "queue")
         say(f"note: {where} can forget older messages; by newestOnly, the readers need the newest only")
+    from dineros.analysis.consequences.durations import WHY
+
+    full = sum(finding.rule == "queue-overflow" and finding.severity == "note" for finding in report.findings)
+    if full:
+        say(f"note: {counted(full, 'queue')} can overflow {WHY}; -v lists them")
+    ends = sum(finding.rule in _ENDS and finding.severity == "note" for finding in report.findings)
+    if ends:
+        say(f"note: {counted(ends, 'name')} without another end in this code; -v lists them")
     for suppressed in report.suppressed:
         say(f"suppressed: {suppressed.finding.message} [{suppressed.finding.rule}]: {suppressed.why}")
     for finding in report.known:
@@ -152,6 +163,10 @@ def _print_text(
     following = f" ({counted(len(report.consequences), 'consequence')})" if report.consequences else ""
     counts = f"{faults} found{following}, {len(report.proved)} proved, {len(report.unknown)} unknown"
     summarise(f"{model}: {counts}{_accepted(report)}")
+
+
+def _at(code: Sequence[Location], before: str, after: str = "") -> str:
+    return f"{before}{', '.join(map(str, code[:4]))}{after}" if code else ""
 
 
 def _accepted(report: Report) -> str:

@@ -50,6 +50,8 @@ def print_import(report: ImportReport, as_json: bool) -> None:
     imported = report.imported
     for finding in report.findings:
         say(f"{finding.severity}: {finding.message} [{finding.rule}]", SEVERITIES.get(finding.severity))
+        if finding.lines:
+            say(f"    at {', '.join(finding.lines)}")
     for line in imported.left_out:
         warn(f"left out: {line}")
     for name in imported.unused:
@@ -96,6 +98,7 @@ def _as_json(report: ImportReport) -> dict[str, Any]:
                 "severity": finding.severity,
                 "elements": list(finding.elements),
                 "message": finding.message,
+                **({"code": list(finding.lines)} if finding.lines else {}),
             }
             for finding in report.findings
         ],

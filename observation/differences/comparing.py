@@ -148,11 +148,12 @@ def differences(
         _compare_topics(expected, system, report, said)
         _compare_services(expected, system, report, said)
     else:
-        _compare_nodes(expected, within(system, namespaces, without), report, said)
+        compare_nodes(expected, within(system, namespaces, without), report, said)
     return report
 
 
-def _compare_nodes(expected: ObservedSystem, found: ObservedSystem, report: Report, said: Described) -> None:
+def compare_nodes(expected: ObservedSystem, found: ObservedSystem, report: Report, said: Described) -> None:
+    """Put into a report how nodes that were seen differ from those that are expected."""
     there, wanted = ({node.name: node for node in system.nodes} for system in (found, expected))
     there = {name: node for name, node in there.items() if name not in found.departed}
     for name, node in wanted.items():

@@ -3,12 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
-from dineros.analysis.witnesses.findings import Finding, Severity
-from dineros.sources.facts import CallbackFact, Effect, Facts, NodeFact, Place
+from dineros.analysis.witnesses.findings import Fault, Finding, Severity
+from dineros.sources.facts import CallbackFact, Effect, Facts, NodeFact, Place, is_open, located
 
 LONG = 1.0
 """Seconds of a sleep that is reported."""
+
+SLEEPS = Fault("code-sleeps", "warning", "A callback sleeps a second or more.", "{who} {words}")
+WAITS = Fault("code-waits", "warning", "A callback waits without time-out.", "{who} {words}")
+SPINS = Fault("code-spins", "error", "A callback spins its own node.", "{who} {words}")
+LOOPS = Fault("code-never-ends", "warning", "A loop in a callback may have no way out.", "{who} {words}")
+HOLDS = Fault(
+    "code-holds-lock",
+    "warning",
+    "A callback waits while it holds a lock that another callback wants.",
+    "{who} waits ({does}) while it holds {lock}, which {others} wants, too",
+)
+OWN = Fault(
+    "code-waits-for-itself",
+    "error",
+    "A callback waits for what only callbacks can do that cannot run meanwhile.",
+    "{who} {words}",
+)
+IGNORES = Fault("code-ignores", "note", "What becomes of a goal is ignored.", "{who} {words}")
+MAKES = Fault("code-makes-clients", "note", "A callback makes a client each time.", "{who} {words}")
+
+FAULTS = {fault.rule: fault for fault in (SLEEPS, WAITS, SPINS, LOOPS, HOLDS, OWN, IGNORES, MAKES)}
+"""All of them, by name."""
 
 _CALLED = ("subscription", "timer", "service", "goal", "cancel", "accepted", "done callback", "feedback")
 """Kinds of callbacks that an executor runs in turn."""
@@ -21,6 +44,8 @@ _SPINS = (
 def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
     """Return what is found in the code of folders, in the order of the code.
 
+    The elements of a finding are the names of node and callback.
+
     Parameters
     ----------
     read : iterable of (str, Facts)
@@ -31,11 +56,18 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
         for node in facts.nodes:
             for callback in node.callbacks:
                 if _holds_others_up(callback, node):
-                    of_callback = _of_callback(callback, node, folder)
-                    found += [(place.file, place.line, finding) for place, finding in of_callback]
-            found += [(at.file, at.line, each) for at, each in _locks(node, folder)]
+                    of_callback = _of_callback(callback, node)
+                    found += [_at(place, folder, finding) for place, finding in of_callback]
+                    found += [
+                        _at(place, folder, finding) for place, finding in _own(callback, node, facts.nodes)
+                    ]
+            found += [_at(place, folder, finding) for place, finding in _locks(node)]
     unique = {finding: (file, line) for file, line, finding in found}
     return sorted(unique, key=lambda finding: unique[finding])
+
+
+def _at(place: Place, folder: str, finding: Finding) -> tuple[str, int, Finding]:
+    return place.file, place.line, replace(finding, lines=(located(place, folder),))
 
 
 def _holds_others_up(callback: CallbackFact, node: NodeFact) -> bool:
@@ -45,47 +77,43 @@ def _holds_others_up(callback: CallbackFact, node: NodeFact) -> bool:
     return callback.kind in _CALLED or (callback.kind == "execute" and node.threads == 1)
 
 
-def _of_callback(callback: CallbackFact, node: NodeFact, folder: str) -> Iterator[tuple[Place, Finding]]:
+def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:
     who = f"{callback.kind} callback {callback.name} of {node.name}"
     if callback.kind == "execute":
         who = f"callback {callback.name} of {node.name}, which works on goals,"
 
-    def finding(rule: str, severity: Severity, effect: Effect, words: str) -> tuple[Place, Finding]:
-        at = f"{folder.rstrip('/')}/{effect.at}" if folder not in ("", ".") else str(effect.at)
-        return effect.at, Finding(rule, severity, (node.name,), f"{at}: {who} {words}")
+    def finding(fault: Fault, effect: Effect, words: str) -> tuple[Place, Finding]:
+        return effect.at, fault.found(node.name, callback.name, who=who, words=words)
 
     is_asked = False
     for effect in callback.effects:
         where = " in a loop" if effect.when == "in a loop" else ""
         if effect.do == "sleep" and (effect.timeout or 0) >= LONG:
             words = f"sleeps {effect.timeout:g} s{where}: what waits for it waits as long"
-            yield finding("code-sleeps", "warning", effect, words)
+            yield finding(SLEEPS, effect, words)
         elif effect.do in ("wait_for_service", "wait_for_server") and "without time-out" in effect.how:
             what = "service" if effect.do.endswith("service") else "action server"
             words = f"waits without time-out for the {what} of {effect.what}: forever, if that is not there"
-            yield finding("code-waits", "warning", effect, words)
+            yield finding(WAITS, effect, words)
         elif effect.do in ("spin", "spin_once", "spin_until"):
             words = f"spins ({effect.do}{where}) while its executor runs it: {_SPINS}"
-            yield finding("code-spins", "error", effect, words)
+            yield finding(SPINS, effect, words)
         elif effect.do == "loop" and effect.how:
-            words = f"may loop forever ({effect.what}): {effect.how}"
-            yield finding("code-never-ends", "warning", effect, words)
+            yield finding(LOOPS, effect, f"may loop forever ({effect.what}): {effect.how}")
         elif effect.do == "input" and not is_asked:
             is_asked = True
-            yield finding("code-waits", "warning", effect, "waits for somebody to type")
+            yield finding(WAITS, effect, "waits for somebody to type")
         elif effect.do == "send_goal" and effect.how == "async and ignored":
-            yield finding(
-                "code-ignores", "note", effect, f"ignores what becomes of its goal of {effect.what}"
-            )
+            yield finding(IGNORES, effect, f"ignores what becomes of its goal of {effect.what}")
         elif (effect.do, effect.what) == ("create", "client") and not _destroys(callback):
-            yield finding("code-makes-clients", "note", effect, "makes a client each time, and destroys none")
+            yield finding(MAKES, effect, "makes a client each time, and destroys none")
 
 
 def _destroys(callback: CallbackFact) -> bool:
     return any(each.do == "destroy" for each in callback.effects)
 
 
-def _locks(node: NodeFact, folder: str) -> Iterator[tuple[Place, Finding]]:
+def _locks(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
     """Yield waits under a lock that another callback of the node wants, too."""
     if node.threads in (1, "not spun") and not any(each.kind == "thread" for each in node.callbacks):
         return  # no two callbacks run at once
@@ -95,6 +123,7 @@ def _locks(node: NodeFact, folder: str) -> Iterator[tuple[Place, Finding]]:
             if effect.do == "lock":
                 users.setdefault(effect.what, set()).add(callback.name)
     for callback in node.callbacks:
+        who = f"{callback.name} of {node.name}"
         for effect in callback.effects:
             waits = (
                 (effect.do == "call" and effect.how.startswith(("blocks", "spin", "waits", "polled")))
@@ -104,7 +133,73 @@ def _locks(node: NodeFact, folder: str) -> Iterator[tuple[Place, Finding]]:
             for lock in effect.holding if waits else ():
                 others = sorted(users.get(lock, set()) - {callback.name})
                 if others:
-                    at = f"{folder.rstrip('/')}/{effect.at}" if folder not in ("", ".") else str(effect.at)
-                    words = f"{at}: {callback.name} of {node.name} waits ({effect.do}) while it holds {lock}"
-                    message = f"{words}, which {', '.join(others)} wants, too"
-                    yield effect.at, Finding("code-holds-lock", "warning", (node.name,), message)
+                    found = HOLDS.found(
+                        *(node.name, callback.name),
+                        who=who,
+                        does=effect.do,
+                        lock=lock,
+                        others=", ".join(others),
+                    )
+                    yield effect.at, found
+
+
+def _own(
+    callback: CallbackFact, node: NodeFact, nodes: Iterable[NodeFact]
+) -> Iterator[tuple[Place, Finding]]:
+    """Yield waits of a callback for an event or a rate that its own thread or group would have to serve."""
+    who = f"{callback.kind} callback {callback.name} of {node.name}"
+    for effect in callback.effects:
+        if (effect.do, effect.how) == ("sleep", "rate") and node.threads == 1:
+            words = "sleeps by a rate, whose timer needs the only thread, and never wakes"
+            yield effect.at, OWN.found(node.name, callback.name, who=who, words=words)
+        elif effect.do == "wait" and (why := _never_meanwhile(callback, node, effect.what, nodes)):
+            found = OWN.found(node.name, callback.name, who=who, words=f"waits for {effect.what}, {why}")
+            ends = (
+                f": it waits {effect.timeout:g} s for nothing" if effect.timeout is not None else ": forever"
+            )
+            severity: Severity = "error" if effect.timeout is None else "warning"
+            message = f"{found.message}{ends}, if that is not set before"
+            yield effect.at, replace(found, severity=severity, message=message)
+
+
+def _never_meanwhile(
+    callback: CallbackFact, node: NodeFact, event: str, nodes: Iterable[NodeFact]
+) -> str | None:
+    """Return why nothing sets an event while a callback runs; None: something may, or nobody is known to."""
+    setters = [
+        (each, other)
+        for other in nodes
+        if other.program == node.program
+        for each in other.callbacks
+        if each.is_open or any((done.do, done.what) == ("notify", event) for done in each.effects)
+    ]
+    is_own = all(
+        other is node and each is not callback and each.kind in _CALLED and not each.is_open
+        for each, other in setters
+    )
+    if not setters or not is_own:
+        return None
+    names = ", ".join(dict.fromkeys(each.name for each, _ in setters))
+    if node.threads == 1:
+        return f"which only {names} sets: the only thread is here"
+    group = _group(callback, node)
+    if group is None or any(_group(each, node) != group for each, _ in setters):
+        return None
+    return f"which only {names} sets, in the callback group that {callback.name} itself holds"
+
+
+def _group(callback: CallbackFact, node: NodeFact) -> str | None:
+    """Return the mutually exclusive group that a callback is known to be in."""
+    found: set[str | None] = set()
+    for entity in node.entities:
+        if callback in entity.callbacks.values():
+            said = str(entity.details.get("group", "default"))
+            if is_open(said):
+                return None
+            if entity.group is None:
+                found.add("default")
+            elif str(entity.group.details.get("kind", "")).startswith("exclusive"):
+                found.add(f"{entity.group.at}")
+            else:
+                found.add(None)
+    return found.pop() if len(found) == 1 else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from dineros.analysis.witnesses.findings import Fault, Finding
@@ -73,6 +74,9 @@ FAULTS = {
 }
 """All of them, by name."""
 
+ENDS = frozenset({UNHEARD.rule, UNFILLED.rule, UNSERVED.rule, NEAR.rule})
+"""Rules of names that lack an end."""
+
 _NEAR = 0.8
 """How alike two names are that nearly match, as `difflib.SequenceMatcher` measures it; 1: the same."""
 _MOST_COMPARED = 200
@@ -85,6 +89,19 @@ def mismatches(system: ObservedSystem) -> list[Finding]:
     The elements of a finding are full names of ROS: of the topic, service or node, then of the nodes.
     """
     return [*_of_nodes(system), *_of_topics(system), *_of_services(system)]
+
+
+def of_part(findings: Iterable[Finding]) -> list[Finding]:
+    """Return the findings of a system of which only a part is known, for a check of its model.
+
+    That a name has no other end is a note: drivers and tools are elsewhere. Quality of service is left to the
+    check, which says how to mend it.
+    """
+    return [
+        replace(finding, severity="note") if finding.rule in ENDS else finding
+        for finding in findings
+        if finding.rule != QUALITY.rule
+    ]
 
 
 def _of_nodes(system: ObservedSystem) -> Iterator[Finding]:

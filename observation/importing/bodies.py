@@ -35,13 +35,13 @@ class Possible:
         Places that a step puts a token on: of each publisher of a topic, of the goals of an action, of
         requests that nobody waits for.
     call : callable
-        Makes a client of a service for a page: what a call needs.
+        Makes the client of a call for a page, with what it needs: page, step, seconds until it gives up.
     calls : tuple of Step
         The calls that the node can make.
     """
 
     puts: Mapping[Step, tuple[pn.Place, ...]]
-    call: Callable[[sym.CallbackPage, str, float | None], Call]
+    call: Callable[[sym.CallbackPage, Step, float | None], Call]
     calls: tuple[Step, ...]
 
     def steps(self) -> tuple[Step, ...]:
@@ -67,8 +67,8 @@ class Body:
         self._ids = ids
         self._possible = possible
         self._references: dict[pn.Place, pn.ReferencePlace] = {}
-        self._calls: dict[str, Call] = {}
-        self._limits: dict[str, float | None] = {}
+        self._calls: dict[tuple[str, str | None], Call] = {}
+        self._limits: dict[tuple[str, str | None], float | None] = {}
 
     def place(self, word: str, **features: object) -> sym.Place:
         """Put a place on the page."""
@@ -96,9 +96,10 @@ class Body:
             return state
         for step in steps:
             if step.verb == "call":  # one client stands for all calls: it gives up only where all do
-                known = self._limits.get(step.name, step.timeout)
+                client = step.name, step.group
+                known = self._limits.get(client, step.timeout)
                 both = known is not None and step.timeout is not None
-                self._limits[step.name] = max(known or 0, step.timeout or 0) if both else None
+                self._limits[client] = max(known or 0, step.timeout or 0) if both else None
         for step in steps:
             if step.times == "*":
                 self._do(step, state, state)
@@ -120,10 +121,10 @@ class Body:
     def _do(self, step: Step, before: pn.Place, after: pn.Place) -> None:
         name = flat(step.name)
         if step.verb == "call":
-            call = self._calls.get(step.name) or self._possible.call(
-                self.page, step.name, self._limits.get(step.name)
-            )
-            self._calls[step.name] = call
+            client = step.name, step.group
+            if client not in self._calls:
+                self._calls[client] = self._possible.call(self.page, step, self._limits.get(client))
+            call = self._calls[client]
             flow(before, self.transition(f"calls_{name}", at=step.at), call.request)
             flow(call.response, self.transition(f"has_{name}", at=step.at), after)
             if call.timed_out is not None:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 from dineros.metamodel.matching import Quality
 from dineros.metamodel.ros_names import snake_case
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
 from dineros.observation.importing.nodes import of_client
-from dineros.observation.importing.steps import Behaviour, located
+from dineros.observation.importing.sharing import free_name, share_executors
+from dineros.observation.importing.steps import Behaviour
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
-from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open
+from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open, located
 
 PROCESSORS = 4
 """Threads of an executor that takes as many as the machine has."""
@@ -33,11 +33,14 @@ class Coded:
         What the code says of behaviour, groups and threads.
     taken : tuple of str
         What the code does not decide, and how it is taken, a line each.
+    apart : ObservedSystem
+        The nodes before those that share an executor are joined.
     """
 
     system: ObservedSystem
     given: Given
     taken: tuple[str, ...]
+    apart: ObservedSystem
 
     def with_people(self, said: Given) -> Given:
         """Return what the code says, corrected by what people say."""
@@ -67,9 +70,10 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
             continue
         nodes[one.name], given[one.name] = one.observed(), one.given()
         kept.append((fact, one.name))
-    _share(kept, nodes, given, taken)
+    apart = ObservedSystem(source, tuple(nodes[name] for name in sorted(nodes)))
+    share_executors(kept, nodes, given, taken)
     ordered = tuple(nodes[name] for name in sorted(nodes))
-    return Coded(ObservedSystem(source, ordered), Given(given), tuple(dict.fromkeys(taken)))
+    return Coded(ObservedSystem(source, ordered), Given(given), tuple(dict.fromkeys(taken)), apart)
 
 
 def merged(code: Given, people: Given) -> Given:
@@ -206,14 +210,16 @@ class _Node:
             first = seen.setdefault(name, entity)
             if first is entity:
                 yield Endpoint(name, entity.type, self.at(entity.at))
-            elif entity.details.get("group") != first.details.get("group"):
+            elif kind != "clients" and entity.details.get("group") != first.details.get("group"):
                 self._taken.append(f"{self.at(entity.at)}: taken for one with that of line {first.at.line}")
 
     # ------------------------------------------------------------------------------------------ behaviour
 
     def given(self) -> GivenNode:
         """Return what the code says of the node's behaviour."""
-        behaviour = Behaviour(self._names, self._taken, self._folder, self.fact.entities)
+        behaviour = Behaviour(
+            self._names, self._taken, self._folder, self.fact.entities, self._groups_of_clients()
+        )
         callbacks: dict[str, GivenCallback] = {}
         timers: dict[str, float] = {}
         for entity, name in self._names.items():
@@ -247,6 +253,19 @@ class _Node:
             at=self.at(self.fact.at),
         )
 
+    def _groups_of_clients(self) -> Mapping[Entity, str]:
+        """Return the groups of clients that are in another one than the first client of their service."""
+        first: dict[str, Entity] = {}
+        found: dict[Entity, str] = {}
+        for entity, name in self._names.items():
+            if entity.kind == "clients" and first.setdefault(name, entity).group is not entity.group:
+                found[entity] = self._group(entity) or ""
+                self._taken.append(
+                    f"{self.at(entity.at)}: answers that no callback waits for are taken for those of the"
+                    f" client of line {first[name].at.line}"
+                )
+        return found
+
     def _callback(self, entity: Entity, fact: CallbackFact | None, behaviour: Behaviour) -> GivenCallback:
         if fact is None:
             steps: tuple[Step, ...] | None = None if "open" in str(entity.details) else ()
@@ -263,7 +282,7 @@ class _Node:
         callbacks: dict[str, GivenCallback],
     ) -> None:
         fact = entity.callbacks.get("callback")
-        name = _free(re.sub(r"\W+", "_", fact.name if fact is not None else "timer").strip("_"), timers)
+        name = free_name(re.sub(r"\W+", "_", fact.name if fact is not None else "timer").strip("_"), timers)
         period = entity.details.get("period")
         if not isinstance(period, (int, float)) or not 0 < period < 1e9:
             self._taken.append(f"{self.at(entity.at)}: the period of a timer is {period}; 1 s is taken")
@@ -288,9 +307,9 @@ class _Node:
                     for step in found or ()
                 ]
         if steps:
-            name = _free(MAIN, timers)
+            name = free_name(MAIN, timers)
             timers[name] = 1.0
-            group = self._own = _free("outside_of_callbacks", set(self._groups.values()))
+            group = self._own = free_name("outside_of_callbacks", set(self._groups.values()))
             callbacks[name] = GivenCallback(tuple(dict.fromkeys(steps)), group, at=self.at(self.fact.at))
 
     def _threads(self) -> int | None:
@@ -321,7 +340,7 @@ class _Node:
             wanted = entity.group.port.rpartition(".")[2]
             if entity.group.is_anonymous_group:
                 wanted = f"group_{entity.group.at.line}"
-            self._groups[entity.group] = _free(
+            self._groups[entity.group] = free_name(
                 re.sub(r"\W+", "_", wanted).strip("_"), set(self._groups.values())
             )
         return self._groups[entity.group]
@@ -341,71 +360,3 @@ class _Node:
             for entity in self.fact.of("subscriptions")
             if entity in self._names and self.is_spun and entity.details.get("reliability") == "best_effort"
         }
-
-
-def _free(wanted: str, used: Iterable[str]) -> str:
-    """Return a name that is not used yet."""
-    names, found, number = set(used), wanted or "callback", 2
-    while found in names:
-        found, number = f"{wanted}_{number}", number + 1
-    return found
-
-
-def _share(
-    kept: Iterable[tuple[NodeFact, str]],
-    nodes: dict[str, ObservedNode],
-    given: dict[str, GivenNode],
-    taken: list[str],
-) -> None:
-    """Join nodes that share an executor: they share its threads, and each keeps a group of its own."""
-    pools: dict[tuple[str, int], list[str]] = {}
-    for fact, name in kept:
-        if fact.pool:
-            pools.setdefault((fact.program, fact.pool), []).append(name)
-    for names in pools.values():
-        if len(names) > 1:
-            _join(names, nodes, given, taken)
-
-
-def _join(
-    names: list[str], nodes: dict[str, ObservedNode], given: dict[str, GivenNode], taken: list[str]
-) -> None:
-    heard = [port.topic for name in names for port in nodes[name].subscribers]
-    asked = [port.name for name in names for port in (*nodes[name].clients, *nodes[name].action_clients)]
-    if len(heard) != len(set(heard)) or len(asked) != len(set(asked)):
-        taken.append(f"nodes {', '.join(names)} share an executor; they are taken for nodes with one each")
-        return
-    first = names[0]
-    ports: dict[str, Any] = {
-        role: tuple(port for name in names for port in getattr(nodes[name], role))
-        for role in ("publishers", "subscribers", "servers", "clients", "action_servers", "action_clients")
-    }
-    joined = GivenNode(at=given[first].at, threads=given[first].threads)
-    groups: dict[str, str] = {}
-    timers: dict[str, float] = {}
-    callbacks: dict[str, GivenCallback] = {}
-    newest: dict[str, bool] = {}
-    for name in names:
-        own = _free(f"of_{name.strip('/').replace('/', '_')}", groups)
-        groups[own] = "exclusive"
-        renamed = {group: _free(group, groups) for group in given[name].groups}
-        groups |= {renamed[group]: kind for group, kind in given[name].groups.items()}
-        for key, callback in given[name].callbacks.items():
-            group = own if callback.group is None else renamed.get(callback.group, callback.group)
-            at = key if key.startswith("/") else _free(key, timers)
-            if at in callbacks and key.startswith("/"):  # one serves what another calls
-                is_client = any(
-                    key == port.name for port in (*nodes[name].clients, *nodes[name].action_clients)
-                )
-                if not is_client:
-                    callbacks[of_client(key)] = callbacks[key]
-                at = of_client(key) if is_client else key
-            if not key.startswith("/"):
-                timers[at] = (given[name].timers or {}).get(key, 1.0)
-            callbacks[at] = replace(callback, group=group)
-        newest |= given[name].newest
-    given[first] = replace(joined, groups=groups, timers=timers, callbacks=callbacks, newest=newest)
-    nodes[first] = replace(nodes[first], **ports)
-    for name in names[1:]:
-        del nodes[name], given[name]
-    taken.append(f"nodes {', '.join(names)} share an executor: one node net, {first}, stands for them")

@@ -58,6 +58,9 @@ class Step:
         The line of the code that says so, as ``file:line``.
     timeout : float or None
         Seconds after which a call gives up; None: never.
+    group : str or None
+        Callback group of the client that calls, if the node has several of one service: a name, or empty for
+        the node's default group. None: the group that is given of the client.
     """
 
     verb: str
@@ -65,6 +68,7 @@ class Step:
     times: str = ""
     at: str = field(default="", compare=False)
     timeout: float | None = field(default=None, compare=False)
+    group: str | None = field(default=None, compare=False)
 
     def __str__(self) -> str:
         return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"

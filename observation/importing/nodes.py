@@ -349,7 +349,9 @@ class NodeBuilder:
         """Return a place for one token at a time: nothing bounds how often a callback puts one there."""
         return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net, capacity=1)
 
-    def _call(self, page: sym.CallbackPage, service: str, timeout: float | None) -> Call:
+    def _call(self, page: sym.CallbackPage, step: Step, timeout: float | None) -> Call:
+        service = step.name
+        group = self._group(self._key(service)) if step.group is None else self._groups.get(step.group)
         client = next(each for each in self._node.clients if each.name == service)
         request, response = (
             sym.Place(
@@ -357,7 +359,7 @@ class NodeBuilder:
             )
             for word in ("asks", "answer_of")
         )
-        port = self._channels.ask(client, str(page.id), request, response, self._group(self._key(service)))
+        port = self._channels.ask(client, str(page.id), request, response, group)
         if timeout is None or timeout <= 0:
             return Call(request, response)
         id = self._ids.new(f"{page.id}.no_answer_of_{flat(service)}")

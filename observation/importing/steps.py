@@ -6,22 +6,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from dineros.observation.importing.given import Step
-from dineros.sources.facts import CallbackFact, Effect, Entity, Place
+from dineros.sources.facts import CallbackFact, Effect, Entity, located
 
 _TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
 _WAITS = ("blocks", "await", "spin-until", "polled", "waits for")
 """How effects begin that wait for an answer."""
-
-
-def located(place: Place, folder: str) -> str:
-    """Return a line of code as ``file:line``, with the folder of the file.
-
-    Examples
-    --------
-    >>> located(Place("arm/mover.py", 7), "src"), located(Place("mover.py", 7), ".")
-    ('src/arm/mover.py:7', 'mover.py:7')
-    """
-    return str(place) if folder in ("", ".") else f"{folder.rstrip('/')}/{place}"
 
 
 class Behaviour:
@@ -37,11 +26,20 @@ class Behaviour:
         In which the files are.
     own : iterable of Entity
         All entities of the node, those that the model leaves out among them.
+    groups : mapping of Entity to str
+        Callback groups of clients that have another one than the first client of their service; empty: the
+        default group.
     """
 
     def __init__(
-        self, names: Mapping[Entity, str], taken: list[str], folder: str = "", own: Iterable[Entity] = ()
+        self,
+        names: Mapping[Entity, str],
+        taken: list[str],
+        folder: str = "",
+        own: Iterable[Entity] = (),
+        groups: Mapping[Entity, str] | None = None,
     ) -> None:
+        self._groups = groups or {}
         self._names = names
         self._own = set(own)
         self._folder = folder
@@ -68,7 +66,8 @@ class Behaviour:
                 if effect.entity not in self._own:  # else it is said where the entity is left out
                     self._taken.append(f"{at}: uses {effect.what} of another node; left out of the model")
                 continue
-            step = Step(verb, name, _TIMES[effect.when], at, effect.timeout if verb == "call" else None)
+            timeout = effect.timeout if verb == "call" else None
+            step = Step(verb, name, _TIMES[effect.when], at, timeout, self._groups.get(effect.entity))
             if effect.entity.details.get("instances") and step.times == "":
                 step = replace(step, times="?")
             found.append(step)

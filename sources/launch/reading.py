@@ -112,6 +112,12 @@ class LaunchFiles:
                 return found
         return None
 
+    def named(self, text: str) -> str | None:
+        """Return the launch file that a user means: its path in the folder, or how one path only ends."""
+        found = self.path(text)
+        ends = [path for path in self.all() if path.endswith(f"/{text}")]
+        return found or (ends[0] if len(ends) == 1 else None)
+
     def _actions(self, path: str, scope: Scope) -> list[Value] | None:
         try:
             if path.endswith(".py"):

@@ -151,6 +151,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "find sorting.sym.xmi --signals none --enabled TSafe -o witness.jsonl",
         "run sorting.sym.xmi --simulate --seed 1 --trace run",
         "generate sorting.sym.xmi -o workspace",
+        "import --source src --launch robot.launch.py -o coded.sym.xmi",
     ):
         program = [sys.executable, "-m", "dineros.cli.main", *command.split()]
         subprocess.run(program, cwd=folder, check=True, capture_output=True)

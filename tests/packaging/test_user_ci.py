@@ -107,3 +107,17 @@ def test_no_input_is_put_into_a_script() -> None:
     assert not [step for step in STEPS.values() if "${{" in step["run"]]
     given = set(WORKFLOW["jobs"]["models"]["env"])
     assert {name.upper() for name in WORKFLOW[True]["workflow_call"]["inputs"]} == given  # YAML's `on`
+
+
+@pytest.mark.long
+def test_source_code_is_checked_without_a_model(tmp_path: Path) -> None:
+    code = (
+        "import rclpy, time\nfrom rclpy.node import Node\nclass Talker(Node):\n"
+        "    def __init__(self):\n        super().__init__('talker')\n"
+        "        self.create_timer(1.0, self.tick)\n"
+        "    def tick(self):\n        time.sleep({})\nrclpy.init()\nrclpy.spin(Talker())\n"
+    )
+    (tmp_path / "src").mkdir()
+    for seconds, status in ((0.1, 0), (3.0, 1)):
+        (tmp_path / "src" / "talker.py").write_text(code.format(seconds))
+        assert hook("dineros-source", tmp_path, "src") == status

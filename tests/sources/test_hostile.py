@@ -57,14 +57,14 @@ def test_links_out_of_the_folder_are_not_followed(tmp_path: Path) -> None:
 
 def test_a_program_that_never_ends_is_followed_for_a_while(tmp_path: Path) -> None:
     functions = "".join(f"def f{i}():\n    {'; '.join([f'f{i + 1}()'] * 8)}\n" for i in range(20))
-    begin = time.monotonic()
+    begin = time.process_time()
     facts = facts_of(
         tmp_path,
         f'{functions}\ndef f20(): pass\nrclpy.init()\nnode = Node("there")\nf0()\nwhile True: f0()\n',
     )
     assert [node.name for node in facts.nodes] == ["there"]
     assert facts.unread == ["program.py: the program program.py is too large to be followed to its end"]
-    assert time.monotonic() - begin < 30
+    assert time.process_time() - begin < 30
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
+from dineros.metamodel.errors import DinerosError
 from dineros.sources.launch.parameters import parameters_for
 from dineros.sources.launch.yaml_text import UnreadableError, parts_of
-from dineros.sources.reading import read_source
+from dineros.sources.reading import Launch, read_source
 
 PACKAGE = '<package format="3"><name>arm</name><version>0.0.0</version></package>'
 
@@ -218,3 +219,14 @@ def test_launch_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     (tmp_path / "loop.launch.xml").write_text('<launch><include file="loop.launch.xml"/></launch>')
     facts = read_source(tmp_path)
     assert [line.partition(":")[0] for line in facts.unread] == ["bad.launch.xml", "bad.launch.yaml"]
+
+
+def test_a_launch_file_is_named_by_the_end_of_its_path(tmp_path: Path) -> None:
+    (tmp_path / "launch").mkdir()
+    for name in ("launch/robot.launch.xml", "launch/arm.launch.xml"):
+        (tmp_path / name).write_text("<launch/>")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "arm.launch.xml").write_text("<launch/>")
+    assert read_source(tmp_path, launch=Launch("robot.launch.xml")).nodes == []
+    with pytest.raises(DinerosError, match="there is no launch file arm"):
+        read_source(tmp_path, launch=Launch("arm.launch.xml"))

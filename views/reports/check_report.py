@@ -16,6 +16,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.views.nets import ViewModel, around, collapse_if_large, layout, to_svg, view_of
 from dineros.views.nets.drawing.svg import THEMES
 from dineros.views.pages import own_markup
+from dineros.views.reports.excerpts import Excerpt
 from dineros.views.traces.figures import trace_svg
 
 LONG = 60
@@ -45,6 +46,8 @@ class FindingEntry:
         Index of the first step that repeats forever.
     consequences : sequence of (str, str)
         Message and rule of each fault that is there only because of this one.
+    code : sequence of Excerpt
+        The lines of source code that it is about, with those around them.
     """
 
     severity: str
@@ -55,6 +58,7 @@ class FindingEntry:
     steps: Sequence[str] = ()
     loop: int | None = None
     consequences: Sequence[tuple[str, str]] = ()
+    code: Sequence[Excerpt] = ()
 
     @property
     def rounds(self) -> list[Round]:

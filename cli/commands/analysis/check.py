@@ -19,6 +19,7 @@ from dineros.cli.analysing import (
     orders_beside,
     scheduler_option,
 )
+from dineros.cli.coding import Code, code_options, faults_of_code, model_of_code
 from dineros.cli.console import summarise, warn
 from dineros.cli.options import (
     ModelPath,
@@ -45,7 +46,8 @@ from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
-    from dineros.analysis.witnesses.findings import Report
+    from dineros.analysis.witnesses.findings import Finding, Report
+    from dineros.metamodel import pn
 
 
 @search_command(
@@ -57,8 +59,16 @@ if TYPE_CHECKING:
     "dineros check sorting.sym.xmi -o report.html",
     "dineros check handler.net --time --witnesses",
     "dineros check sorting.sym.xmi --write-baseline known.json",
+    "dineros check --source src --launch robot.launch.py --format sarif",
 )
-@model_argument()
+@model_argument(required=False)
+@code_options()
+@click.option(
+    "--given",
+    type=click.Path(path_type=Path),
+    metavar="FILE.toml",
+    help="With --source: what people say of the nodes, as for 'dineros import'.",
+)
 @format_option("the findings")
 @click.option(
     "--suggest-capacities",
@@ -99,7 +109,13 @@ if TYPE_CHECKING:
 @settings_option
 @json_option
 def check(
-    model: Path,
+    model: Path | None,
+    folders: tuple[Path, ...],
+    facts: Path | None,
+    launch: str | None,
+    idioms: tuple[Path, ...],
+    arguments: tuple[str, ...],
+    given: Path | None,
     format: str,
     suggest_capacities: bool,
     suggest_callback_groups: bool,
@@ -117,13 +133,17 @@ def check(
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
-    """Check a model: clauses, overflow of queues, unused and dead parts, boundedness, deadlock.
+    """Check a model or code: clauses, overflow of queues, unused and dead parts, boundedness, deadlock.
+
+    With --source FOLDER, the model is made of the code as by 'dineros import', and what the code itself shows
+    is reported, too; findings name its lines.
 
     The exit status is 1 if there is a finding (notes, suppressed findings and those of the baseline do not
     count), and 3 if an answer stays unknown that could be more than a note.
     """
     start_quickly()
     from dineros.analysis.checks.check import check as check_model
+    from dineros.analysis.consequences.durations import left_to_durations
     from dineros.analysis.timed_checks.faults import TIMED_FAULTS
     from dineros.analysis.witnesses.findings import Report, Unknown
 
@@ -150,30 +170,46 @@ def check(
         )
     if certificate is not None:
         refuse_certificates(certificate, also_folder=True)
-    net = load_valid(model, settings)
+    if model is not None and folders:
+        model, arguments = None, (str(model), *arguments)
+    code = Code(folders, facts, launch, idioms, arguments)
+    run, report = search(), Report()
+    net: pn.Net
+    of_code: list[Finding] = []
+    if folders:
+        _refuse_with_source(output, certificate)
+        net, of_code = model_of_code(code, given, settings)
+        model, orders, faults = folders[0], None, faults_of_code()
+    elif model is None or given is not None:
+        raise click.UsageError("say what is checked: MODEL, or --source FOLDER; --given goes with the latter")
+    else:
+        net, orders, faults = load_valid(model, settings), orders_beside(model, no_cache), TIMED_FAULTS
     if suggests:
         return suggest(suggests[0], net, model, format == "json", witnesses)
     acceptance = Acceptance(net, baseline, write_baseline)
-    run, report = search(), Report()
+
+    def accepted(report: Report) -> Report:
+        found = replace(report, findings=[*report.findings, *of_code])
+        return acceptance.apply(left_to_durations(net, found))
 
     def so_far(ending: str) -> int:
         rest = replace(report, unknown=[*report.unknown, Unknown("everything else", ending)])
-        rest = acceptance.apply(rest)
-        print_report(rest, net, model, format, witnesses, TIMED_FAULTS)
+        rest = accepted(rest)
+        print_report(rest, net, model, format, witnesses, faults)
         if write_baseline is not None:
             warn(f"{write_baseline} is not written: {ending}")
         return _status(rest)
 
     run.draft(so_far)
     if format == "text":
-        run.follow(Coming(report, acceptance.apply))
+        run.follow(Coming(report, accepted))
     confirmation, budget = None, run.budget().begun()
     if timed:
         from dineros.analysis.timed_checks.timed_check import check_timed
 
-        check_timed(net, budget, report, orders_beside(model, no_cache))
+        check_timed(net, budget, report, orders)
     elif scheduler is None:
-        check_model(net, budget, report, behaviour, orders_beside(model, no_cache))
+        check_model(net, budget, report, behaviour, orders)
         if confirm and report.space is not None:
             from dineros.analysis.evidence.confirmation import confirm_space
 
@@ -188,12 +224,12 @@ def check(
     if report.times is None and report.findings:
         from dineros.analysis.consequences.folding import fold_consequences
 
-        fold_consequences(net, report, budget, orders_beside(model, no_cache))
-    report = acceptance.apply(report)
+        fold_consequences(net, report, budget, orders)
+    report = accepted(report)
     with run.answer():
         report = acceptance.write(report)
         show_failures(report)
-        print_report(report, net, model, format, witnesses, TIMED_FAULTS)
+        print_report(report, net, model, format, witnesses, faults)
         if confirm:
             say_confirmation(confirmation, format != "text")
     status = _status(report)
@@ -216,7 +252,7 @@ def check(
     if output is not None and output.suffix.lower() == ".html":
         from dineros.cli.presentation.check_reports import write_check_report
 
-        write_check_report(report, net, output, model, settings)
+        write_check_report(report, net, output, model, settings, folders)
         if format == "text":
             summarise(f"{model} -> {output}")
     elif output is not None:
@@ -242,6 +278,14 @@ def _refuse_with_time(options: Mapping[str, object]) -> None:
     for option, value in options.items():
         if value:
             raise click.UsageError(f"--time does not go with {option}")
+
+
+def _refuse_with_source(output: Path | None, certificate: Path | None) -> None:
+    """Refuse files that name a model file, where there is none."""
+    if certificate is not None or (output is not None and output.suffix.lower() != ".html"):
+        option = "-o" if certificate is None else "--certificate"
+        hint = "write the model by 'dineros import --source', and check that"
+        raise click.UsageError(f"with --source, {option} writes a report (.html) only: {hint}")
 
 
 def _status(report: Report) -> int:

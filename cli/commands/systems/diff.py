@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import HOLDS, VIOLATED
+from dineros.cli.coding import Code, code_options, say_taken
 from dineros.cli.models import load_valid_system
 from dineros.cli.observing import Source, source_options
 from dineros.cli.options import format_option, json_option, model_argument, settings_option
@@ -22,9 +23,11 @@ if TYPE_CHECKING:
     "dineros diff robot.sym.xmi --graph",
     "dineros diff robot.sym.xmi --graph --domain 7 --namespace /arm",
     "dineros diff seen.sym.xmi --bag recording --format junit",
+    "dineros diff coded.sym.xmi --source src --launch robot.launch.py",
 )
 @model_argument()
 @source_options
+@code_options()
 @format_option("the differences")
 @settings_option
 @json_option
@@ -36,12 +39,18 @@ def diff(
     namespaces: tuple[str, ...],
     without: tuple[str, ...],
     seconds: float,
+    folders: tuple[Path, ...],
+    facts: Path | None,
+    launch: str | None,
+    idioms: tuple[Path, ...],
+    arguments: tuple[str, ...],
     format: str,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
-    """Compare a model with a running graph or a recording: nodes, ports, types, quality of service.
+    """Compare a model with a running graph, a recording or source code: nodes, ports, types, QoS.
 
+    Of source code, ports with an open name or type are left out, and listed.
     For a recording, only topics are compared, because it does not contain nodes. A node that disappeared
     while the graph was watched counts as missing. The exit status is 1 if something differs; notes do not
     count.
@@ -49,13 +58,20 @@ def diff(
     from dineros.analysis.witnesses.findings import worst_first
     from dineros.observation.differences.comparing import FAULTS, differences
 
-    source = Source(graph, bag, domain, namespaces, without, seconds)
+    code = Code(folders, facts, launch, idioms, arguments)
     system = load_valid_system(model, settings)
 
     def compared(seen: ObservedSystem) -> Report:
         return differences(system, seen, namespaces, without)
 
-    report = compared(source.system(lambda seen: bool(compared(seen).findings)))
+    if folders:
+        code.refuse_beside(bag, graph or domain is not None)
+        read, _ = code.read()
+        say_taken(read.taken)
+        report = compared(read.system)
+    else:
+        source = Source(graph, bag, domain, namespaces, without, seconds)
+        report = compared(source.system(lambda seen: bool(compared(seen).findings)))
     report.findings = worst_first(report.findings)
     with search().answer():
         print_report(

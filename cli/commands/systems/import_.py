@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -16,6 +17,11 @@ from dineros.cli.presentation.imports import ImportReport, print_import
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 
+if TYPE_CHECKING:
+    from dineros.analysis.witnesses.findings import Finding, Report
+    from dineros.observation.importing.coded import Coded
+    from dineros.observation.systems import ObservedSystem
+
 
 @search_command(
     "dineros import --graph -o robot.sym.xmi",
@@ -23,6 +29,7 @@ from dineros.cli.supervising import search_command
     "dineros import --bag recording -o robot.sym.xmi",
     "dineros import --source src -o robot.sym.xmi --facts facts.json",
     "dineros import --source src --launch robot.launch.py rviz:=false -o robot.sym.xmi",
+    "dineros import --source src --launch robot.launch.py --graph -o robot.sym.xmi",
     "dineros import --interfaces std_msgs -o messages.sym.xmi",
 )
 @source_options
@@ -62,7 +69,8 @@ def import_(
     """Make a system model of a running graph, a recording or source code, with one node net per node.
 
     --source reads Python packages without running them: ports, groups, executors, and what callbacks do, with
-    the lines of the code. Code that it cannot follow is left open, and listed.
+    the lines of the code. Code that it cannot follow is left open, and listed. With --graph, the model is
+    made of the code, and differences of the running graph are findings.
 
     Facts that a graph does not show are assumed, marked in the model and listed. A file next to the model
     contains them: it is written if it does not exist, and never overwritten; correct it, and import again. A
@@ -90,9 +98,13 @@ def import_(
     beside = given or given_beside(output)
     said = read_given(beside) if given is not None or beside.exists() else Given()
     if folders:
-        if graph or bag is not None or domain is not None:
-            raise click.UsageError("--source goes neither with --graph nor with --bag")
+        code.refuse_beside(bag, graph=False)
+        if domain is not None and not graph:
+            raise click.UsageError("--domain goes with --graph")
         read, found = code.read()
+        if graph:
+            source = Source(graph, bag, domain, namespaces, without, seconds)
+            found += _against(read, source)
         seen, said = within(read.system, namespaces, without), read.with_people(said)
         say_taken(read.taken)
     else:
@@ -116,6 +128,16 @@ def import_(
     with search().answer():
         print_import(report, as_json)
     return VIOLATED if any(finding.severity == "error" for finding in findings) else HOLDS
+
+
+def _against(read: Coded, source: Source) -> list[Finding]:
+    """Return how a running graph differs from the code."""
+    from dineros.observation.differences.code import differences_of_code
+
+    def compared(seen: ObservedSystem) -> Report:
+        return differences_of_code(read.apart, seen, source.namespaces, source.without)
+
+    return compared(source.system(lambda seen: bool(compared(seen).findings))).findings
 
 
 def _interfaces(packages: tuple[str, ...], output: Path, as_json: bool) -> int:

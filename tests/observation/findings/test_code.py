@@ -73,7 +73,8 @@ def found(folder: Path, body: str, threads: int = 2) -> list[str]:
     text = HEAD + indent(body, "        ") + MAIN.replace("THREADS", str(threads))
     (folder / "robot.py").write_text(text)
     return [
-        f"{each.severity} {each.rule} {each.message}" for each in code_findings([(".", read_source(folder))])
+        f"{each.severity} {each.rule} {each.lines[0]}: {each.message}"
+        for each in code_findings([(".", read_source(folder))])
     ]
 
 
@@ -92,3 +93,58 @@ def test_healthy_code_is_left_alone(tmp_path: Path, body: str) -> None:
 
 def test_a_lock_of_one_thread_hangs_nobody(tmp_path: Path) -> None:
     assert found(tmp_path, "with self.lock:\n    self.cli.call(Trigger.Request())", threads=1) == []
+
+
+WAITS = """
+import rclpy, threading
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+class Arm(Node):
+    def __init__(self):
+        super().__init__("arm")
+        self.fresh = threading.Event()
+        self.rate = self.create_rate(10)
+        self.create_subscription(String, "state", self.on_state, 10, callback_group=GROUP)
+        self.create_service(Trigger, "move", self.on_move)
+        SETUP
+    def on_state(self, message): self.fresh.set()
+    def on_move(self, request, response):
+        self.fresh.clear()
+        BODY
+        return response
+rclpy.init()
+executor = MultiThreadedExecutor(num_threads=THREADS)
+executor.add_node(Arm())
+executor.spin()
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "threads", "group", "setup", "expected"),
+    [
+        ("self.fresh.wait()", 1, "None", "", "error"),
+        ("self.fresh.wait()", 1, "ReentrantCallbackGroup()", "", "error"),
+        ("self.fresh.wait(2.0)", 1, "None", "", "warning"),
+        ("self.fresh.wait()", 2, "None", "", "error"),
+        ("self.fresh.wait()", 2, "MutuallyExclusiveCallbackGroup()", "", None),
+        ("self.fresh.wait()", 2, "ReentrantCallbackGroup()", "", None),
+        ("self.fresh.wait()", 1, "None", "threading.Thread(target=self.fresh.set).start()", None),
+        ("self.fresh.wait()", 2, "somebody.knows()", "", None),
+        ("self.rate.sleep()", 1, "None", "", "error"),
+        ("self.rate.sleep()", 2, "None", "", None),
+    ],
+)
+def test_waits_for_what_cannot_run_meanwhile(
+    tmp_path: Path, body: str, threads: int, group: str, setup: str, expected: str | None
+) -> None:
+    text = WAITS.replace("GROUP", group).replace("BODY", body).replace("THREADS", str(threads))
+    (tmp_path / "arm.py").write_text(text.replace("SETUP", setup or "pass"))
+    found = [
+        each for each in code_findings([(".", read_source(tmp_path))]) if each.rule == "code-waits-for-itself"
+    ]
+    assert [each.severity for each in found] == ([expected] if expected else [])
+    line = next(number for number, line in enumerate(WAITS.split("\n"), 1) if "BODY" in line)
+    assert all(each.lines == (f"arm.py:{line}",) for each in found)

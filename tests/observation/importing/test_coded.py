@@ -290,7 +290,8 @@ def test_people_correct_what_code_says(tmp_path: Path) -> None:
     ("words", "expected"),
     [
         (("--source", "nowhere"), "there is no such folder"),
-        (("--source", ".", "--graph"), "--source goes neither"),
+        (("--source", ".", "--bag", "b"), "--source does not go with --bag"),
+        (("--source", ".", "--domain", "7"), "--domain goes with --graph"),
         (("--facts", "f.json"), "--facts goes with --source"),
         (("--source", ".", "x:=1"), "ARG:=VALUE"),
         (("--source", ".", "--launch", "no.launch.py"), "there is no launch file no.launch.py"),
@@ -340,3 +341,32 @@ def test_what_the_main_function_does_belongs_to_the_node_whose_ports_it_uses(tmp
     assert steps(found, "/first") == {} and any(
         "no executor spins node /first" in line for line in found.taken
     )
+
+
+TWO_CLIENTS = """
+class Monitor(Node):
+    def __init__(self):
+        super().__init__("monitor")
+        self.own = self.create_client(Trigger, "level", callback_group=MutuallyExclusiveCallbackGroup())
+        self.plain = self.create_client(Trigger, "level")
+        self.create_timer(0.1, self.tick)
+    def tick(self):
+        self.CLIENT.call(Trigger.Request())
+def main():
+    rclpy.init()
+    executor = MultiThreadedExecutor(num_threads=2)
+    executor.add_node(Monitor())
+    executor.spin()
+if __name__ == "__main__":
+    main()
+"""
+
+
+@pytest.mark.parametrize("client", ["own", "plain"])
+def test_several_clients_of_one_service_have_their_groups(tmp_path: Path, client: str) -> None:
+    source = files(tmp_path, battery=BATTERY, monitor=TWO_CLIENTS.replace("CLIENT", client))
+    (channel,) = [each for each in model_of(source).channels if isinstance(each, sym.ServiceChannel)]
+    (port,) = channel.clients
+    assert (port.group is not None) == (client == "own")
+    status, text = run("check", "-q", "--source", source)
+    assert ("[callback-deadlock]" in text) == (client == "plain") and status == int(client == "plain")

@@ -1,0 +1,49 @@
+"""Overflows in models of source code: whether they happen depends on how long callbacks take.
+
+A model of source code lets a callback take any time, as the code does not say how long it works. Then each
+queue between nodes can overflow that is not bounded otherwise. Such a finding says nothing about the code: it
+is a note. It stays an error if publisher and subscription are in one node net: they share an executor, and a
+callback that publishes more than the queue holds loses messages however quick the reader is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from dineros.analysis.checks.overflow import Overflow
+from dineros.analysis.witnesses.findings import Finding, Report
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import node_net_of
+
+WHY = "if callbacks take long enough; the code does not say how long they take"
+
+
+def left_to_durations(model: pn.Net, report: Report) -> Report:
+    """Return a report in which overflows that depend on durations which no code tells are notes."""
+    if not isinstance(model, sym.SystemModel):
+        return report
+    channels = {channel.id: channel for channel in model.channels}
+    findings = [
+        _as_note(finding)
+        if finding.rule == Overflow.LOSES.rule and _depends(channels.get(finding.elements[0]))
+        else finding
+        for finding in report.findings
+    ]
+    return replace(report, findings=findings)
+
+
+def _as_note(finding: Finding) -> Finding:
+    return replace(finding, severity="note", message=f"{finding.message}, {WHY}")
+
+
+def _depends(channel: sym.Channel | None) -> bool:
+    if not isinstance(channel, sym.TopicChannel):
+        return False
+    ends = [
+        [node_net_of(port.place) for port in ports] for ports in (channel.publishers, channel.subscribers)
+    ]
+    nodes = [node for end in ends for node in end]
+    if not all(node is not None and node.sourceLine for node in nodes):
+        return False
+    writers, readers = ({id(node) for node in end} for end in ends)
+    return not writers & readers

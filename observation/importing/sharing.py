@@ -1,0 +1,91 @@
+"""Nodes that share an executor become one node net: they share threads, and each keeps its own groups."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from dineros.observation.importing.given import GivenCallback, GivenNode, Step
+from dineros.observation.importing.nodes import of_client
+from dineros.observation.systems import ObservedNode
+from dineros.sources.facts import NodeFact
+
+
+def free_name(wanted: str, used: Iterable[str]) -> str:
+    """Return a name that is not used yet."""
+    names, found, number = set(used), wanted or "callback", 2
+    while found in names:
+        found, number = f"{wanted}_{number}", number + 1
+    return found
+
+
+def share_executors(
+    kept: Iterable[tuple[NodeFact, str]],
+    nodes: dict[str, ObservedNode],
+    given: dict[str, GivenNode],
+    taken: list[str],
+) -> None:
+    """Join nodes that share an executor: they share its threads, and each keeps a group of its own."""
+    pools: dict[tuple[str, int], list[str]] = {}
+    for fact, name in kept:
+        if fact.pool:
+            pools.setdefault((fact.program, fact.pool), []).append(name)
+    for names in pools.values():
+        if len(names) > 1:
+            _join(names, nodes, given, taken)
+
+
+def _regrouped(
+    steps: tuple[Step, ...] | None, own: str, renamed: Mapping[str, str]
+) -> tuple[Step, ...] | None:
+    """Return steps whose clients are in the groups of a joined node."""
+    if steps is None:
+        return None
+    return tuple(
+        step if step.group is None else replace(step, group=renamed.get(step.group, own)) for step in steps
+    )
+
+
+def _join(
+    names: list[str], nodes: dict[str, ObservedNode], given: dict[str, GivenNode], taken: list[str]
+) -> None:
+    heard = [port.topic for name in names for port in nodes[name].subscribers]
+    asked = [port.name for name in names for port in (*nodes[name].clients, *nodes[name].action_clients)]
+    if len(heard) != len(set(heard)) or len(asked) != len(set(asked)):
+        taken.append(f"nodes {', '.join(names)} share an executor; they are taken for nodes with one each")
+        return
+    first = names[0]
+    ports: dict[str, Any] = {
+        role: tuple(port for name in names for port in getattr(nodes[name], role))
+        for role in ("publishers", "subscribers", "servers", "clients", "action_servers", "action_clients")
+    }
+    joined = GivenNode(at=given[first].at, threads=given[first].threads)
+    groups: dict[str, str] = {}
+    timers: dict[str, float] = {}
+    callbacks: dict[str, GivenCallback] = {}
+    newest: dict[str, bool] = {}
+    for name in names:
+        own = free_name(f"of_{name.strip('/').replace('/', '_')}", groups)
+        groups[own] = "exclusive"
+        renamed = {group: free_name(group, groups) for group in given[name].groups}
+        groups |= {renamed[group]: kind for group, kind in given[name].groups.items()}
+        for key, callback in given[name].callbacks.items():
+            group = own if callback.group is None else renamed.get(callback.group, callback.group)
+            at = key if key.startswith("/") else free_name(key, timers)
+            if at in callbacks and key.startswith("/"):  # one serves what another calls
+                is_client = any(
+                    key == port.name for port in (*nodes[name].clients, *nodes[name].action_clients)
+                )
+                if not is_client:
+                    callbacks[of_client(key)] = callbacks[key]
+                at = of_client(key) if is_client else key
+            if not key.startswith("/"):
+                timers[at] = (given[name].timers or {}).get(key, 1.0)
+            callbacks[at] = replace(callback, group=group, does=_regrouped(callback.does, own, renamed))
+        newest |= given[name].newest
+    given[first] = replace(joined, groups=groups, timers=timers, callbacks=callbacks, newest=newest)
+    nodes[first] = replace(nodes[first], **ports)
+    for name in names[1:]:
+        del nodes[name], given[name]
+    taken.append(f"nodes {', '.join(names)} share an executor: one node net, {first}, stands for them")
