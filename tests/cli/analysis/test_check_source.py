@@ -176,8 +176,8 @@ def test_overflows_that_durations_decide_are_notes(
     [
         ([], "say what is checked: MODEL, or --source FOLDER"),
         (["--source", "nowhere"], "there is no such folder of source code"),
-        (["--source", ".", "a"], "'a' is no ARG:=VALUE of a --launch FILE"),
-        (["model.sym.xmi", "a:=b"], "'a:=b' is no ARG:=VALUE of a --launch FILE"),
+        (["--source", ".", "a"], "'a' is not an ARG:=VALUE of a --launch FILE"),
+        (["model.sym.xmi", "a:=b"], "'a:=b' is not an ARG:=VALUE of a --launch FILE"),
         (["model.sym.xmi", "--given", "a.toml"], "--given goes with"),
         (["--source", ".", "-o", "found.jsonl"], "with --source, -o writes a report (.html) only"),
         (["--source", ".", "--certificate", "c.json"], "with --source, --certificate writes a report"),
