@@ -16,7 +16,10 @@ MOST_BYTES = 2 << 20
 """Bytes of a file of source code; what people write is far smaller."""
 
 _LEFT_OUT = {"build", "install", "log", "node_modules", "__pycache__", "venv", "site-packages"}
-_KINDS = (".py", ".xml", ".yaml", ".yml", ".cfg")
+CPP = (".cpp", ".cc", ".cxx", ".hpp", ".hh", ".hxx", ".h", ".ipp", ".tpp")
+"""How files in C++ end."""
+
+_KINDS = (".py", ".xml", ".yaml", ".yml", ".cfg", *CPP)
 _NAMES = {"CMakeLists.txt"}
 
 

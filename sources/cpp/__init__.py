@@ -1,0 +1,1 @@
+"""Reads C++ into facts, without a compiler: an index of all files, and an interpreter of what nodes do."""

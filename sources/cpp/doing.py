@@ -1,0 +1,389 @@
+"""What rclcpp and the standard library do: publish, call, wait, sleep, spin, lock; and what passes values on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from dineros.sources.cpp.expressions import Call
+from dineros.sources.cpp.machine import coerced, duration, is_node
+from dineros.sources.cpp.making import Maker
+from dineros.sources.cpp.parsing import arguments_of, text_of
+from dineros.sources.cpp.quality import CHAINED, PRESETS, changed
+from dineros.sources.cpp.statements import Statements
+from dineros.sources.cpp.values import (
+    Const,
+    Frame,
+    Items,
+    Lambda,
+    Made,
+    Method,
+    Obj,
+    Open,
+    Port,
+    Seconds,
+    Value,
+    constant,
+    options,
+    part,
+    shown,
+)
+from dineros.sources.facts import CallbackFact
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+_SAME = {
+    *("move", "forward", "ref", "cref", "dynamic_pointer_cast", "static_pointer_cast"),
+    *("const_pointer_cast", "shared_ptr", "unique_ptr", "as_const", "string", "string_view"),
+}
+_SELF = {
+    *("get", "c_str", "str", "data", "value", "lock", "shared_from_this", "share", "get_future", "count"),
+    *("as_string", "as_double", "as_int", "as_bool", "get_value", "get_parameter_value", "as_string_array"),
+    *("get_node_base_interface", "get_node_timers_interface", "get_node_topics_interface"),
+    *("get_node_services_interface", "get_node_clock_interface", "get_node_logging_interface"),
+    *("get_node_waitables_interface", "get_node_parameters_interface", "get_node_graph_interface"),
+    *("to_chrono", "at", "front", "period", "get_rmw_qos_profile"),
+}
+_LOCKS = {"lock_guard", "unique_lock", "scoped_lock", "shared_lock"}
+_GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
+
+
+class Ros:
+    """What calls of rclcpp and the standard library mean.
+
+    Parameters
+    ----------
+    machine : Statements
+        The interpreter.
+    """
+
+    def __init__(self, machine: Statements) -> None:
+        self.machine = machine
+        self.maker = Maker(machine)
+        self._pools = 0
+
+    def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
+        """Make an object a node."""
+        self.maker.make_node(this, kind, args, node, frame)
+
+    def call(self, call: Call) -> Value | None:
+        """Return what a call of a library returns; None: it is none that is known."""
+        found = self.maker.entity(call)
+        if found is None:
+            found = self.maker.parameter(call)
+        if found is not None:
+            return found
+        on = call.on
+        if on is None:
+            return self._function(call)
+        if isinstance(on, Port):
+            return self._port(call, on)
+        if isinstance(on, Made):
+            found = self._made(call, on)
+            if found is not None:
+                return found
+        elif isinstance(on, Items):
+            return self._items(call, on)
+        if call.last in _SELF and not isinstance(on, Open):
+            return on
+        if call.last in CHAINED and isinstance(on, (Made, Open)):
+            return changed(on, call.last, call.args)
+        return self._unknown(call, on)
+
+    # -------------------------------------------------------------------------------------------- functions
+
+    def _function(self, call: Call) -> Value | None:
+        path, last, args = call.path, call.last, call.args
+        given = arguments_of(call.named)
+        if last in ("make_shared", "make_unique"):
+            if path.startswith(("std::", "make_")) and given:
+                return self.machine.make(given[0], args, call.node, call.frame)
+            scope = path.rpartition("::")[0]
+            cls = self.machine.class_of(scope, call.frame)
+            if cls is not None:
+                return self.machine.construct(cls, args, [], call.node, call.frame)
+            return self._library_object(scope, args, call)
+        if last in ("static_cast", "dynamic_cast", "reinterpret_cast", "const_cast") and given and args:
+            kind = self.machine.type_text(given[0], call.frame)
+            return duration(kind, "", args) or coerced(kind, args[0])
+        if last == "bind" and args:
+            return _bound(args)
+        if last in _SAME and args and (path.startswith("std::") or "::" not in path):
+            return args[0]
+        if last == "to_string" and args:
+            return Const(shown(args[0])) if isinstance(args[0], Const) else Open("a text", part(args[0]))
+        templates = " ".join(text_of(each) for each in given)
+        found = duration(path, templates, args)
+        if found is not None:
+            return found
+        if path in ("rclcpp::sleep_for", "std::this_thread::sleep_for", "this_thread::sleep_for"):
+            return self._sleep(call, args[0] if args else None)
+        if path in ("sleep", "usleep") and args:
+            seconds = constant(args[0])
+            unit = 1.0 if path == "sleep" else 1e-6
+            return self._sleep(
+                call, Seconds(seconds * unit) if isinstance(seconds, (int, float)) else args[0]
+            )
+        if path in ("rclcpp::spin", "rclcpp::spin_some", "rclcpp::spin_all"):
+            return self._spin(
+                call, [each for each in args if isinstance(each, Obj)], "SingleThreadedExecutor", 1
+            )
+        if path.endswith("spin_until_future_complete"):
+            return self._await(
+                call, args[1] if len(args) > 1 else None, args[2:], "spin-until-future-complete"
+            )
+        if path == "rclcpp::shutdown" and self.machine.role != "main":
+            self.machine.does("shutdown", "rclcpp", call.node, call.frame)
+            return Const(None)
+        if last in ("thread", "jthread", "async") and args:
+            return self._thread(call, [each for each in args if "launch::" not in getattr(each, "path", "")])
+        if last in _LOCKS and args:
+            what = text_of(call.nodes[0]) if call.nodes else "a mutex"
+            what = what if len(what) < 60 else "a mutex"
+            self.machine.does("lock", what, call.node, call.frame)
+            self.machine.holding.append(what)
+            return Made("std::unique_lock", args)
+        if last in PRESETS or path in ("rclcpp::QoS", "rclcpp::KeepLast", "rclcpp::KeepAll"):
+            return Made(path, args)
+        if is_node(path):
+            return self._library_object(path, args, call)
+        found = self.maker.idiom(call)
+        if found is None and path.startswith(("rclcpp::", "std::", "rclcpp_", "rcl_", "RCLCPP_", "builtin")):
+            if path.startswith("std::function") and args:
+                return args[0]
+            return Made(path, args, node=call.node)
+        return found
+
+    def _library_object(self, path: str, args: list[Value], call: Call) -> Value:
+        if is_node(path):
+            this = Obj(None)
+            self.make_node(this, path, args, call.node, call.frame)
+            return this
+        return Made(path, args, node=call.node)
+
+    def _sleep(self, call: Call, value: Value | None) -> Value:
+        seconds = constant(value) if isinstance(value, Seconds) else None
+        what = str(seconds) if seconds is not None else shown(value)
+        self.machine.does("sleep", what, call.node, call.frame, timeout=seconds)
+        return Const(None)
+
+    def _spin(self, call: Call, nodes: list[Obj], executor: str, threads: int | str) -> Value:
+        if self.machine.role not in ("main", "thread"):
+            self.machine.does("spin", "the node", call.node, call.frame, how="without end")
+            return Const(None)
+        self._pools += 1
+        for each in nodes:
+            if each.node is not None:
+                each.node.executor, each.node.threads = executor, threads
+                each.node.pool = self._pools if len(nodes) > 1 else 0
+        return Const(None)
+
+    def _thread(self, call: Call, args: list[Value]) -> Value:
+        target = _bound(args)
+        machine = self.machine
+        owner = machine.owner or next(
+            (each.this for each in options(target) if isinstance(each, Method) and each.this), None
+        )
+        if owner is None and call.frame.this is not None:
+            owner = call.frame.this
+        owner = owner or Obj(None)
+        if machine.entity is not None and machine.role == "accepted":
+            self.maker.callback(machine.entity, "execute", "execute", target, owner)
+        elif machine.role != "execute":
+            holder = machine.entity_of("threads", "thread", call.node, call.frame, Obj(None))
+            self.maker.callback(holder, "callback", "thread", target, owner)
+        return Made("std::thread", [target])
+
+    # ------------------------------------------------------------------------------------------------ ports
+
+    def _port(self, call: Call, on: Port) -> Value | None:
+        entity, last, machine = on.entity, call.last, self.machine
+        known = on.methods.get(last)
+        if known is not None:
+            return self._known(call, on, known)
+        if last in _SELF:
+            return on
+        if entity.kind == "publishers" and last == "publish":
+            machine.does("publish", entity.port, call.node, call.frame, entity=entity)
+        elif entity.kind == "clients" and last in ("async_send_request", "call_async", "prune_requests"):
+            return self._request(call, on) if last != "prune_requests" else Const(None)
+        elif entity.kind in ("clients", "action_clients") and last in (
+            "wait_for_service",
+            "wait_for_action_server",
+        ):
+            return self._wait_for(call, on)
+        elif entity.kind == "action_clients" and last == "async_send_goal":
+            return self._goal(call, on)
+        elif entity.kind == "action_clients" and last.startswith("async_cancel"):
+            machine.does("cancel_goal", entity.port, call.node, call.frame, entity=entity)
+        elif entity.kind == "action_clients" and last == "async_get_result":
+            effect = machine.does("get_result", entity.port, call.node, call.frame, "async", entity)
+            return Made("future", effect=effect)
+        return Open(f"{entity.port}.{last}")
+
+    def _known(self, call: Call, on: Port, known: dict[str, object]) -> Value:
+        number = known.get("entity", 0)
+        entity = on.extra[number] if isinstance(number, int) and number < len(on.extra) else on.entity
+        if known.get("do") == "wait_for_service":
+            return self._wait_for(call, on)
+        how = "async" if known.get("do") == "call" else ""
+        effect = self.machine.does(str(known.get("do", "")), entity.port, call.node, call.frame, how, entity)
+        return Made("future", effect=effect)
+
+    def _wait_for(self, call: Call, on: Port) -> Value:
+        seconds = constant(call.args[0]) if call.args else None
+        how = f"time-out {seconds} s" if seconds is not None else "without time-out"
+        how = "time-out that is open" if call.args and seconds is None else how
+        do = "wait_for_server" if on.entity.kind == "action_clients" else "wait_for_service"
+        self.machine.does(do, on.entity.port, call.node, call.frame, how, on.entity, seconds)
+        return Open(do)
+
+    def _request(self, call: Call, on: Port) -> Value:
+        effect = self.machine.does("call", on.entity.port, call.node, call.frame, "async", on.entity)
+        if len(call.args) > 1:
+            effect.then = self._done(call.args[1], on, call)
+        future = Made("future", effect=effect)
+        future.fields["future"] = future
+        return future
+
+    def _done(self, target: Value, on: Port, call: Call) -> CallbackFact:
+        holder = self.machine.entity_of("done", "answer", call.node, call.frame, Obj(None))
+        return self.maker.callback(holder, "callback", "done callback", target, on.owner)
+
+    def _goal(self, call: Call, on: Port) -> Value:
+        machine = self.machine
+        effect = machine.does("send_goal", on.entity.port, call.node, call.frame, "async", on.entity)
+        given = next((each for each in call.args if isinstance(each, Made) and each.fields), None)
+        for name, target in (given.fields if given is not None else {}).items():
+            if name.endswith("_callback") and name != "feedback_callback":
+                holder = machine.entity_of("done", name, call.node, call.frame, Obj(None))
+                fact = self.maker.callback(holder, "callback", "done callback", target, on.owner)
+                if name == "result_callback" or effect.then is None:
+                    effect.then = fact
+        future = Made("future", effect=effect)
+        future.fields["future"] = future
+        return future
+
+    def _await(self, call: Call, future: Value | None, rest: list[Value], how: str) -> Value:
+        seconds = constant(rest[0]) if rest else None
+        bound = f"time-out {seconds} s" if seconds is not None else "without time-out"
+        bound = "time-out that is open" if rest and seconds is None else bound
+        found = [
+            each.effect for each in options(future) if isinstance(each, Made) and each.effect is not None
+        ]
+        for effect in found:
+            if effect in self.machine.fact.effects:
+                effect.how, effect.timeout = f"{how}, {bound}", seconds
+        if not any(effect in self.machine.fact.effects for effect in found):
+            what = text_of(call.node)[:40]
+            self.machine.does("wait", what, call.node, call.frame, f"{how}, {bound}", timeout=seconds)
+        return Open("a result")
+
+    # ------------------------------------------------------------------------------------ objects of libraries
+
+    def _made(self, call: Call, on: Made) -> Value | None:
+        last, path = call.last, on.path
+        if on.effect is not None or path == "future":
+            if last in ("get", "wait", "wait_for", "wait_until") and self.machine.role != "done callback":
+                return self._await(call, on, call.args if last != "get" else [], "blocks")
+            return on
+        if path.endswith("Rate") and last == "sleep":
+            rate = constant(on.args[0]) if on.args else None
+            if isinstance(on.args[0] if on.args else None, Seconds):
+                return self._sleep(call, on.args[0])
+            return self._sleep(
+                call, Seconds(1.0 / rate) if isinstance(rate, (int, float)) and rate > 0 else None
+            )
+        if "xecutor" in path:
+            return self._executor(call, on)
+        if "condition_variable" in path and last.startswith("wait"):
+            how = "without time-out" if last == "wait" else "time-out"
+            self.machine.does(
+                "wait", text_of(call.node)[:40], call.node, call.frame, f"condition variable, {how}"
+            )
+            return Open("a wait")
+        if path.endswith("_lock") and last == "unlock" and self.machine.holding:
+            self.machine.holding.pop()
+            return Const(None)
+        if path.endswith("Node") and last == "make_shared":
+            return self._library_object(path, call.args, call)
+        return None
+
+    def _executor(self, call: Call, on: Made) -> Value | None:
+        last = call.last
+        if last in ("add_node", "add_callback_group"):
+            nodes = [each for each in call.args if isinstance(each, Obj)]
+            held = on.fields.setdefault("nodes", Items())
+            if isinstance(held, Items):
+                held.values += nodes
+            return Const(None)
+        if last in ("spin", "spin_some", "spin_once", "spin_all"):
+            held = on.fields.get("nodes")
+            nodes = [each for each in held.values if isinstance(each, Obj)] if isinstance(held, Items) else []
+            name, threads = on.path.rpartition("::")[2], self._threads(on)
+            return self._spin(call, nodes, name, threads)
+        if last == "spin_until_future_complete":
+            if self.machine.role == "main":
+                self._executor(Call(call.node, call.frame, "spin", [], on), on)
+            return self._await(call, call.args[0] if call.args else None, call.args[1:], "spin-until")
+        return None
+
+    def _threads(self, on: Made) -> int | str:
+        if "Multi" not in on.path:
+            return 1 if "Single" in on.path or "Events" in on.path else "open"
+        count = constant(on.args[1]) if len(on.args) > 1 else 0
+        if isinstance(count, int):
+            return count or "processors"
+        return "open"
+
+    def _items(self, call: Call, on: Items) -> Value:
+        if call.last in ("push_back", "emplace_back", "insert", "emplace", "push", "push_front"):
+            value = call.args[-1] if call.args else Open("an item")
+            if value not in on.values:
+                on.values.append(value)
+            on.is_open = on.is_open or isinstance(value, Open) or self.machine.when != "always"
+            return on
+        if call.last in ("at", "front", "back", "find") and on.values:
+            from dineros.sources.cpp.values import Either
+
+            index = constant(call.args[0]) if call.args else None
+            if isinstance(index, int) and 0 <= index < len(on.values):
+                return on.values[index]
+            return on.values[0] if len(on.values) == 1 else Either(tuple(on.values))
+        return Open(text_of(call.node)[:60])
+
+    def _unknown(self, call: Call, on: Value) -> Value | None:
+        """Note what a method of something unknown may do."""
+        machine, last, what = self.machine, call.last, text_of(call.node.child_by_field_name("function"))[:60]
+        if last in _GOALS and machine.role in ("execute", "accepted", "thread"):
+            machine.does(last, what, call.node, call.frame)
+        elif last == "publish" and len(call.args) == 1 and isinstance(on, Open):
+            machine.does("publish", what, call.node, call.frame)
+        elif last in ("async_send_request", "async_send_goal") and isinstance(on, Open):
+            do = "call" if last == "async_send_request" else "send_goal"
+            return Made("future", effect=machine.does(do, what, call.node, call.frame, "async"))
+        elif last in ("wait", "wait_for") and "future" in what.lower() and machine.role != "done callback":
+            return self._await(call, None, call.args, "blocks")
+        elif isinstance(on, Open):
+            machine.escapes(call.args)
+        return None
+
+
+def _bound(args: list[Value]) -> Value:
+    """Return what ``std::bind`` or ``std::thread`` makes of a callable and its arguments."""
+    target, rest = args[0], args[1:]
+    if isinstance(target, Lambda):
+        return target
+    if isinstance(target, Method):
+        this = target.this
+        if rest and isinstance(rest[0], Obj) and any(each.cls is not None for each in target.routines):
+            this, rest = rest[0], rest[1:]
+        plain = [
+            Open("an argument")
+            if "_1" in (p := getattr(each, "path", getattr(each, "text", "")))
+            or p.startswith(("std::placeholders", "placeholders", "_2", "_3", "_4"))
+            else each
+            for each in rest
+        ]
+        return Method(target.routines, target.name, this, [*target.args, *plain])
+    return target

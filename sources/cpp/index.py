@@ -1,0 +1,326 @@
+"""An index of what files in C++ define: classes, members, functions, aliases and constants."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, TypeVar
+
+from dineros.sources.cpp.parsing import Source, path_of, text_of
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a function: its name, type and default."""
+
+    name: str
+    type: Node | None
+    default: Node | None
+
+
+@dataclass(eq=False)
+class Routine:
+    """A function with a body: a method if `cls` is given."""
+
+    name: str
+    node: Node
+    path: str
+    space: str
+    cls: ClassInfo | None = None
+    parameters: list[Parameter] = field(default_factory=list)
+    templates: list[str] = field(default_factory=list)
+
+    @property
+    def body(self) -> Node | None:
+        """What it does; None: it is defaulted or deleted."""
+        return self.node.child_by_field_name("body")
+
+    @property
+    def line(self) -> int:
+        """Where it begins."""
+        return int(self.node.start_point[0]) + 1
+
+
+@dataclass(eq=False)
+class ClassInfo:
+    """A class or struct.
+
+    Attributes
+    ----------
+    name, space : str
+        Its name, and the namespaces and classes around it.
+    bases : list of Node
+        Names of its base classes, as nodes.
+    methods : dict
+        Routines by name.
+    fields : dict
+        Type and default by name.
+    defaults : dict
+        Parameters of declarations, by name of the method.
+    """
+
+    name: str
+    space: str
+    path: str
+    node: Node
+    bases: list[Node] = field(default_factory=list)
+    methods: dict[str, list[Routine]] = field(default_factory=dict)
+    fields: dict[str, tuple[Node | None, Node | None]] = field(default_factory=dict)
+    defaults: dict[str, list[list[Parameter]]] = field(default_factory=dict)
+    templates: list[str] = field(default_factory=list)
+
+    @property
+    def full(self) -> str:
+        """Its name with namespaces."""
+        return f"{self.space}::{self.name}" if self.space else self.name
+
+
+@dataclass(frozen=True)
+class Named:
+    """An alias or a constant, with where it stands."""
+
+    full: str
+    path: str
+    node: Node
+
+
+_Found = TypeVar("_Found", ClassInfo, Routine, Named)
+_COMPONENT = re.compile(rb"\b(?:RCLCPP_COMPONENTS_REGISTER_NODE|CLASS_LOADER_REGISTER_CLASS)\s*\(\s*([\w:]+)")
+_AROUND = {
+    *("translation_unit", "declaration_list", "preproc_if", "preproc_ifdef", "preproc_else"),
+    *("preproc_elif", "linkage_specification", "ERROR"),
+}
+
+
+class Index:
+    """What all files define, to be found by name from a place."""
+
+    def __init__(self) -> None:
+        self.classes: dict[str, list[ClassInfo]] = {}
+        self.functions: dict[str, list[Routine]] = {}
+        self.aliases: dict[str, list[Named]] = {}
+        self.constants: dict[str, list[Named]] = {}
+        self.components: list[tuple[str, str]] = []
+        self._loose: list[tuple[list[str], Routine]] = []
+
+    def add(self, source: Source) -> None:
+        """Add what a file defines."""
+        self._visit(source.root, source.path, "", None, [])
+        for found in _COMPONENT.finditer(source.text):
+            line = source.text.rfind(b"\n", 0, found.start())
+            if b"#define" not in source.text[line + 1 : found.start()]:
+                self.components.append((found[1].decode(), source.path))
+
+    def finish(self) -> None:
+        """Give methods that are defined outside of their classes to these."""
+        for scope, routine in self._loose:
+            cls = self.find_class("::".join(scope), routine.path, routine.space)
+            if cls is not None:
+                routine.cls = cls
+                cls.methods.setdefault(routine.name, []).append(routine)
+            else:
+                self.functions.setdefault(routine.name, []).append(routine)
+        self._loose.clear()
+
+    # ---------------------------------------------------------------------------------------------- finding
+
+    def find_class(self, name: str, path: str, space: str) -> ClassInfo | None:
+        """Return the class that a name means at a place; None: it is not there, or it may be several."""
+        return _nearest(self.classes.get(name.rpartition("::")[2], []), name, path, space)
+
+    def find_alias(self, name: str, path: str, space: str) -> Node | None:
+        """Return the type that an alias means at a place."""
+        found = _nearest(self.aliases.get(name.rpartition("::")[2], []), name, path, space)
+        return None if found is None else found.node
+
+    def find_constant(self, name: str, path: str, space: str) -> Named | None:
+        """Return the constant that a name means at a place."""
+        return _nearest(self.constants.get(name.rpartition("::")[2], []), name, path, space)
+
+    def find_functions(self, name: str, path: str) -> list[Routine]:
+        """Return the functions that a name may mean: those of the same file, else of the nearest."""
+        found = self.functions.get(name.rpartition("::")[2], [])
+        here = [each for each in found if each.path == path]
+        return here or found
+
+    # --------------------------------------------------------------------------------------------- visiting
+
+    def _visit(self, node: Node, path: str, space: str, cls: ClassInfo | None, templates: list[str]) -> None:
+        for child in node.named_children:
+            self._visit_one(child, path, space, cls, templates)
+
+    def _visit_one(
+        self, node: Node, path: str, space: str, cls: ClassInfo | None, templates: list[str]
+    ) -> None:
+        kind = node.type
+        if kind in _AROUND:
+            self._visit(node, path, space, cls, templates)
+        elif kind == "namespace_definition":
+            name, body = path_of(node.child_by_field_name("name")), node.child_by_field_name("body")
+            if body is not None:
+                self._visit(body, path, "::".join(filter(None, (space, name))), None, [])
+        elif kind == "template_declaration":
+            names = [_template(each) for each in _of(node.child_by_field_name("parameters"))]
+            for child in node.named_children:
+                if child.type != "template_parameter_list":
+                    self._visit_one(child, path, space, cls, names)
+        elif kind in ("class_specifier", "struct_specifier"):
+            self._class(node, path, space, templates)
+        elif kind == "function_definition":
+            self._function(node, path, space, cls, templates)
+        elif kind in ("alias_declaration", "type_definition"):
+            self._alias(node, path, cls.full if cls else space)
+        elif kind == "preproc_def":
+            value = node.child_by_field_name("value")
+            if value is not None:
+                self._name(self.constants, text_of(node.child_by_field_name("name")), "", path, value)
+        elif kind in ("declaration", "field_declaration"):
+            self._declaration(node, path, space, cls, templates)
+
+    def _class(self, node: Node, path: str, space: str, templates: list[str]) -> None:
+        body, name = node.child_by_field_name("body"), path_of(node.child_by_field_name("name"))
+        if body is None or not name:
+            return
+        scope, _, last = name.rpartition("::")
+        space = "::".join(filter(None, (space, scope)))
+        cls = ClassInfo(last, space, path, node, templates=templates)
+        for child in node.named_children:
+            if child.type == "base_class_clause":
+                cls.bases = [
+                    each
+                    for each in child.named_children
+                    if each.type not in ("access_specifier", "comment", "virtual")
+                ]
+        self.classes.setdefault(last, []).append(cls)
+        self._visit(body, path, cls.full, cls, [])
+
+    def _function(
+        self, node: Node, path: str, space: str, cls: ClassInfo | None, templates: list[str]
+    ) -> None:
+        declarator = function_of(node.child_by_field_name("declarator"))
+        if declarator is None:
+            return
+        parts = path_of(declarator.child_by_field_name("declarator")).split("::")
+        routine = Routine(parts[-1], node, path, space, cls, parameters_of(declarator), templates)
+        if cls is not None:
+            cls.methods.setdefault(routine.name, []).append(routine)
+        elif len(parts) > 1:
+            self._loose.append((parts[:-1], routine))
+        else:
+            self.functions.setdefault(routine.name, []).append(routine)
+
+    def _alias(self, node: Node, path: str, space: str) -> None:
+        name = node.child_by_field_name("name") or node.child_by_field_name("declarator")
+        kind = node.child_by_field_name("type")
+        if name is not None and kind is not None:
+            self._name(self.aliases, text_of(name), space, path, kind)
+
+    def _name(self, table: dict[str, list[Named]], name: str, space: str, path: str, node: Node) -> None:
+        full = f"{space}::{name}" if space else name
+        table.setdefault(name, []).append(Named(full, path, node))
+
+    def _declaration(
+        self, node: Node, path: str, space: str, cls: ClassInfo | None, templates: list[str]
+    ) -> None:
+        kind = node.child_by_field_name("type")
+        if kind is not None and kind.type in ("class_specifier", "struct_specifier"):
+            self._class(kind, path, space, templates)
+        default = node.child_by_field_name("default_value")
+        is_static = any(each.type == "storage_class_specifier" for each in node.children)
+        for declarator in node.children_by_field_name("declarator"):
+            value = default
+            if declarator.type == "init_declarator":
+                value = declarator.child_by_field_name("value")
+            function = function_of(declarator)
+            if function is not None and cls is not None:
+                name = path_of(function.child_by_field_name("declarator"))
+                cls.defaults.setdefault(name, []).append(parameters_of(function))
+                continue
+            name = name_of(declarator)
+            if cls is not None and not is_static:
+                cls.fields[name] = (kind, value)
+            elif value is not None and name:
+                self._name(
+                    self.constants,
+                    name.rpartition("::")[2],
+                    "::".join(filter(None, (space, name.rpartition("::")[0]))),
+                    path,
+                    value,
+                )
+
+
+def name_of(node: Node | None) -> str:
+    """Return the name that a declarator declares."""
+    while node is not None:
+        inner = node.child_by_field_name("declarator")
+        if inner is None and node.type in ("reference_declarator", "init_declarator"):
+            inner = next((each for each in node.named_children), None)
+        if inner is None:
+            return path_of(node)
+        node = inner
+    return ""
+
+
+def function_of(node: Node | None) -> Node | None:
+    """Return the declarator of a function in a declarator; None: it declares something else."""
+    while node is not None:
+        if node.type == "function_declarator":
+            inner = node.child_by_field_name("declarator")
+            return node if inner is None or inner.type != "parenthesized_declarator" else None
+        inner = node.child_by_field_name("declarator")
+        if inner is None and node.type == "reference_declarator":
+            inner = next((each for each in node.named_children), None)
+        node = inner
+    return None
+
+
+def parameters_of(node: Node) -> list[Parameter]:
+    """Return the parameters of a declarator of a function or lambda."""
+    return [
+        Parameter(
+            name_of(each.child_by_field_name("declarator")),
+            each.child_by_field_name("type"),
+            each.child_by_field_name("default_value"),
+        )
+        for each in _of(node.child_by_field_name("parameters"))
+        if each.type in ("parameter_declaration", "optional_parameter_declaration")
+    ]
+
+
+def _of(node: Node | None) -> Iterator[Node]:
+    return iter([] if node is None else node.named_children)
+
+
+def _template(node: Node) -> str:
+    name = node.child_by_field_name("declarator") or node.child_by_field_name("name")
+    if name is None and node.named_children:
+        name = node.named_children[-1]
+    return text_of(name)
+
+
+def _nearest(found: list[_Found], name: str, path: str, space: str) -> _Found | None:
+    """Return what a name means at a place: by namespaces, then by files; None: it may be several."""
+    ends = f"::{name.lstrip(':')}"
+    fitting = [each for each in found if f"::{_full(each)}".endswith(ends)]
+    if len(fitting) < 2:
+        return fitting[0] if fitting else None
+    ranked = sorted(fitting, key=lambda each: _rank(each, path, space), reverse=True)
+    first, second = (_rank(each, path, space) for each in ranked[:2])
+    return ranked[0] if first > second or text_of(ranked[0].node) == text_of(ranked[1].node) else None
+
+
+def _full(found: ClassInfo | Routine | Named) -> str:
+    return f"{found.space}::{found.name}" if isinstance(found, Routine) else found.full
+
+
+def _rank(found: ClassInfo | Routine | Named, path: str, space: str) -> tuple[bool, int, int]:
+    around = _full(found).rpartition("::")[0]
+    is_inside = space == around or space.startswith(f"{around}::") or not around
+    ours, theirs = PurePosixPath(path).parts, PurePosixPath(found.path).parts
+    same = next((n for n, (a, b) in enumerate(zip(ours, theirs, strict=False)) if a != b), len(ours))
+    return found.path == path, len(around) if is_inside else -1, same

@@ -1,0 +1,317 @@
+"""What the interpreter of C++ remembers while it runs: frames, what is certain, callbacks that are still to be read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from dineros.sources.cpp.index import ClassInfo, Index
+from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
+from dineros.sources.cpp.values import Const, Either, Frame, Obj, Open, Seconds, Todo, Value, joined
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
+from dineros.sources.libraries.idioms import Idiom
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+MOST_STEPS = 400_000
+"""Expressions and statements that are followed for one program."""
+MOST_CALLS = 40
+"""Calls within calls that are followed."""
+
+NODES = {
+    *("rclcpp::Node", "rclcpp_lifecycle::LifecycleNode", "nav2_util::LifecycleNode"),
+    *("nav2::LifecycleNode", "rclcpp::node::Node", "LifecycleNode"),
+}
+"""Classes of libraries that are nodes."""
+_WHOLE = re.compile(r"^(?:std::)?(?:unsigned|signed|int|long|short|u?int\d+_t|size_t|char)\b")
+_FLOAT = re.compile(r"^(?:double|float|long double)$")
+
+
+class TooLong(Exception):
+    """A program is too large to be followed to its end."""
+
+
+class Machine:
+    """The state of a program that is followed.
+
+    Parameters
+    ----------
+    index : Index
+        What the folder defines.
+    program : str
+        Name of what is started.
+    idioms : mapping of str to Idiom
+        The table of libraries.
+    """
+
+    def __init__(self, index: Index, program: str, idioms: Mapping[str, Idiom]) -> None:
+        self.index = index
+        self.program = program
+        self.idioms = idioms
+        self.given: Mapping[str, Any] = {}
+        self.nodes: list[NodeFact] = []
+        self.todo: list[Todo] = []
+        self.fact = CallbackFact("main", "main", Place("", 1))
+        self.role = "main"
+        self.cond = 0
+        self.loops = 0
+        self.off = 0
+        self.calls: list[tuple[int, int]] = []
+        self.frames: list[Frame] = []
+        self.holding: list[str] = []
+        self.owner: Obj | None = None
+        self.entity: Entity | None = None
+        self.unread: list[str] = []
+        self._steps = 0
+        self._places: dict[tuple[int, str, str], Entity] = {}
+        self._facts: dict[tuple[int, str, int, str], CallbackFact] = {}
+
+    def count(self) -> None:
+        """Count a step.
+
+        Raises
+        ------
+        TooLong
+            There were too many.
+        """
+        self._steps += 1
+        if self._steps > MOST_STEPS:
+            raise TooLong
+
+    @contextmanager
+    def perhaps(self, *, is_off: bool = False) -> Iterator[None]:
+        """Run what may not run; `is_off`: what does not run with the default values."""
+        self.cond += 1
+        self.off += is_off
+        try:
+            yield
+        finally:
+            self.cond -= 1
+            self.off -= is_off
+
+    @property
+    def when(self) -> str:
+        """How certain it is that what is read now runs."""
+        if self.loops:
+            return "in a loop"
+        return "conditional" if self.cond or any(each.has_left for each in self.frames) else "always"
+
+    def place(self, node: Node, frame: Frame) -> Place:
+        """Return the line of a node."""
+        return Place(frame.path, line_of(node))
+
+    # ---------------------------------------------------------------------------------------------- effects
+
+    def does(
+        self,
+        do: str,
+        what: str,
+        node: Node,
+        frame: Frame,
+        how: str = "",
+        entity: Entity | None = None,
+        timeout: float | None = None,
+    ) -> Effect:
+        """Add an effect to what is read."""
+        effect = Effect(do, what, self.place(node, frame), self.when, how, entity, timeout=timeout)
+        effect.holding = tuple(self.holding)
+        for each in self.fact.effects:
+            if (each.do, each.at, each.entity, each.when) == (do, effect.at, entity, effect.when):
+                return each
+        self.fact.effects.append(effect)
+        return effect
+
+    def entity_of(self, kind: str, port: str, node: Node, frame: Frame, owner: Obj) -> Entity:
+        """Return the entity that an expression makes; the same if it is read twice."""
+        place = self.place(node, frame)
+        key = (id(owner.node), kind, f"{place}:{node.start_point[1]}:{port}:{len(self.calls)}:{self.calls!r}")
+        found = self._places.get(key)
+        if found is None:
+            found = self._places[key] = Entity(kind, port, place, is_enabled=not self.off)
+            if self.loops:
+                found.details["instances"] = "open: made in a loop"
+            elif self.cond:
+                found.details["conditional"] = "made under a condition"
+            if owner.node is not None:
+                owner.node.entities.append(found)
+        return found
+
+    def callback(
+        self, name: str, kind: str, place: Place, target: Value, owner: Obj, entity: Entity | None = None
+    ) -> CallbackFact:
+        """Return the fact of a callback, whose code is read later."""
+        key = (id(owner.node), str(place), id(entity) if kind != "done callback" else 0, kind)
+        found = self._facts.get(key)
+        if found is None:
+            found = self._facts[key] = CallbackFact(name, kind, place)
+            self.todo.append(Todo(found, target, owner, entity))
+            if owner.node is not None:
+                owner.node.callbacks.append(found)
+        return found
+
+    # ------------------------------------------------------------------------------------------------ types
+
+    def type_text(self, node: Node | None, frame: Frame, depth: int = 0) -> str:
+        """Return a type with its aliases and parameters of templates followed: ``std_msgs::msg::String``."""
+        path = path_of(node)
+        first, _, rest = path.partition("::")
+        around: Frame | None = frame
+        while around is not None:
+            known = around.types.get(first)
+            if known is None and around.this is not None:
+                known = around.this.types.get(first)
+            if known:
+                return f"{known}::{rest}" if rest else known
+            around = around.outer
+        if depth < 8:
+            space = frame.cls.full if frame.cls else frame.space
+            alias = self.index.find_alias(path, frame.path, space)
+            if alias is not None and path_of(alias) != path:
+                return self.type_text(alias, frame, depth + 1)
+            if rest:  # an alias of a class: using Service = ...; Service::Request
+                alias = self.index.find_alias(first, frame.path, space)
+                if alias is not None and path_of(alias) != first:
+                    return f"{self.type_text(alias, frame, depth + 1)}::{rest}"
+        return path
+
+    def template_text(self, node: Node | None, frame: Frame) -> str:
+        """Return the text of a type with what it is a pointer or a list of."""
+        inner = [self.template_text(each, frame) for each in arguments_of(node)]
+        return self.type_text(node, frame) + (f"<{', '.join(inner)}>" if inner else "")
+
+    def class_of(self, name: str, frame: Frame) -> ClassInfo | None:
+        """Return the class of the folder that a name means."""
+        return self.index.find_class(name, frame.path, frame.cls.full if frame.cls else frame.space)
+
+    def node_kind(self, cls: ClassInfo, depth: int = 0) -> str | None:
+        """Return the class of a library that makes a class a node; None: it is none."""
+        frame = Frame(cls.path, cls.space, cls=cls)
+        for base in cls.bases:
+            name = self.type_text(base, frame)
+            if is_node(name):
+                return name
+            inner = self.class_of(name, frame)
+            if inner is not None and inner is not cls and depth < 20:
+                found = self.node_kind(inner, depth + 1)
+                if found:
+                    return found
+        return None
+
+    def bases(self, cls: ClassInfo) -> list[ClassInfo]:
+        """Return a class and those of the folder that it extends, nearest first."""
+        found, todo = [], [cls]
+        while todo and len(found) < 50:
+            each = todo.pop(0)
+            if each in found:
+                continue
+            found.append(each)
+            frame = Frame(each.path, each.space, cls=each)
+            inner = [self.class_of(self.type_text(base, frame), frame) for base in each.bases]
+            todo += [base for base in inner if base is not None]
+        return found
+
+    # -------------------------------------------------------------------------------------------- variables
+
+    def lookup(self, name: str, frame: Frame) -> Value | None:
+        """Return the variable, member or constant of a name."""
+        around: Frame | None = frame
+        while around is not None:
+            if name in around.values:
+                return around.values[name]
+            around = around.outer
+        if frame.this is not None and name in frame.this.fields:
+            return frame.this.fields[name]
+        return None
+
+    def store(self, name: str, value: Value, frame: Frame) -> None:
+        """Give a variable or member a value, for certain or perhaps."""
+        around: Frame | None = frame
+        while around is not None:
+            if name in around.values:
+                around.values[name] = self.mixed(around.values[name], value)
+                return
+            around = around.outer
+        if frame.this is not None:
+            self.store_field(frame.this, name, value)
+
+    def store_field(self, this: Obj, name: str, value: Value) -> None:
+        """Give a member of an object a value."""
+        for cls in self.bases(this.cls) if this.cls is not None else ():
+            if name in cls.fields:
+                kind = cls.fields[name][0]
+                value = coerced(text_of(kind), value)
+        is_certain = self.role in ("main", "constructor") and len(self.calls) < MOST_CALLS
+        old = this.fields.get(name)
+        this.fields[name] = self.mixed(old, value) if is_certain else joined(old, value)
+
+    def mixed(self, old: Value | None, value: Value) -> Value:
+        """Return the new value of a variable, where what is read may not run."""
+        if self.off and old is not None:
+            return old
+        return joined(old, value) if self.when != "always" else value
+
+
+def is_node(name: str) -> bool:
+    """Tell whether a class of a library is a node."""
+    return name in NODES or name.endswith(("::LifecycleNode", "rclcpp::Node"))
+
+
+def coerced(kind: str, value: Value) -> Value:
+    """Return a value as one of a type: whole numbers and numbers with a point differ in ``1 / rate``."""
+    if isinstance(value, Either):
+        return Either(tuple(coerced(kind, each) for each in value.options))
+    if isinstance(value, Const) and isinstance(value.value, (int, float)):
+        if isinstance(value.value, bool):
+            return value
+        if _FLOAT.match(kind.strip()):
+            return Const(float(value.value))
+        if _WHOLE.match(kind.strip()) and abs(value.value) < 1e18:
+            return Const(int(value.value))
+    return value
+
+
+UNITS = {
+    **{"hours": 3600.0, "minutes": 60.0, "seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6},
+    **{"nanoseconds": 1e-9, "h": 3600.0, "min": 60.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    **{"milli": 1e-3, "micro": 1e-6, "nano": 1e-9},
+}
+"""Seconds of units of durations."""
+
+
+def duration(path: str, template: str, args: list[Value]) -> Value | None:
+    """Return the duration that a constructor makes; None: it makes something else."""
+    last = path.rpartition("::")[2]
+    if not args:
+        return None
+    value = args[0]
+    if last in ("duration_cast", "to_chrono") or (isinstance(value, Seconds) and last in UNITS):
+        return value
+    if last in UNITS and "chrono" in path:
+        return _times(value, UNITS[last])
+    if last == "duration" and "chrono" in path:
+        found = [UNITS[each] for each in re.findall(r"\w+", template) if each in UNITS]
+        return value if isinstance(value, Seconds) else _times(value, found[0] if found else 1.0)
+    if path in ("rclcpp::Duration::from_seconds", "Duration::from_seconds"):
+        return _times(value, 1.0)
+    if path == "rclcpp::Duration::from_nanoseconds":
+        return _times(value, 1e-9)
+    if path == "rclcpp::Duration":
+        if isinstance(value, Seconds):
+            return value
+        rest = args[1].value if len(args) > 1 and isinstance(args[1], Const) else 0
+        found_seconds = _times(value, 1.0 if len(args) > 1 else 1e-9)
+        if isinstance(found_seconds, Seconds) and isinstance(rest, (int, float)):
+            return Seconds(found_seconds.value + rest * 1e-9)
+        return found_seconds
+    return None
+
+
+def _times(value: Value, unit: float) -> Value:
+    if isinstance(value, Either):
+        return Either(tuple(_times(each, unit) for each in value.options))
+    if isinstance(value, Const) and isinstance(value.value, (int, float)):
+        return Seconds(float(value.value) * unit)
+    return value if isinstance(value, Open) else Open("a duration")

@@ -1,0 +1,326 @@
+"""What rclcpp makes: nodes, ports, timers, groups, parameters, and what tables of libraries say."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from dineros.sources.cpp.expressions import Call
+from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
+from dineros.sources.cpp.quality import profile
+from dineros.sources.cpp.statements import Statements
+from dineros.sources.cpp.values import (
+    Const,
+    Either,
+    Frame,
+    Lambda,
+    Made,
+    Method,
+    Obj,
+    Open,
+    Port,
+    Seconds,
+    Value,
+    constant,
+    options,
+    part,
+    shown,
+)
+from dineros.sources.facts import CallbackFact, Entity, NodeFact, Place
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+_MAKES = {
+    "create_publisher": "publishers",
+    "create_generic_publisher": "publishers",
+    "create_subscription": "subscriptions",
+    "create_generic_subscription": "subscriptions",
+    "create_wall_timer": "timers",
+    "create_timer": "timers",
+    "create_service": "services",
+    "create_client": "clients",
+    "create_callback_group": "groups",
+    "create_server": "action_servers",
+}
+
+
+class Maker:
+    """Makes nodes and entities.
+
+    Parameters
+    ----------
+    machine : Statements
+        The interpreter.
+    """
+
+    def __init__(self, machine: Statements) -> None:
+        self.machine = machine
+
+    def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
+        """Make an object a node."""
+        place = self.machine.place(node, frame)
+        cls = this.cls.name if this.cls is not None else "rclcpp::Node"
+        name, space = args[0] if args else Open("a name"), args[1] if len(args) > 1 else None
+        fact = NodeFact(cls, place, shown(name), program=self.machine.program)
+        fact.namespace = str(space.value).strip("/") if isinstance(space, Const) and space.value else ""
+        fact.base = kind.rpartition("::")[2]
+        fact.managed = fact.base == "LifecycleNode"
+        fact.home = place.file
+        this.node = fact
+        self.machine.nodes.append(fact)
+
+    def entity(self, call: Call) -> Value | None:
+        """Return the entity that a call makes; None: it makes none."""
+        kind = _MAKES.get(call.last)
+        if kind is None:
+            return None
+        owner, args, nodes = self._owner(call)
+        if "rclcpp_action" in call.path:
+            kind = "action_clients" if call.last == "create_client" else kind
+        elif kind == "action_servers":
+            return None
+        if owner is None:
+            place = self.machine.place(call.node, call.frame)
+            self.machine.unread.append(f"{place}: {call.last} on a node that could not be followed")
+            return Open(call.last)
+        entity = self.machine.entity_of(kind, self._port(call), call.node, call.frame, owner)
+        port = Port(entity, owner)
+        if kind == "groups":
+            self._group_kind(entity, args)
+        elif kind == "timers":
+            self._timer(call, entity, args, owner)
+        else:
+            entity.name = shown(args[0]) if args else "open"
+            entity.type = self.type_of(call, args)
+            del nodes
+            self._others(kind, entity, args[1:], owner)
+        return port
+
+    def _owner(self, call: Call) -> tuple[Obj | None, list[Value], list[Obj]]:
+        """Return on which node a call makes something, and the other arguments."""
+        found = [each for each in call.args if isinstance(each, Obj) and each.node is not None]
+        rest = [each for each in call.args if each not in found]
+        if isinstance(call.on, Obj) and call.on.node is not None:
+            return call.on, rest, found
+        if call.on is not None:
+            return None, rest, found
+        if found:
+            return found[0], rest, found
+        this = call.frame.this
+        if "::" in call.path and call.path.rpartition("::")[0] in ("rclcpp", "rclcpp_action"):
+            return None, rest[1:], found
+        return (this if this is not None and this.node is not None else None), rest, found
+
+    def _port(self, call: Call) -> str:
+        node: Any = call.node.parent
+        for _ in range(4):
+            if node is None:
+                break
+            if node.type == "assignment_expression":
+                return text_of(node.child_by_field_name("left")).removeprefix("this->")
+            if node.type == "init_declarator":
+                return text_of(node.child_by_field_name("declarator")).strip("*& ")
+            if node.type == "field_initializer":
+                return path_of(node.named_children[0])
+            node = node.parent
+        return "(no variable)"
+
+    def type_of(self, call: Call, args: list[Value]) -> str:
+        """Return the type of messages that a call gives as a template's argument."""
+        given = arguments_of(call.named)
+        if not given:
+            first = args[1] if "generic" in call.last and len(args) > 1 else None
+            return shown(first) if isinstance(first, Const) else "open: no type is written"
+        return ros_type(self.machine.type_text(given[0], call.frame))
+
+    def _group_kind(self, entity: Entity, args: list[Value]) -> None:
+        path = args[0].path if args and isinstance(args[0], Made) else shown(args[0] if args else None)
+        last = path.rpartition("::")[2]
+        known = {"Reentrant": "reentrant", "MutuallyExclusive": "exclusive"}
+        entity.details["kind"] = known.get(last, f"open: {path}")
+
+    def _timer(self, call: Call, entity: Entity, args: list[Value], owner: Obj) -> None:
+        callback = next((n for n, each in enumerate(args) if _is_callable(each)), None)
+        if callback is None:
+            callback = min(1, len(args) - 1)
+        period = args[callback - 1] if callback > 0 else Open("a period")
+        entity.details["period"] = period_of(period)
+        self.group(entity, args[callback + 1 :])
+        if 0 <= callback < len(args):
+            self.callback(entity, "callback", "timer", args[callback], owner)
+
+    def _others(self, kind: str, entity: Entity, args: list[Value], owner: Obj) -> None:
+        if kind in ("publishers", "subscriptions"):
+            entity.details |= profile(args[0] if args else None)
+        if kind == "publishers":
+            return
+        if kind == "subscriptions":
+            self.callback(
+                entity, "callback", "subscription", args[1] if len(args) > 1 else Open("none"), owner
+            )
+            self.group(entity, args[2:])
+        elif kind == "services":
+            self.callback(entity, "callback", "service", args[0] if args else Open("none"), owner)
+            self.group(entity, args[1:])
+        elif kind == "action_servers":
+            for role, each in zip(("goal", "cancel", "accepted"), args, strict=False):
+                self.callback(entity, role, role, each, owner)
+            entity.details.setdefault("execute", "open: no thread was seen")
+            self.group(entity, args[3:])
+        else:
+            self.group(entity, args)
+
+    def group(self, entity: Entity, args: list[Value]) -> None:
+        """Give an entity the callback group that is among arguments, or in options."""
+        entity.details.setdefault("group", "default")
+        for each in args:
+            value = each.fields.get("callback_group", each) if isinstance(each, Made) else each
+            found = [one for one in options(value) if isinstance(one, Port) and one.entity.kind == "groups"]
+            if len(found) == 1 and len(options(value)) == 1:
+                entity.group = found[0].entity
+                entity.details["group"] = found[0].entity.port
+            elif found:
+                entity.details["group"] = "open: " + " or ".join(one.entity.port for one in found)
+            elif isinstance(value, Open) and ("group" in value.text or "option" in value.text):
+                entity.details["group"] = f"open: {value.text}"
+
+    def callback(self, entity: Entity, role: str, kind: str, target: Value, owner: Obj) -> CallbackFact:
+        """Give an entity a callback."""
+        name, place = _named(target, entity.at)
+        if entity.callbacks.get(role) is not None and entity.callbacks[role].at == place:
+            return entity.callbacks[role]
+        if place is None:
+            fact = CallbackFact(shown(target), kind, entity.at, is_open=True)
+            if owner.node is not None:
+                owner.node.callbacks.append(fact)
+        else:
+            fact = self.machine.callback(name, kind, place, target, owner, entity)
+        entity.callbacks[role] = fact
+        entity.details[role] = fact.name
+        return fact
+
+    # ----------------------------------------------------------------------------------------------- tables
+
+    def idiom(self, call: Call) -> Value | None:
+        """Return what a class or function of a table makes; None: it is in none."""
+        known = self.machine.idioms.get(call.path)
+        if known is None or not known.makes:
+            return None
+        owner = next((each for each in call.args if isinstance(each, Obj) and each.node is not None), None)
+        if owner is None and known.arguments[:1] == ("node",) and call.args:
+            this = call.frame.this
+            owner = this if this is not None and this.node is not None else None
+        if owner is None:
+            return None
+        args = dict(zip(known.arguments, call.args, strict=False))
+        made: list[Entity] = []
+        for entry in known.makes:
+            port = f"{self._port(call)}{'' if not made else f'#{len(made)}'}"
+            entity = self.machine.entity_of(entry["kind"], port, call.node, call.frame, owner)
+            made.append(entity)
+            entity.port = self._port(call)
+            entity.name = self._filled(str(entry.get("name", "")), args)
+            entity.type = str(entry.get("type", ""))
+            if entity.type == "{0}":
+                entity.type = self.type_of(call, [])
+            entity.details["via"] = entry.get("via", call.path)
+            if entry["kind"] in ("publishers", "subscriptions"):
+                entity.details |= profile(args["qos"]) if "qos" in args else profile(Open("of the library"))
+                given = {key: entry[key] for key in ("depth", "reliability", "durability") if key in entry}
+                if given:
+                    entity.details |= {"reliability": "reliable", "durability": "volatile"} | given
+            if "period" in entry:
+                entity.details["period"] = entry["period"]
+            if entry["kind"] != "publishers":
+                entity.details.setdefault("group", "default")
+            if "callback" in entry and "callback" in args:
+                self.callback(entity, "callback", "subscription", args["callback"], owner)
+            elif entry["kind"] == "subscriptions":
+                entity.details.setdefault("open", "the library runs its callback")
+        return Port(made[0], owner, made, dict(known.methods))
+
+    def _filled(self, name: str, args: dict[str, Value]) -> str:
+        for key, value in args.items():
+            name = name.replace(f"{{{key}}}", part(value))
+        return name
+
+    # ------------------------------------------------------------------------------------------- parameters
+
+    def parameter(self, call: Call) -> Value | None:
+        """Return what a call that declares or gets parameters returns; None: it does something else."""
+        on = call.on if call.on is not None else call.frame.this
+        if not isinstance(on, Obj) or on.node is None or not call.args:
+            return None
+        name = shown(call.args[0])
+        if call.last in ("declare_parameter", "add_parameter"):
+            value = self.machine.given.get(name, None)
+            default = call.args[1] if len(call.args) > 1 else Open(f"parameter {name}")
+            if isinstance(default, Made) and default.path.endswith("ParameterValue") and default.args:
+                default = default.args[0]
+            default = default if value is None else Const(value)
+            on.parameters[name] = default
+            entity = self.machine.entity_of("parameters", name, call.node, call.frame, on)
+            entity.name = name
+            if constant(default) is not None:
+                entity.details["default"] = constant(default)
+            return default
+        if call.last in ("get_parameter", "get_parameter_or"):
+            found = on.parameters.get(name, Open(f"parameter {name}"))
+            if len(call.args) > 2 and name not in on.parameters:
+                found = call.args[2]
+            if len(call.nodes) > 1:
+                self.machine.assign(call.nodes[1], found, call.frame)
+            return found
+        return None
+
+
+def _is_callable(value: Value) -> bool:
+    return any(isinstance(each, (Lambda, Method)) for each in options(value))
+
+
+def ros_type(text: str) -> str:
+    """Return the name of an interface as ROS writes it; open if it is none."""
+    parts = text.lstrip(":").split("::")
+    if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):
+        return "/".join(parts)
+    return f"open: {text}"
+
+
+def period_of(value: Value) -> float | str:
+    """Return the seconds of a timer."""
+    if isinstance(value, Seconds):
+        return round(value.value, 12)
+    if isinstance(value, Either):
+        return "open: " + " or ".join(str(period_of(each)).removeprefix("open: ") for each in value.options)
+    if isinstance(value, Made) and value.path.endswith("Rate") and value.args:
+        rate = constant(value.args[0])
+        if isinstance(rate, (int, float)) and rate > 0:
+            return 1.0 / rate
+    return shown(value) if shown(value).startswith("open") else f"open: {shown(value)}"
+
+
+def _named(target: Value, at: Place) -> tuple[str, Place | None]:
+    """Return the name of a callable, and where it begins; None: it is not known."""
+    for each in options(target):
+        if isinstance(each, Lambda):
+            return _name_of(each), Place(each.frame.path, line_of(each.node))
+        if isinstance(each, Method):
+            routine = next((one for one in each.routines if one.body is not None), None)
+            if routine is not None:
+                return each.name, Place(routine.path, routine.line)
+    return "open", None
+
+
+def _name_of(found: Lambda) -> str:
+    """Return the variable that holds a lambda; the method that is all that it calls; else ``lambda``."""
+    parent = found.node.parent
+    if parent is not None and parent.type == "init_declarator":
+        return text_of(parent.child_by_field_name("declarator")).strip("&* ")
+    body = found.node.child_by_field_name("body")
+    inner = [] if body is None else [each for each in body.named_children if each.type != "comment"]
+    if len(inner) == 1 and inner[0].named_children:
+        call = inner[0].named_children[0]
+        function = call.child_by_field_name("function")
+        if call.type == "call_expression" and function is not None and "publish" not in text_of(function):
+            return path_of(function.child_by_field_name("field") or function).replace("this->", "")
+    return "lambda"

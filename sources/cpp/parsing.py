@@ -1,0 +1,160 @@
+"""Files in C++ as trees; a file that cannot be parsed safely is left out, with a line that says why."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+from dineros.metamodel.errors import DinerosError
+from dineros.sources.folders import SourceFolder
+
+if TYPE_CHECKING:
+    from tree_sitter import Node, Parser
+
+MOST_NESTED = 400
+"""Levels of brackets in a file; what people write has some twenty."""
+
+_MARKS = re.compile(rb"\b[A-Z][A-Z0-9_]*_(?:PUBLIC|EXPORT|LOCAL|API|VISIBILITY)\b(?!\s*\()")
+_DIRECTIVE = re.compile(rb"^[ \t]*#[ \t]*(if|ifdef|ifndef|elif|else|endif)\b[^\n]*", re.MULTILINE)
+_BRACKET = re.compile(rb"[()\[\]{}]")
+
+
+@dataclass(eq=False)
+class Source:
+    """A file in C++.
+
+    Attributes
+    ----------
+    path : str
+        In the folder.
+    root : Node
+        Of its tree.
+    text : bytes
+        What was parsed: macros of visibility are blanks.
+    """
+
+    path: str
+    root: Node
+    text: bytes
+
+
+@cache
+def _parser() -> Parser:
+    try:
+        import tree_sitter
+        import tree_sitter_cpp
+    except ImportError as error:
+        raise DinerosError("reading C++ needs tree-sitter", hint="pip install 'dineros[sources]'") from error
+    return tree_sitter.Parser(tree_sitter.Language(tree_sitter_cpp.language()))
+
+
+def is_there() -> bool:
+    """Tell whether C++ can be read: whether the extra ``sources`` is installed."""
+    try:
+        _parser()
+    except DinerosError:
+        return False
+    return True
+
+
+def parse(folder: SourceFolder, path: str) -> Source | None:
+    """Return a file as a tree; None, and a line in `unread`, if that is not possible."""
+    content = folder.content(path)
+    if content is None:
+        return None
+    try:
+        content.decode()
+    except UnicodeDecodeError:
+        folder.unread.append(f"{path}: it is no text in UTF-8")
+        return None
+    if _nested(content) > MOST_NESTED:
+        folder.unread.append(f"{path}: its brackets are nested more than {MOST_NESTED} deep")
+        return None
+    text = _MARKS.sub(_blank, content)
+    root = _parser().parse(text).root_node
+    if root.has_error and _DIRECTIVE.search(text):
+        for other in (_DIRECTIVE.sub(_blank, text), _first_branches(text)):
+            tried = _parser().parse(other).root_node
+            if not tried.has_error:
+                return Source(path, tried, other)
+    return Source(path, root, text)
+
+
+def _blank(found: re.Match[bytes]) -> bytes:
+    return b" " * len(found[0])
+
+
+def _nested(text: bytes) -> int:
+    level = most = 0
+    for found in _BRACKET.finditer(text):
+        level += 1 if found[0] in b"([{" else -1
+        most = max(most, level)
+    return most
+
+
+def _first_branches(text: bytes) -> bytes:
+    """Return a text in which only the first branch of each condition is left."""
+    lines, kept = text.split(b"\n"), [True]
+    for number, line in enumerate(lines):
+        found = _DIRECTIVE.match(line)
+        word = found[1] if found else b""
+        if word.startswith(b"if"):
+            kept.append(kept[-1])
+        elif word in (b"elif", b"else"):
+            kept[-1] = False
+        elif word == b"endif" and len(kept) > 1:
+            kept.pop()
+        if found or not kept[-1]:
+            lines[number] = b" " * len(line)
+    return b"\n".join(lines)
+
+
+def text_of(node: Node | None) -> str:
+    """Return the text of a node."""
+    return "" if node is None or node.text is None else node.text.decode("utf-8", "replace")
+
+
+def line_of(node: Node) -> int:
+    """Return the line where a node begins, from 1."""
+    return int(node.start_point[0]) + 1
+
+
+_TEMPLATED = {"template_type", "template_function", "template_method"}
+
+
+def path_of(node: Node | None) -> str:
+    """Return the name that a node has, without arguments of templates: ``std::make_shared``."""
+    if node is None:
+        return ""
+    if node.type == "qualified_identifier":
+        scope, name = path_of(node.child_by_field_name("scope")), path_of(node.child_by_field_name("name"))
+        return f"{scope}::{name}" if scope else name
+    if node.type in _TEMPLATED:
+        return path_of(node.child_by_field_name("name"))
+    if node.type == "type_descriptor":
+        return path_of(node.child_by_field_name("type"))
+    if node.type == "dependent_type":
+        return path_of(node.named_children[0]) if node.named_children else ""
+    return re.sub(r"\s+", "", text_of(node))
+
+
+def arguments_of(node: Node | None) -> list[Node]:
+    """Return the arguments of the last template in a name."""
+    while node is not None:
+        if node.type in _TEMPLATED:
+            inner = node.child_by_field_name("arguments")
+            return [] if inner is None else [each for each in inner.named_children if each.type != "comment"]
+        if node.type == "type_descriptor":
+            node = node.child_by_field_name("type")
+        elif node.type == "qualified_identifier":
+            inner = node.child_by_field_name("name")
+            scope = node.child_by_field_name("scope")
+            if path_of(inner) in ("SharedPtr", "UniquePtr", "ConstSharedPtr", "WeakPtr"):
+                node = scope
+            else:
+                node = inner
+        else:
+            return []
+    return []

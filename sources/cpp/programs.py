@@ -1,0 +1,194 @@
+"""Programs in C++: main functions, components, and classes of nodes that none makes."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import PurePosixPath
+from typing import Any
+
+from dineros.sources.cpp.doing import Ros
+from dineros.sources.cpp.index import ClassInfo, Index, Routine
+from dineros.sources.cpp.machine import TooLong
+from dineros.sources.cpp.parsing import parse
+from dineros.sources.cpp.statements import Statements
+from dineros.sources.cpp.values import Frame, Made, Todo, Value
+from dineros.sources.facts import CallbackFact, NodeFact, Place
+from dineros.sources.folders import CPP, SourceFolder
+from dineros.sources.libraries.idioms import Idiom
+from dineros.sources.packages import Package
+
+_DEEP = 12_000
+_TESTS = {"test", "tests", "benchmark", "mock"}
+
+
+class CppPrograms:
+    """The programs in C++ of a folder.
+
+    Parameters
+    ----------
+    folder : SourceFolder
+        The folder.
+    packages : list of Package
+        Its packages.
+    idioms : mapping of str to Idiom
+        The table of libraries.
+    """
+
+    def __init__(self, folder: SourceFolder, packages: list[Package], idioms: Mapping[str, Idiom]) -> None:
+        self._folder = folder
+        self._packages = packages
+        self._idioms = idioms
+        self.index = Index()
+        self.files = [path for path in folder.files if path.endswith(CPP) and not _is_test(path)]
+        with _deep():
+            for path in self.files:
+                try:
+                    source = parse(folder, path)
+                    if source is not None:
+                        self.index.add(source)
+                except RecursionError:
+                    folder.unread.append(f"{path}: it is nested too deeply")
+        self.index.finish()
+
+    def nodes(self, given: Mapping[str, Mapping[str, Any]] | None = None) -> list[NodeFact]:
+        """Return the nodes of all programs, and one of each class of nodes that none makes."""
+        found: list[NodeFact] = []
+        with _deep():
+            for routine in self.index.functions.get("main", []):
+                found += self._run(PurePosixPath(routine.path).stem, routine, None, given or {})
+            made = {each.cls for each in found}
+            wanted = [
+                cls
+                for name, path in self.index.components
+                if (cls := self.index.find_class(name, path, "")) is not None
+            ]
+            for cls in dict.fromkeys([*wanted, *self._classes()]):
+                if cls.name not in made:
+                    found += self._run(cls.full, None, cls, given or {})
+        unique: dict[tuple[str, str], NodeFact] = {}
+        for node in found:  # of several programs that make a node, the first is kept
+            other = unique.setdefault((str(node.at), node.name), node)
+            if other is not node and other.program != node.program:
+                other.also_in = list(dict.fromkeys([*other.also_in, node.program]))
+        return sorted(unique.values(), key=lambda node: (node.at.file, node.at.line))
+
+    def _classes(self) -> Iterator[ClassInfo]:
+        """Yield the classes of nodes that no other class of the folder extends."""
+        machine = Statements(self.index, "", {})
+        kinds = [each for found in self.index.classes.values() for each in found]
+        extended = {base for cls in kinds for base in machine.bases(cls)[1:]}
+        for cls in sorted(kinds, key=lambda each: each.path):
+            if cls not in extended and not cls.templates and machine.node_kind(cls) is not None:
+                yield cls
+
+    def _package(self, path: str) -> str:
+        inside = [each for each in self._packages if each.path == "." or path.startswith(f"{each.path}/")]
+        return max(inside, key=lambda each: len(each.path)).name if inside else ""
+
+    def _run(
+        self, name: str, main: Routine | None, cls: ClassInfo | None, given: Mapping[str, Mapping[str, Any]]
+    ) -> list[NodeFact]:
+        path = main.path if main is not None else cls.path if cls is not None else ""
+        package = self._package(path)
+        program = f"{package}/{name}" if package else name
+        machine = Statements(self.index, program, self._idioms)
+        machine.library = Ros(machine)
+        machine.given = given.get(program, {})
+        machine.fact = CallbackFact("main", "main", Place(path, main.line if main is not None else 1))
+        is_cut = False
+        try:
+            if main is not None:
+                machine.run([main], [], None, main.node, [])
+            elif cls is not None:
+                machine.role = "constructor"
+                args: list[Value] = [Made("rclcpp::NodeOptions")]
+                machine.construct(cls, args, [], cls.node, Frame(path, cls.space))
+            start = machine.fact
+            for _ in range(2):  # the first time shows what callbacks give to members
+                _callbacks(machine)
+        except (TooLong, RecursionError):
+            start, is_cut = machine.fact, True
+            self._folder.unread.append(
+                f"{path}: the program {program} is too large to be followed to its end"
+            )
+        self._folder.unread += machine.unread
+        for node in machine.nodes:
+            _finish(node, start, cls)
+            if is_cut:
+                for callback in node.callbacks:
+                    callback.is_open = True
+                node.threads = "open"
+        return machine.nodes
+
+
+def _callbacks(machine: Statements) -> None:
+    done: set[int] = set()
+    while True:
+        todo = [each for each in machine.todo if id(each) not in done]
+        if not todo:
+            return
+        for each in todo:
+            done.add(id(each))
+            _read(machine, each)
+
+
+def _read(machine: Statements, todo: Todo) -> None:
+    machine.fact, machine.role = todo.fact, todo.fact.kind
+    machine.owner, machine.entity = todo.owner, todo.entity
+    machine.cond = machine.loops = machine.off = 0
+    machine.calls, machine.frames, machine.holding = [], [], []
+    todo.fact.effects = []
+    node = _node_of(todo.target)
+    if node is None:
+        todo.fact.is_open = True
+        return
+    machine.invoke(todo.target, [], node, Frame(todo.fact.at.file, ""))
+    if todo.fact.kind == "accepted" and todo.entity is not None and "execute" not in todo.entity.callbacks:
+        todo.entity.callbacks["execute"] = todo.fact
+        todo.entity.details["execute"] = todo.fact.name
+
+
+def _node_of(target: Value) -> Any:
+    for each in getattr(target, "options", (target,)):
+        node = getattr(each, "node", None)
+        if node is not None:
+            return node
+        for routine in getattr(each, "routines", ()):
+            return routine.node
+    return None
+
+
+def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None) -> None:
+    """Complete a node: what the main function does with its ports, and who spins it."""
+    node.entities = [each for each in node.entities if each.kind not in ("done", "threads")]
+    own = set(node.entities)
+    used = CallbackFact(start.name, start.kind, start.at, is_open=start.is_open)
+    used.effects = [each for each in start.effects if each.entity is None or each.entity in own]
+    if cls is not None:
+        used.name, used.kind, used.at = f"{cls.name} constructor", "constructor", node.at
+    if used.effects:
+        used.is_open = False
+        node.callbacks.append(used)
+    if node.threads == "not spun":
+        node.threads = "open"
+        words = "a component: its container decides" if cls is not None else "no spin was seen"
+        node.executor = f"open: {words}"
+
+
+@contextmanager
+def _deep() -> Iterator[None]:
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _DEEP))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)
+
+
+def _is_test(path: str) -> bool:
+    return bool(_TESTS & set(PurePosixPath(path).parts[:-1])) or bool(
+        re.search(r"(?:^|/)(?:test_[^/]*|[^/]*_test)\.\w+$", path)
+    )

@@ -1,0 +1,132 @@
+"""Quality of service in rclcpp: numbers, presets, and what chained calls make of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dineros.sources.cpp.values import Const, Either, Made, Open, Value, shown
+
+Profile = dict[str, Any]
+"""``depth``, ``reliability`` and ``durability``, each perhaps open."""
+
+USUAL: Profile = {"depth": 10, "reliability": "reliable", "durability": "volatile"}
+SYSTEM: Profile = {"depth": 0, "reliability": "system default", "durability": "system default"}
+PRESETS: dict[str, Profile] = {
+    "SensorDataQoS": {"depth": 5, "reliability": "best_effort", "durability": "volatile"},
+    "rmw_qos_profile_sensor_data": {"depth": 5, "reliability": "best_effort", "durability": "volatile"},
+    "ServicesQoS": USUAL,
+    "rmw_qos_profile_services_default": USUAL,
+    "rmw_qos_profile_default": USUAL,
+    "ParametersQoS": {**USUAL, "depth": 1000},
+    "ParameterEventsQoS": {**USUAL, "depth": 1000},
+    "ClockQoS": {"depth": 1, "reliability": "best_effort", "durability": "volatile"},
+    "RosoutQoS": {"depth": 1000, "reliability": "reliable", "durability": "transient_local"},
+    "SystemDefaultsQoS": SYSTEM,
+    "rmw_qos_profile_system_default": SYSTEM,
+    "DynamicBroadcasterQoS": {**USUAL, "depth": 100},
+    "StaticBroadcasterQoS": {**USUAL, "depth": 1, "durability": "transient_local"},
+}
+"""Presets; the documentation of rclcpp, rmw and tf2_ros has them."""
+CHAINED = {
+    *("keep_last", "keep_all", "reliable", "best_effort", "reliability", "durability", "transient_local"),
+    *(
+        "durability_volatile",
+        "deadline",
+        "lifespan",
+        "liveliness",
+        "history",
+        "avoid_ros_namespace_conventions",
+    ),
+    *("liveliness_lease_duration", "best_available", "reliability_best_available"),
+}
+"""Methods of a profile that return it."""
+_OPEN: Profile = dict.fromkeys(USUAL, "open")
+
+
+def profile(value: Value | None) -> Profile:
+    """Return what a value says as quality of service; what is not known is open."""
+    if isinstance(value, Either):
+        found = [profile(each) for each in value.options]
+        return {key: _one([each[key] for each in found]) for key in USUAL}
+    if isinstance(value, Const) and isinstance(value.value, int) and not isinstance(value.value, bool):
+        return {**USUAL, "depth": value.value}
+    if isinstance(value, Made):
+        return _of(value)
+    if isinstance(value, Open):
+        return dict.fromkeys(USUAL, f"open: {value.text}")
+    return dict(_OPEN)
+
+
+def _one(values: list[Any]) -> Any:
+    if all(each == values[0] for each in values):
+        return values[0]
+    return "open: " + " or ".join(str(each).removeprefix("open: ") for each in values)
+
+
+def _of(value: Made) -> Profile:
+    if "profile" in value.fields:
+        return {key: value.fields[key].value for key in USUAL}  # type: ignore[attr-defined]
+    last = value.path.rpartition("::")[2]
+    if last in PRESETS:
+        return dict(PRESETS[last])
+    if last == "QoS" and value.args:
+        first = value.args[0]
+        inner = first.path.rpartition("::")[2] if isinstance(first, Made) else ""
+        if len(value.args) > 1 and inner == "QoSInitialization" or inner == "from_rmw":
+            rest = value.args[1] if len(value.args) > 1 else first
+            return profile(rest) if rest is not first else _made_of(first)
+        if len(value.args) > 1:
+            return {**profile(value.args[1]), **({"depth": profile(first)["depth"]} if inner else {})}
+        return profile(first)
+    return _made_of(value)
+
+
+def _made_of(value: Value) -> Profile:
+    if isinstance(value, Made):
+        last = value.path.rpartition("::")[2]
+        if last in ("KeepLast", "QoSInitialization", "from_rmw", "get_rmw_qos_profile") and value.args:
+            return profile(value.args[-1] if last == "QoSInitialization" else value.args[0])
+        if last == "KeepAll":
+            return {**USUAL, "depth": 0, "history": "keep_all"}
+        return dict.fromkeys(USUAL, f"open: {value.path}")
+    return dict(_OPEN)
+
+
+def changed(value: Value | None, method: str, args: list[Value]) -> Made:
+    """Return a profile after a chained call."""
+    found = profile(value)
+    if method == "keep_last" and args:
+        found["depth"] = profile(args[0])["depth"]
+    elif method == "keep_all":
+        found["depth"] = 0
+    elif method in ("reliable", "best_effort"):
+        found["reliability"] = method
+    elif method == "transient_local":
+        found["durability"] = method
+    elif method == "durability_volatile":
+        found["durability"] = "volatile"
+    elif method in ("reliability", "durability"):
+        found[method] = _word(args[0] if args else None)
+    elif method in ("best_available", "reliability_best_available", "history"):
+        found["reliability"] = found["reliability"] if method == "history" else "best available"
+    return Made("rclcpp::QoS", fields={key: Const(found[key]) for key in USUAL} | {"profile": Const(True)})
+
+
+def _word(value: Value | None) -> str:
+    path = value.path if isinstance(value, Made) else shown(value)
+    for word in (
+        "best_effort",
+        "reliable",
+        "transient_local",
+        "volatile",
+        "system_default",
+        "best_available",
+    ):
+        if (
+            path.lower()
+            .replace("besteffort", "best_effort")
+            .replace("transientlocal", "transient_local")
+            .endswith(word)
+        ):
+            return word.replace("_default", " default").replace("_available", " available")
+    return f"open: {path}"

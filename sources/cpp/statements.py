@@ -1,0 +1,327 @@
+"""Statements in C++, and how objects are made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from dineros.sources.cpp.expressions import Call, Expressions, named
+from dineros.sources.cpp.index import ClassInfo, function_of, name_of
+from dineros.sources.cpp.machine import MOST_CALLS, coerced, is_node
+from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
+from dineros.sources.cpp.values import Const, Frame, Items, Made, Obj, Open, Value, joined, options
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+_INSIDE = {
+    *("compound_statement", "preproc_if", "preproc_ifdef", "preproc_else", "preproc_elif"),
+    *("else_clause", "labeled_statement", "ERROR", "case_statement", "translation_unit"),
+}
+_NOTHING = {
+    *("comment", "using_declaration", "alias_declaration", "type_definition", "break_statement"),
+    *("continue_statement", "goto_statement", "static_assert_declaration", "class_specifier"),
+    *("struct_specifier", "preproc_def", "preproc_call", "preproc_include", "enum_specifier"),
+}
+
+
+class Statements(Expressions):
+    """Runs statements."""
+
+    def run_block(self, node: Node | None, frame: Frame) -> None:
+        """Run a statement, or those of a block."""
+        if node is None or frame.is_done:
+            return
+        self.count()
+        kind = node.type
+        if kind in _NOTHING:
+            return
+        if kind in _INSIDE:
+            self._inside(node, frame)
+            return
+        found = getattr(self, f"_do_{kind}", None)
+        if found is not None:
+            found(node, frame)
+        else:
+            self.value(node, frame)
+
+    def _inside(self, node: Node, frame: Frame) -> None:
+        held = len(self.holding)
+        if node.type.startswith("preproc"):
+            with self.perhaps():
+                for each in named(node)[1:]:
+                    self.run_block(each, frame)
+        else:
+            value = node.child_by_field_name("value")
+            for each in named(node):
+                if each != value:
+                    self.run_block(each, frame)
+        del self.holding[held:]
+
+    def _do_expression_statement(self, node: Node, frame: Frame) -> None:
+        for each in named(node):
+            self.value(each, frame)
+
+    _do_init_statement = _inside
+
+    def _do_return_statement(self, node: Node, frame: Frame) -> None:
+        found = named(node)
+        value = self.value(found[0], frame) if found else Open("nothing")
+        frame.result = value if frame.result is None else joined(frame.result, value)
+        self._leave(frame)
+
+    def _do_throw_statement(self, node: Node, frame: Frame) -> None:
+        self.values(node, frame)
+        self._leave(frame)
+
+    def _leave(self, frame: Frame) -> None:
+        if self.cond + self.loops > frame.level:
+            frame.has_left = True
+        else:
+            frame.is_done = True
+
+    # ----------------------------------------------------------------------------------------- declarations
+
+    def _do_declaration(self, node: Node, frame: Frame) -> None:
+        kind = node.child_by_field_name("type")
+        for declarator in node.children_by_field_name("declarator"):
+            self._declare(kind, declarator, node, frame)
+
+    def _declare(self, kind: Node | None, declarator: Node, node: Node, frame: Frame) -> None:
+        name = name_of(declarator)
+        inner = declarator.child_by_field_name("value") if declarator.type == "init_declarator" else None
+        function = function_of(declarator)
+        is_auto = kind is not None and kind.type == "placeholder_type_specifier"
+        if inner is not None and inner.type in ("initializer_list", "argument_list") and not is_auto:
+            value = self._made(kind, self.values(inner, frame), declarator, frame)
+        elif inner is not None:
+            value = coerced(text_of(kind), self.value(inner, frame))
+        elif function is not None:  # what looks like a function is a variable with arguments
+            name = path_of(function.child_by_field_name("declarator"))
+            parameters = named(function.child_by_field_name("parameters"))
+            args = [self.value(each.child_by_field_name("type") or each, frame) for each in parameters]
+            value = self._made(kind, args, declarator, frame)
+        else:
+            value = self._made(kind, [], declarator, frame)
+        frame.values[name] = value
+
+    def _made(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
+        text = text_of(kind)
+        if (
+            kind is None
+            or kind.type in ("primitive_type", "sized_type_specifier")
+            or text.startswith(("std::string", "string"))
+        ):
+            return coerced(text, args[0]) if args else Open("a variable without a value")
+        if path_of(kind).endswith(("Ptr", "shared_ptr", "unique_ptr")) and args:
+            return args[0]
+        if "*" in text_of(node).partition("=")[0]:
+            return args[0] if args else Const(None)
+        if path_of(kind).rpartition("::")[2] in ("vector", "list", "array", "map", "deque", "set"):
+            return args[0] if len(args) == 1 and isinstance(args[0], Items) else Items(args)
+        return self.make(kind, args, node, frame)
+
+    # ------------------------------------------------------------------------------------ branches and loops
+
+    def _do_if_statement(self, node: Node, frame: Frame) -> None:
+        clause = node.child_by_field_name("condition")
+        asked: Value = Open("a condition")
+        for each in named(clause):
+            if each.type in ("init_statement", "declaration"):
+                self.run_block(each, frame)
+                asked = Open("a condition")
+            else:
+                asked = self.value(each, frame)
+        yes, no = node.child_by_field_name("consequence"), node.child_by_field_name("alternative")
+        known = bool(asked.value) if isinstance(asked, Const) else None
+        for branch, is_taken in ((yes, known), (no, None if known is None else not known)):
+            if branch is not None:
+                with self.perhaps(is_off=is_taken is False):
+                    self.run_block(branch, frame)
+
+    def _do_switch_statement(self, node: Node, frame: Frame) -> None:
+        self.values(node.child_by_field_name("condition"), frame)
+        for each in named(node.child_by_field_name("body")):
+            with self.perhaps():
+                self.run_block(each, frame)
+
+    def _do_try_statement(self, node: Node, frame: Frame) -> None:
+        self.run_block(node.child_by_field_name("body"), frame)
+        for each in named(node):
+            if each.type == "catch_clause":
+                with self.perhaps():
+                    self.run_block(each.child_by_field_name("body"), frame)
+
+    @contextmanager
+    def _loop(self, node: Node, frame: Frame) -> Iterator[None]:
+        todo = [node]
+        while todo:
+            each = todo.pop()
+            todo += each.named_children
+            if each.type in ("update_expression", "assignment_expression"):
+                target = each.child_by_field_name("argument") or each.child_by_field_name("left")
+                name = text_of(target)
+                if name in frame.values and isinstance(frame.values[name], Const):
+                    frame.values[name] = Open(name)
+        self.loops += 1
+        try:
+            yield
+        finally:
+            self.loops -= 1
+
+    def _do_for_statement(self, node: Node, frame: Frame) -> None:
+        self.run_block(node.child_by_field_name("initializer"), frame)
+        with self._loop(node, frame):
+            for name in ("condition", "body", "update"):
+                each = node.child_by_field_name(name)
+                if each is not None:
+                    self.run_block(each, frame)
+
+    def _do_while_statement(self, node: Node, frame: Frame) -> None:
+        with self._loop(node, frame):
+            self.values(node.child_by_field_name("condition"), frame)
+            self.run_block(node.child_by_field_name("body"), frame)
+
+    def _do_do_statement(self, node: Node, frame: Frame) -> None:
+        with self._loop(node, frame):
+            self.run_block(node.child_by_field_name("body"), frame)
+            self.value(node.child_by_field_name("condition"), frame)
+
+    def _do_for_range_loop(self, node: Node, frame: Frame) -> None:
+        name = name_of(node.child_by_field_name("declarator"))
+        body = node.child_by_field_name("body")
+        over = self.value(node.child_by_field_name("right"), frame)
+        found = over.values if isinstance(over, Items) else []
+        if isinstance(over, Items) and not over.is_open and 0 < len(found) <= 100:
+            for each in found:  # each item once, for certain
+                frame.values[name] = each
+                self.run_block(body, frame)
+            return
+        with self._loop(node, frame):
+            for each in [*found[:100], Open(f"each of {text_of(node.child_by_field_name('right'))}")]:
+                frame.values[name] = each
+                self.run_block(body, frame)
+
+    # ---------------------------------------------------------------------------------------------- objects
+
+    def construct(self, cls: ClassInfo, args: list[Value], types: list[str], node: Node, frame: Frame) -> Obj:
+        """Return a new object of a class of the folder."""
+        this = Obj(cls, types=dict(zip(cls.templates, types, strict=False)))
+        if len(self.calls) < MOST_CALLS and self.calls.count((cls.node.id, 0)) < 2:
+            self.calls.append((cls.node.id, node.id))
+            self.calls.append((cls.node.id, 0))
+            try:
+                self._construct(cls, this, args, node, frame)
+            finally:
+                del self.calls[-2:]
+        return this
+
+    def _construct(self, cls: ClassInfo, this: Obj, args: list[Value], node: Node, caller: Frame) -> None:
+        found = [each for each in cls.methods.get(cls.name, []) if each.body is not None]
+        fitting = [each for each in found if len(each.parameters) == len(args)]
+        fitting = fitting or [each for each in found if len(each.parameters) > len(args)] or found
+        routine = fitting[0] if fitting else None
+        if routine is None:
+            frame = Frame(cls.path, cls.full, this, cls)
+            self._bases(cls, this, {}, args, node, frame)
+            self._members(cls, this, {}, frame)
+            return
+        frame = self.frame_of(routine, args, this, [])
+        inits: dict[str, Node | None] = {}
+        for each in routine.node.named_children:
+            if each.type == "field_initializer_list":
+                for init in named(each):
+                    parts = named(init)
+                    if parts:
+                        inits[path_of(parts[0]).rpartition("::")[2]] = parts[-1] if len(parts) > 1 else None
+        self.frames.append(frame)
+        frame.level = self.cond + self.loops
+        try:
+            if cls.name in inits:  # another constructor does the work
+                given = self.values(inits[cls.name], frame)
+                if self.calls.count((cls.node.id, 0)) < 3:
+                    self.calls.append((cls.node.id, 0))
+                    try:
+                        self._construct(cls, this, given, node, frame)
+                    finally:
+                        self.calls.pop()
+            else:
+                self._bases(cls, this, inits, [], routine.node, frame)
+                self._members(cls, this, inits, frame)
+            self.run_block(routine.body, frame)
+        finally:
+            self.frames.pop()
+
+    def _bases(
+        self,
+        cls: ClassInfo,
+        this: Obj,
+        inits: dict[str, Node | None],
+        args: list[Value],
+        node: Node,
+        frame: Frame,
+    ) -> None:
+        for base in cls.bases:
+            name = self.type_text(base, frame)
+            last = path_of(base).rpartition("::")[2]
+            given = self.values(inits[last], frame) if last in inits else args
+            if last not in inits and name.rpartition("::")[2] in inits:
+                given = self.values(inits[name.rpartition("::")[2]], frame)
+            inner = self.class_of(name, frame)
+            if is_node(name):
+                self.library.make_node(this, name, given, node, frame)
+            elif inner is not None and inner is not cls:
+                if len(self.calls) < MOST_CALLS:
+                    self.calls.append((inner.node.id, 1))
+                    types = [self.template_text(each, frame) for each in arguments_of(base)]
+                    this.types |= dict(zip(inner.templates, types, strict=False))
+                    try:
+                        self._construct(inner, this, given, node, frame)
+                    finally:
+                        self.calls.pop()
+
+    def _members(self, cls: ClassInfo, this: Obj, inits: dict[str, Node | None], frame: Frame) -> None:
+        for name, (kind, default) in cls.fields.items():
+            inner = inits.get(name)
+            if name in inits:
+                args = self.values(inner, frame)
+                where = inner if inner is not None else cls.node
+            elif default is not None:
+                is_list = default.type in ("initializer_list", "argument_list")
+                args = self.values(default, frame) if is_list else [self.value(default, frame)]
+                where = default
+            else:
+                args, where = [], kind
+            if where is None or kind is None:
+                continue
+            text = path_of(kind)
+            if (
+                default is not None
+                and name not in inits
+                and default.type not in ("initializer_list", "argument_list")
+            ):
+                this.fields[name] = coerced(text_of(kind), args[0])
+            elif args or self._is_value(kind, cls, name, frame):
+                this.fields[name] = self._field(kind, text, args, where, frame)
+
+    def _field(self, kind: Node, text: str, args: list[Value], where: Node, frame: Frame) -> Value:
+        is_plain = len(args) == 1 and any(isinstance(each, (Obj, Made)) for each in options(args[0]))
+        if is_plain and isinstance(args[0], Obj) and not arguments_of(kind):
+            cls = self.class_of(self.type_text(kind, frame), frame)
+            if cls is None and "Broadcaster" not in text and "Listener" not in text and "Updater" not in text:
+                return args[0]
+            if cls is not None and args[0].cls is not None and cls in self.bases(args[0].cls):
+                return args[0]
+        return self._made(kind, args, where, frame)
+
+    def _is_value(self, kind: Node, cls: ClassInfo, name: str, frame: Frame) -> bool:
+        """Tell whether a member without arguments is an object or a list, and no pointer."""
+        if kind.type not in ("type_identifier", "qualified_identifier", "template_type"):
+            return False
+        path = path_of(kind)
+        return not path.endswith(("Ptr", "_ptr")) and "weak" not in path
+
+    def call_of(self, node: Node, frame: Frame, path: str, args: list[Value]) -> Call:
+        """Return a call that does not stand in the code as such."""
+        return Call(node, frame, path, args)

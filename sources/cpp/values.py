@@ -1,0 +1,180 @@
+"""What expressions in C++ are for the reader: constants, objects, ports, callables; else open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+    from dineros.sources.cpp.index import ClassInfo, Routine
+
+
+class Value:
+    """Something that an expression is."""
+
+
+@dataclass(frozen=True)
+class Const(Value):
+    """A number, truth value or text; None: a null pointer."""
+
+    value: Any
+
+
+@dataclass(frozen=True)
+class Seconds(Value):
+    """A duration."""
+
+    value: float
+
+
+@dataclass(frozen=True)
+class Open(Value):
+    """What is not known; `text` says what the code has there. `parts` is a text with ``{...}``."""
+
+    text: str
+    parts: str = ""
+
+
+@dataclass(frozen=True)
+class Either(Value):
+    """One of several values."""
+
+    options: tuple[Value, ...]
+
+
+@dataclass(eq=False)
+class Obj(Value):
+    """An object of a class of the folder, or a node of rclcpp."""
+
+    cls: ClassInfo | None
+    fields: dict[str, Value] = field(default_factory=dict)
+    node: NodeFact | None = None
+    types: dict[str, str] = field(default_factory=dict)
+    parameters: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass(eq=False)
+class Port(Value):
+    """An entity of a node."""
+
+    entity: Entity
+    owner: Obj
+    extra: list[Entity] = field(default_factory=list)
+    methods: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(eq=False)
+class Made(Value):
+    """An object of a class of a library, or the result of a function of one."""
+
+    path: str
+    args: list[Value] = field(default_factory=list)
+    fields: dict[str, Value] = field(default_factory=dict)
+    effect: Effect | None = None
+    node: Node | None = None
+
+
+@dataclass(eq=False)
+class Items(Value):
+    """A list of values; `is_open`: there may be others."""
+
+    values: list[Value] = field(default_factory=list)
+    is_open: bool = False
+
+
+@dataclass(eq=False)
+class Frame:
+    """Variables of a routine that runs."""
+
+    path: str
+    space: str
+    this: Obj | None = None
+    cls: ClassInfo | None = None
+    values: dict[str, Value] = field(default_factory=dict)
+    types: dict[str, str] = field(default_factory=dict)
+    outer: Frame | None = None
+    has_left: bool = False
+    is_done: bool = False
+    result: Value | None = None
+    level: int = 0
+
+
+@dataclass(eq=False)
+class Lambda(Value):
+    """A lambda, with the variables around it."""
+
+    node: Node
+    frame: Frame
+
+
+@dataclass(eq=False)
+class Method(Value):
+    """Methods or functions of one name; with the object, if it is bound, and bound arguments."""
+
+    routines: list[Routine]
+    name: str
+    this: Obj | None = None
+    args: list[Value] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Todo:
+    """A callback whose code is to be read."""
+
+    fact: CallbackFact
+    target: Value
+    owner: Obj
+    entity: Entity | None = None
+
+
+def constant(value: Value | None) -> Any:
+    """Return the value of a constant; None: it is none."""
+    return value.value if isinstance(value, (Const, Seconds)) else None
+
+
+def shown(value: Value | None) -> str:
+    """Return a value as a text of the facts: ``open: ...`` or with ``{...}`` where it is not known."""
+    if isinstance(value, Const):
+        return "true" if value.value is True else "false" if value.value is False else str(value.value)
+    if isinstance(value, Open):
+        return value.parts or f"open: {value.text}"
+    if isinstance(value, Either):
+        return "open: " + " or ".join(shown(each).removeprefix("open: ") for each in value.options)
+    return "open"
+
+
+def part(value: Value) -> str:
+    """Return a value as a part of a text."""
+    if isinstance(value, Const):
+        return shown(value)
+    if isinstance(value, Open) and value.parts:
+        return value.parts
+    words = value.text if isinstance(value, Open) else "value"
+    return "{" + words.replace("{", "").replace("}", "")[:40] + "}"
+
+
+def joined(old: Value | None, new: Value) -> Value:
+    """Return what a variable is that may have been given a new value."""
+    if old is None or old is new or old == new or (isinstance(old, Const) and old.value in (None, "")):
+        return new
+    if isinstance(new, Const) and new.value is None:
+        return old
+    if isinstance(old, Open) and isinstance(new, (Obj, Port, Made, Lambda, Method)):
+        return new
+    found: list[Value] = []
+    for each in (old, new):
+        for option in each.options if isinstance(each, Either) else (each,):
+            if option not in found:
+                found.append(option)
+    return Either(tuple(found)) if len(found) <= 8 else Open("many values")
+
+
+def options(value: Value | None) -> tuple[Value, ...]:
+    """Return the values that a value may be."""
+    if value is None:
+        return ()
+    return value.options if isinstance(value, Either) else (value,)
