@@ -94,7 +94,7 @@ class Code:
             for line in facts.unread:
                 warn(f"not read: {folder}/{line}" if folder != "." else f"not read: {line}")
         if not any(facts.nodes for _, facts in read):
-            hint = "nodes in Python are found; others are not read yet"
+            hint = "nodes in Python and C++ are found"
             raise DinerosError("no node is in the source code", location=Location(self.folders[0]), hint=hint)
         return coded(read, ", ".join(folder for folder, _ in read)), code_findings(read)
 

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.metamodel.errors import DinerosError, Location, counted, near_matches
+from dineros.sources.cpp.parsing import is_there
+from dineros.sources.cpp.programs import CppPrograms
 from dineros.sources.facts import Facts, NodeFact, is_open
-from dineros.sources.folders import open_folder
+from dineros.sources.folders import CPP, open_folder
 from dineros.sources.language.modules import Modules
 from dineros.sources.launch.description import Started, full
 from dineros.sources.launch.reading import LaunchFiles
@@ -35,7 +37,7 @@ class Launch:
 
 
 def read_source(root: Path, tables: Sequence[Path] = (), launch: Launch | None = None) -> Facts:
-    """Return what the Python packages of a folder say; nothing in it is executed or imported.
+    """Return what the packages of a folder say, in Python and C++; nothing in it is executed or imported.
 
     Parameters
     ----------
@@ -70,11 +72,26 @@ def read_source(root: Path, tables: Sequence[Path] = (), launch: Launch | None =
                 given.setdefault(f"{each.package}/{each.executable}", []).append(found)
     reading = Reading(folder, packages, idioms, {key: _agreed(found) for key, found in given.items()})
     facts = read_programs(reading, modules)
+    _add_cpp(facts, reading)
     _complete(facts, descriptions)
     if launch is not None:
         facts.nodes = _launched(launch, files, reading, modules, facts)
     facts.unread = sorted(dict.fromkeys(folder.unread))
     return facts
+
+
+def _add_cpp(facts: Facts, reading: Reading) -> None:
+    """Add the nodes in C++, if a parser is there."""
+    folder = reading.folder
+    count = sum(path.endswith(CPP) for path in folder.files)
+    if not count:
+        return
+    if not is_there():
+        folder.unread.append(f"{counted(count, 'file')} in C++: pip install 'dineros[sources]' reads them")
+        return
+    programs = CppPrograms(folder, reading.packages, reading.idioms)
+    facts.nodes += programs.nodes(reading.given)
+    facts.files += len(programs.files)
 
 
 def _complete(facts: Facts, descriptions: list[tuple[dict[str, Any], list[Started]]]) -> None:
@@ -111,7 +128,9 @@ def _launched(
         values = files.parameters(each, full(name, each.namespace)) if not is_open(name) else {}
         nodes = run_program(program, replace(reading, given={program: values}, is_launched=True), modules)
         if nodes is None:
-            facts.unread.append(f"{each.at}: {each.plugin or program} is not in Python in this folder")
+            facts.unread.append(
+                f"{each.at}: {each.plugin or program} is not among the programs in Python of this folder"
+            )
         for node in nodes or ():
             if each.name and len(nodes or ()) == 1:
                 node.name = each.name

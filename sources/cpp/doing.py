@@ -1,4 +1,4 @@
-"""What rclcpp and the standard library do: publish, call, wait, sleep, spin, lock; and what passes values on."""
+"""What rclcpp and the standard library do: publish, call, wait, sleep, spin, lock."""
 
 from __future__ import annotations
 
@@ -207,6 +207,9 @@ class Ros:
             machine.does("publish", entity.port, call.node, call.frame, entity=entity)
         elif entity.kind == "clients" and last in ("async_send_request", "call_async", "prune_requests"):
             return self._request(call, on) if last != "prune_requests" else Const(None)
+        elif entity.kind == "clients" and last == "call":  # rclcpp has none: helpers of libraries wait
+            how = "blocks, with a time-out that is open"
+            machine.does("call", entity.port, call.node, call.frame, how, entity)
         elif entity.kind in ("clients", "action_clients") and last in (
             "wait_for_service",
             "wait_for_action_server",
@@ -279,7 +282,7 @@ class Ros:
             self.machine.does("wait", what, call.node, call.frame, f"{how}, {bound}", timeout=seconds)
         return Open("a result")
 
-    # ------------------------------------------------------------------------------------ objects of libraries
+    # --------------------------------------------------------------------------------- objects of libraries
 
     def _made(self, call: Call, on: Made) -> Value | None:
         last, path = call.last, on.path
@@ -318,8 +321,8 @@ class Ros:
                 held.values += nodes
             return Const(None)
         if last in ("spin", "spin_some", "spin_once", "spin_all"):
-            held = on.fields.get("nodes")
-            nodes = [each for each in held.values if isinstance(each, Obj)] if isinstance(held, Items) else []
+            kept = on.fields.get("nodes")
+            nodes = [each for each in kept.values if isinstance(each, Obj)] if isinstance(kept, Items) else []
             name, threads = on.path.rpartition("::")[2], self._threads(on)
             return self._spin(call, nodes, name, threads)
         if last == "spin_until_future_complete":

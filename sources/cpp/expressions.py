@@ -295,6 +295,10 @@ class Expressions(Machine):
     def _initializer_list(self, node: Node, frame: Frame) -> Value:
         return Items(self.values(node, frame))
 
+    def _initializer_pair(self, node: Node, frame: Frame) -> Value:
+        name = text_of(node.child_by_field_name("designator")).lstrip(".")
+        return Made(f".{name}", [self.value(node.child_by_field_name("value"), frame)])
+
     def _lambda_expression(self, node: Node, frame: Frame) -> Value:
         captures = node.child_by_field_name("captures")
         inner = Frame(frame.path, frame.space, frame.this, frame.cls, outer=frame)

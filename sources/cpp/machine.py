@@ -1,4 +1,4 @@
-"""What the interpreter of C++ remembers while it runs: frames, what is certain, callbacks that are still to be read."""
+"""What the interpreter of C++ remembers while it runs: frames, what is certain, callbacks to be read."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _WHOLE = re.compile(r"^(?:std::)?(?:unsigned|signed|int|long|short|u?int\d+_t|si
 _FLOAT = re.compile(r"^(?:double|float|long double)$")
 
 
-class TooLong(Exception):
+class TooLong(Exception):  # noqa: N818 - it is no error
     """A program is too large to be followed to its end."""
 
 
@@ -164,8 +164,10 @@ class Machine:
             if known is None and around.this is not None:
                 known = around.this.types.get(first)
             if known:
-                return f"{known}::{rest}" if rest else known
+                path = f"{known}::{rest}" if rest else known
+                break
             around = around.outer
+        first, _, rest = path.partition("::")
         if depth < 8:
             space = frame.cls.full if frame.cls else frame.space
             alias = self.index.find_alias(path, frame.path, space)
@@ -202,7 +204,8 @@ class Machine:
 
     def bases(self, cls: ClassInfo) -> list[ClassInfo]:
         """Return a class and those of the folder that it extends, nearest first."""
-        found, todo = [], [cls]
+        found: list[ClassInfo] = []
+        todo = [cls]
         while todo and len(found) < 50:
             each = todo.pop(0)
             if each in found:

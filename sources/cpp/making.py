@@ -102,6 +102,10 @@ class Maker:
         rest = [each for each in call.args if each not in found]
         if isinstance(call.on, Obj) and call.on.node is not None:
             return call.on, rest, found
+        if isinstance(call.on, Made):  # a helper of a library that was given the node
+            for each in call.on.args:
+                if isinstance(each, Obj) and each.node is not None:
+                    return each, rest, found
         if call.on is not None:
             return None, rest, found
         if found:

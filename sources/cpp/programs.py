@@ -6,7 +6,8 @@ import re
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import PurePosixPath
+from functools import cache
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from dineros.sources.cpp.doing import Ros
@@ -17,11 +18,17 @@ from dineros.sources.cpp.statements import Statements
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
 from dineros.sources.facts import CallbackFact, NodeFact, Place
 from dineros.sources.folders import CPP, SourceFolder
-from dineros.sources.libraries.idioms import Idiom
+from dineros.sources.libraries.idioms import Idiom, read_idioms
 from dineros.sources.packages import Package
 
 _DEEP = 12_000
 _TESTS = {"test", "tests", "benchmark", "mock"}
+
+
+@cache
+def cpp_idioms() -> dict[str, Idiom]:
+    """Return the table of libraries in C++ that stands beside this file."""
+    return read_idioms(Path(__file__).with_name("idioms.toml"))
 
 
 class CppPrograms:
@@ -40,7 +47,7 @@ class CppPrograms:
     def __init__(self, folder: SourceFolder, packages: list[Package], idioms: Mapping[str, Idiom]) -> None:
         self._folder = folder
         self._packages = packages
-        self._idioms = idioms
+        self._idioms = cpp_idioms() | dict(idioms)
         self.index = Index()
         self.files = [path for path in folder.files if path.endswith(CPP) and not _is_test(path)]
         with _deep():

@@ -72,7 +72,7 @@ def _of(value: Made) -> Profile:
     if last == "QoS" and value.args:
         first = value.args[0]
         inner = first.path.rpartition("::")[2] if isinstance(first, Made) else ""
-        if len(value.args) > 1 and inner == "QoSInitialization" or inner == "from_rmw":
+        if (len(value.args) > 1 and inner == "QoSInitialization") or inner == "from_rmw":
             rest = value.args[1] if len(value.args) > 1 else first
             return profile(rest) if rest is not first else _made_of(first)
         if len(value.args) > 1:
@@ -109,7 +109,9 @@ def changed(value: Value | None, method: str, args: list[Value]) -> Made:
         found[method] = _word(args[0] if args else None)
     elif method in ("best_available", "reliability_best_available", "history"):
         found["reliability"] = found["reliability"] if method == "history" else "best available"
-    return Made("rclcpp::QoS", fields={key: Const(found[key]) for key in USUAL} | {"profile": Const(True)})
+    fields: dict[str, Value] = {key: Const(found[key]) for key in USUAL}
+    fields["profile"] = Const(True)
+    return Made("rclcpp::QoS", fields=fields)
 
 
 def _word(value: Value | None) -> str:

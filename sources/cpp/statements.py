@@ -226,6 +226,14 @@ class Statements(Expressions):
             frame = Frame(cls.path, cls.full, this, cls)
             self._bases(cls, this, {}, args, node, frame)
             self._members(cls, this, {}, frame)
+            if not cls.bases:  # an aggregate: its members in order, or by name
+                for order, given in zip(cls.fields, args, strict=False):
+                    is_named = isinstance(given, Made) and given.path.startswith(".")
+                    name = given.path[1:] if is_named else order  # type: ignore[attr-defined]
+                    value = given.args[0] if is_named else given  # type: ignore[attr-defined]
+                    this.fields[name] = self._aggregate(
+                        cls.fields.get(name, (None, None))[0], value, node, frame
+                    )
             return
         frame = self.frame_of(routine, args, this, [])
         inits: dict[str, Node | None] = {}
@@ -253,6 +261,22 @@ class Statements(Expressions):
         finally:
             self.frames.pop()
 
+    def _aggregate(self, kind: Node | None, value: Value, node: Node, frame: Frame) -> Value:
+        """Return the value of a member of an aggregate: lists in braces become objects."""
+        if not isinstance(value, Items) or kind is None:
+            return coerced(text_of(kind), value)
+        inner = arguments_of(kind)
+        if inner and path_of(kind).endswith("vector"):
+            cls = self.class_of(self.type_text(inner[0], frame), frame)
+            if cls is not None:
+                made: list[Value] = []
+                for each in value.values:
+                    is_list = isinstance(each, Items)
+                    made.append(self.construct(cls, each.values, [], node, frame) if is_list else each)  # type: ignore[attr-defined]
+                return Items(made, value.is_open)
+            return value
+        return self._made(kind, value.values, node, frame)
+
     def _bases(
         self,
         cls: ClassInfo,
@@ -271,15 +295,14 @@ class Statements(Expressions):
             inner = self.class_of(name, frame)
             if is_node(name):
                 self.library.make_node(this, name, given, node, frame)
-            elif inner is not None and inner is not cls:
-                if len(self.calls) < MOST_CALLS:
-                    self.calls.append((inner.node.id, 1))
-                    types = [self.template_text(each, frame) for each in arguments_of(base)]
-                    this.types |= dict(zip(inner.templates, types, strict=False))
-                    try:
-                        self._construct(inner, this, given, node, frame)
-                    finally:
-                        self.calls.pop()
+            elif inner is not None and inner is not cls and len(self.calls) < MOST_CALLS:
+                self.calls.append((inner.node.id, 1))
+                types = [self.template_text(each, frame) for each in arguments_of(base)]
+                this.types |= dict(zip(inner.templates, types, strict=False))
+                try:
+                    self._construct(inner, this, given, node, frame)
+                finally:
+                    self.calls.pop()
 
     def _members(self, cls: ClassInfo, this: Obj, inits: dict[str, Node | None], frame: Frame) -> None:
         for name, (kind, default) in cls.fields.items():
@@ -291,9 +314,11 @@ class Statements(Expressions):
                 is_list = default.type in ("initializer_list", "argument_list")
                 args = self.values(default, frame) if is_list else [self.value(default, frame)]
                 where = default
-            else:
+            elif kind is not None:
                 args, where = [], kind
-            if where is None or kind is None:
+            else:
+                continue
+            if kind is None:
                 continue
             text = path_of(kind)
             if (

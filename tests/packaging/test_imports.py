@@ -131,9 +131,13 @@ FOLDERS = {
         "wheels",
     ],
     "sources": [
-        *("facts", "folders", "packages", "language", "libraries", "launch", "programs", "reading"),
+        *("facts", "folders", "packages", "language", "libraries", "cpp", "launch", "programs", "reading"),
     ],
     "sources/launch": [*("yaml_text", "parameters", "substitutions", "description", "markup", "reading")],
+    "sources/cpp": [
+        *("parsing", "index", "values", "operations", "machine", "expressions", "statements", "quality"),
+        *("making", "doing", "programs"),
+    ],
     "sources/language": [
         *(
             "endings",
