@@ -227,10 +227,10 @@ class Statements(Expressions):
             self._bases(cls, this, {}, args, node, frame)
             self._members(cls, this, {}, frame)
             if not cls.bases:  # an aggregate: its members in order, or by name
-                for order, given in zip(cls.fields, args, strict=False):
-                    is_named = isinstance(given, Made) and given.path.startswith(".")
-                    name = given.path[1:] if is_named else order  # type: ignore[attr-defined]
-                    value = given.args[0] if is_named else given  # type: ignore[attr-defined]
+                for order, item in zip(cls.fields, args, strict=False):
+                    is_named = isinstance(item, Made) and item.path.startswith(".")
+                    name = item.path[1:] if is_named else order  # type: ignore[attr-defined]
+                    value = item.args[0] if is_named else item  # type: ignore[attr-defined]
                     this.fields[name] = self._aggregate(
                         cls.fields.get(name, (None, None))[0], value, node, frame
                     )
