@@ -268,7 +268,7 @@ class TestRestPoll:
             with monkeypatch.context() as patch:
                 patch.setattr(rest_poll, "read_truth", read)
                 until(lambda: the_source(net).failures > 1)
-                assert "gives not a truth value: IndexError: nothing left" in str(the_source(net).last_error)
+                assert "gives no truth value: IndexError: nothing left" in str(the_source(net).last_error)
             until(lambda: the_source(net).is_connected)
 
     def test_slow_server_holds_up_no_other(self, pair: Net, hostile: type[_Hostile]) -> None:
