@@ -60,6 +60,7 @@ class Machine:
         self.loops = 0
         self.off = 0
         self.calls: list[tuple[int, int]] = []
+        self.turns: list[int] = []
         self.frames: list[Frame] = []
         self.holding: list[str] = []
         self.owner: Obj | None = None
@@ -127,7 +128,11 @@ class Machine:
     def entity_of(self, kind: str, port: str, node: Node, frame: Frame, owner: Obj) -> Entity:
         """Return the entity that an expression makes; the same if it is read twice."""
         place = self.place(node, frame)
-        key = (id(owner.node), kind, f"{place}:{node.start_point[1]}:{port}:{len(self.calls)}:{self.calls!r}")
+        key = (
+            id(owner.node),
+            kind,
+            f"{place}:{node.start_point[1]}:{port}:{len(self.calls)}:{self.calls!r}:{self.turns!r}",
+        )
         found = self._places.get(key)
         if found is None:
             found = self._places[key] = Entity(kind, port, place, is_enabled=not self.off)

@@ -194,14 +194,19 @@ class Statements(Expressions):
         over = self.value(node.child_by_field_name("right"), frame)
         found = over.values if isinstance(over, Items) else []
         if isinstance(over, Items) and not over.is_open and 0 < len(found) <= 100:
-            for each in found:  # each item once, for certain
-                frame.values[name] = each
-                self.run_block(body, frame)
+            self._turns(found, name, body, frame)  # each item once, for certain
             return
         with self._loop(node, frame):
-            for each in [*found[:100], Open(f"each of {text_of(node.child_by_field_name('right'))}")]:
-                frame.values[name] = each
-                self.run_block(body, frame)
+            rest = Open(f"each of {text_of(node.child_by_field_name('right'))}")
+            self._turns([*found[:100], rest], name, body, frame)
+
+    def _turns(self, items: list[Value], name: str, body: Node | None, frame: Frame) -> None:
+        """Run the body of a loop with each item: each turn makes ports of its own."""
+        for turn, each in enumerate(items):
+            frame.values[name] = each
+            self.turns.append(turn)
+            self.run_block(body, frame)
+            self.turns.pop()
 
     # ---------------------------------------------------------------------------------------------- objects
 

@@ -69,6 +69,16 @@ def test_a_name_that_is_not_known_is_open(tmp_path: Path) -> None:
     assert "{" in node["publishers"][0]["name"] or node["publishers"][0]["name"].startswith("open")
 
 
+def test_each_turn_of_a_loop_makes_a_port(tmp_path: Path) -> None:
+    loop = """
+      std::vector<std::string> names{"a", "b"};
+      for (auto & name : names) { all_.push_back(create_client<std_srvs::srv::Trigger>(name)); }
+    """
+    first = 'declare_parameter("topic", "scan");'
+    (node,) = _read(tmp_path, ROBOT.replace(first, first + loop)).nodes
+    assert [each.name for each in node.of("clients")] == ["a", "b", "reset"]
+
+
 @pytest.mark.parametrize("text", ["(" * 100_000, "int main() { " + "-" * 5000 + "1; }"])
 def test_hostile_code_ends(tmp_path: Path, text: str) -> None:
     assert _read(tmp_path, text).nodes == []
