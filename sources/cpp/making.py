@@ -42,6 +42,8 @@ _MAKES = {
     "create_callback_group": "groups",
     "create_server": "action_servers",
 }
+TRANSITIONS = ("on_configure", "on_activate", "on_deactivate", "on_cleanup", "on_shutdown", "on_error")
+"""Methods of a node with a lifecycle that its transitions call."""
 
 
 class Maker:
@@ -68,6 +70,11 @@ class Maker:
         fact.home = place.file
         this.node = fact
         self.machine.nodes.append(fact)
+        for name in TRANSITIONS if fact.managed and this.cls is not None else ():
+            found = Method(self.machine.methods(this.cls, name), name, this)
+            at = _named(found, place)[1]
+            if at is not None:
+                self.machine.callback(name, "transition", at, found, this)
 
     def entity(self, call: Call) -> Value | None:
         """Return the entity that a call makes; None: it makes none."""

@@ -69,6 +69,23 @@ def test_a_name_that_is_not_known_is_open(tmp_path: Path) -> None:
     assert "{" in node["publishers"][0]["name"] or node["publishers"][0]["name"].startswith("open")
 
 
+def test_a_managed_node_makes_its_ports_in_transitions(tmp_path: Path) -> None:
+    text = """
+    class Managed : public rclcpp_lifecycle::LifecycleNode {
+     public:
+      Managed() : LifecycleNode("managed") {}
+      CallbackReturn on_configure(const rclcpp_lifecycle::State &) {
+        pub_ = create_publisher<std_msgs::msg::String>("out", 10);
+        return CallbackReturn::SUCCESS;
+      }
+      CallbackReturn on_activate(const rclcpp_lifecycle::State &) { pub_->publish(message_); }
+    };
+    """
+    (node,) = _read(tmp_path, text).nodes
+    assert node.managed and [each.name for each in node.of("publishers")] == ["out"]
+    assert [each.do for fact in node.callbacks for each in fact.effects] == ["publish"]
+
+
 def test_each_turn_of_a_loop_makes_a_port(tmp_path: Path) -> None:
     loop = """
       std::vector<std::string> names{"a", "b"};
