@@ -70,11 +70,11 @@ class Maker:
         fact.home = place.file
         this.node = fact
         self.machine.nodes.append(fact)
-        for name in TRANSITIONS if fact.managed and this.cls is not None else ():
-            found = Method(self.machine.methods(this.cls, name), name, this)
+        for step in TRANSITIONS if fact.managed and this.cls is not None else ():
+            found = Method(self.machine.methods(this.cls, step), step, this)
             at = _named(found, place)[1]
             if at is not None:
-                self.machine.callback(name, "transition", at, found, this)
+                self.machine.callback(step, "transition", at, found, this)
 
     def entity(self, call: Call) -> Value | None:
         """Return the entity that a call makes; None: it makes none."""
