@@ -70,7 +70,9 @@ class Maker:
         fact.home = place.file
         this.node = fact
         self.machine.nodes.append(fact)
-        for step in TRANSITIONS if fact.managed and this.cls is not None else ():
+        if this.cls is None or not fact.managed:
+            return
+        for step in TRANSITIONS:
             found = Method(self.machine.methods(this.cls, step), step, this)
             at = _named(found, place)[1]
             if at is not None:
