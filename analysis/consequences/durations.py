@@ -2,8 +2,8 @@
 
 A model of source code lets a callback take any time, as the code does not say how long it works. Then each
 queue between nodes can overflow that is not bounded otherwise. Such a finding says nothing about the code: it
-is a note. It stays an error if publisher and subscription are in one node net: they share an executor, and a
-callback that publishes more than the queue holds loses messages however quick the reader is.
+is a note. It stays an error if writer and reader are in one node net: they share an executor, and a callback
+that publishes more than the queue holds loses messages however quick the reader is.
 """
 
 from __future__ import annotations
@@ -37,13 +37,21 @@ def _as_note(finding: Finding) -> Finding:
 
 
 def _depends(channel: sym.Channel | None) -> bool:
-    if not isinstance(channel, sym.TopicChannel):
-        return False
-    ends = [
-        [node_net_of(port.place) for port in ports] for ports in (channel.publishers, channel.subscribers)
-    ]
+    ends = [[node_net_of(place) for place in places] for places in _places(channel)]
     nodes = [node for end in ends for node in end]
-    if not all(node is not None and node.sourceLine for node in nodes):
+    if not nodes or not all(node is not None and node.sourceLine for node in nodes):
         return False
     writers, readers = ({id(node) for node in end} for end in ends)
     return not writers & readers
+
+
+def _places(channel: sym.Channel | None) -> tuple[list[pn.Place], list[pn.Place]]:
+    """Return the places of those who write into a channel, and of those who read."""
+    match channel:
+        case sym.TopicChannel():
+            return [port.place for port in channel.publishers], [port.place for port in channel.subscribers]
+        case sym.ServiceChannel():
+            return [port.request for port in channel.clients], [channel.server.entry]
+        case sym.ActionChannel():
+            return [port.goal for port in channel.clients], [channel.server.entry]
+    return [], []

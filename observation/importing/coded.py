@@ -271,7 +271,11 @@ class _Node:
             steps: tuple[Step, ...] | None = None if "open" in str(entity.details) else ()
             return GivenCallback(steps, self._group(entity), at=self.at(entity.at))
         return GivenCallback(
-            behaviour.steps(fact), self._group(entity), behaviour.gives_back(fact), self.at(fact.at)
+            behaviour.steps(fact),
+            self._group(entity),
+            behaviour.gives_back(fact),
+            self.at(fact.at),
+            _sleeps(fact),
         )
 
     def _timer(
@@ -360,3 +364,13 @@ class _Node:
             for entity in self.fact.of("subscriptions")
             if entity in self._names and self.is_spun and entity.details.get("reliability") == "best_effort"
         }
+
+
+def _sleeps(fact: CallbackFact) -> tuple[float, None] | None:
+    """Return the seconds that a callback takes at least, as it sleeps so long whatever happens."""
+    sleeps = [
+        effect.timeout or 0.0
+        for effect in fact.effects
+        if (effect.do, effect.when, effect.how) == ("sleep", "always", "time.sleep")
+    ]
+    return (round(sum(sleeps), 9), None) if sum(sleeps) > 0 else None

@@ -14,6 +14,7 @@ It is TOML. Everything in it may be left out; what is there replaces what would 
     does = ["call /pose", "publish /map ?"] # in this order; ?: or not, *: any number of times
     group = "answers"                       # of a service that is called: of its client
     awaits = true
+    takes = [0.01, 0.08]                    # seconds of one run, without what it waits for
 
     [topic."/scan"]                         # of a recording, which does not tell
     publishers = ["/driver"]
@@ -88,12 +89,15 @@ class GivenCallback:
         Whether it gives its thread back while it waits for answers.
     at : str
         The line of the code where it begins.
+    takes : tuple of (float, float or None), or None
+        Seconds that one run takes, at least and at most, without what it waits for.
     """
 
     does: tuple[Step, ...] | None = None
     group: str | None = None
     awaits: bool = False
     at: str = field(default="", compare=False)
+    takes: tuple[float, float | None] | None = None
 
 
 @dataclass(frozen=True)
@@ -225,7 +229,7 @@ class _Reading:
         )
 
     def _callback(self, table: Mapping[str, Any], at: str, groups: Mapping[str, Any]) -> GivenCallback:
-        self._known(table, at, ("does", "group", "awaits"))
+        self._known(table, at, ("does", "group", "awaits", "takes"))
         group = table.get("group")
         if group is not None:
             self._one_of(table, "group", at, tuple(groups), "is not a callback group of its node")
@@ -235,7 +239,9 @@ class _Reading:
             if "does" in table
             else None
         )
-        return GivenCallback(steps, group, awaits)
+        return GivenCallback(
+            steps, group, awaits, takes=self._interval(table, "takes", at) if "takes" in table else None
+        )
 
     def _step(self, text: str, at: str) -> Step:
         match = _STEP.fullmatch(text.strip())
@@ -290,6 +296,17 @@ class _Reading:
         if not isinstance(found, (int, float)) or isinstance(found, bool) or not 0 < found < 1e9:
             raise self._wrong(f"{at}.{key}", "is not a time in seconds above 0")
         return float(found)
+
+    def _interval(self, table: Mapping[str, Any], key: str, at: str) -> tuple[float, float]:
+        found = table[key]
+        if (
+            not isinstance(found, list)
+            or len(found) != 2
+            or not all(isinstance(each, (int, float)) and not isinstance(each, bool) for each in found)
+            or not 0 <= found[0] <= found[1] < 1e9
+        ):
+            raise self._wrong(f"{at}.{key}", "is no [LEAST, MOST] in seconds")
+        return float(found[0]), float(found[1])
 
     def _one_of(
         self, table: Mapping[str, Any], key: str, at: str, known: tuple[str, ...], otherwise: str = ""

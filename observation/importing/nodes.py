@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow
+from dineros.metamodel.build import flow, seconds
 from dineros.metamodel.errors import DinerosError, Location, near_matches
 from dineros.observation.importing.bodies import Body, Call, Possible
 from dineros.observation.importing.channels import Channels
@@ -267,6 +267,7 @@ class NodeBuilder:
         )
         if kind != "client":
             page.group = self._group(name)
+            page.duration = seconds(*said.takes) if said.takes is not None else None
         if said.does is None and self._possible.steps() and not self._is_unseen:
             steps = ", ".join(_quoted(str(each)) for each in self._possible.steps())
             key = f"callback.{_quoted(name)}.does"

@@ -14,6 +14,7 @@ from dineros.cli.main import main
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import elements
+from dineros.metamodel.files import load
 from dineros.observation.importing.building import to_model
 from dineros.observation.importing.coded import Coded, coded
 from dineros.sources.reading import Launch, read_source
@@ -370,3 +371,31 @@ def test_several_clients_of_one_service_have_their_groups(tmp_path: Path, client
     assert (port.group is not None) == (client == "own")
     status, text = run("check", "-q", "--source", source)
     assert ("[callback-deadlock]" in text) == (client == "plain") and status == int(client == "plain")
+
+
+def test_sleeps_and_what_people_say_are_durations(tmp_path: Path) -> None:
+    text = MONITOR.replace("GROUP", "").replace(
+        "        self.ask()\n", "        time.sleep(0.2)\n        self.ask()\n"
+    )
+    source = files(tmp_path, battery=BATTERY, monitor=text)
+    model = tmp_path / "robot.sym.xmi"
+    given = tmp_path / "robot.given.toml"
+    given.write_text(
+        '[node."/battery"]\ncallback."/level".takes = [0.01, 0.5]\ncallback."/level".does = []\n'
+    )
+    assert run("import", "-q", "--source", source, "-o", model)[0] == 0
+    pages = {page.id: page.duration for page in elements(load(model)) if isinstance(page, sym.CallbackPage)}
+    (tick,) = [each for id, each in pages.items() if id.endswith("on_tick")]
+    (level,) = [each for id, each in pages.items() if id.endswith("serves_level")]
+    assert tick is not None and (tick.earliest, tick.latest) == (0.2, None)
+    assert level is not None and (level.earliest, level.latest) == (0.01, 0.5)
+    given.write_text('[node."/battery"]\ncallback."/level".takes = [2, 1]\n')
+    assert run("import", "-q", "--source", source, "-o", model)[0] == 2
+
+
+def test_a_sleep_that_may_be_left_out_is_no_duration(tmp_path: Path) -> None:
+    text = MONITOR.replace("GROUP", "").replace(
+        "self.ask()\n    def", "time.sleep(0.2) if self.x else 0\n    def"
+    )
+    model = model_of(files(tmp_path, battery=BATTERY, monitor=text))
+    assert not [each for each in elements(model) if isinstance(each, sym.CallbackPage) and each.duration]
