@@ -28,6 +28,8 @@ from dineros.transformations.rules import (
     timers,
 )
 from dineros.transformations.rules.actions import goals, slots
+from dineros.transformations.rules.times import latencies, strikes
+from dineros.transformations.rules.times.clocks import Clock
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 
 
@@ -49,7 +51,7 @@ def add_certificate(
     """Add to a net the invariants of what the rules made; return them."""
     kinds = (
         *(_queues, _bounds, _instances, _clients, _requests, _slots, _goals),
-        *(_signals, _disjunctions, _timers, _executors, _groups, _managed, _kept),
+        *(_signals, _disjunctions, _timers, _clocks, _executors, _groups, _managed, _kept),
     )
     certificate = [_invariant(each, made) for kind in kinds for each in kind(engine)]
     net.certificate.extend(certificate)
@@ -111,10 +113,29 @@ def _clients(engine: Engine) -> Iterator[_Sum]:
         call += [used.made["in_use"] for used in engine.applications_of(services.S2, [client])]
         for kept in engine.applications_of(requests.R5Client, [client]):
             call += [kept.made["sent"], kept.made["lost"]]
+        call += _under_way(engine, client)
         ready = call[0]
         assert isinstance(ready, pn.Place)
         words = "one request" if ready.tokens == 1 else f"{ready.tokens} requests"
         yield _Sum(f"{ready.id} or {words} under way", ready.tokens, [(each, 1) for each in call])
+
+
+def _under_way(engine: Engine, client: sym.ClientPort) -> Iterator[EObject]:
+    """Yield where requests of a client and responses to it are while they are on their way, with times."""
+    for rule, role in ((latencies.D6, "sent"), (latencies.D6History, "sent"), (latencies.D6Back, "answered")):
+        for application in engine.applications_of(rule, [client]):
+            yield application.made[role]
+    for rule in (latencies.D6Clock, latencies.D6BackClock):
+        for application in engine.applications_of(rule, [client]):
+            yield application.made["clock.busy"]
+
+
+def _clocks(engine: Engine) -> Iterator[_Sum]:
+    """Each clock runs or is free; a timer has struck first, or not yet."""
+    yield from _either(engine, strikes.D1, "start", "clock")
+    for _, clock in engine.groups(Clock):
+        free, busy = clock["free"], clock["busy"]
+        yield _Sum(f"{_id(free)} or busy", 1, [(free, 1), (busy, 1)])
 
 
 def _requests(engine: Engine) -> Iterator[_Sum]:

@@ -16,7 +16,7 @@ from dineros.transformations.flattening.bounding import fresh, join
 from dineros.transformations.flattening.certificate import add_certificate, check_certificate
 from dineros.transformations.flattening.traces import Link, Trace
 from dineros.transformations.language.copying import deep_copy
-from dineros.transformations.language.creation import Copy
+from dineros.transformations.language.creation import Copy, New
 from dineros.transformations.language.engine import Engine, require_makers
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.catalogue import rules_of
@@ -54,6 +54,7 @@ def flatten(
     signals: SignalVariant = "input-enabled",
     overflow: OverflowVariant = "weighted",
     extra: Sequence[type[Rule]] = (),
+    times: bool = False,
 ) -> Flattened:
     """Flatten a system model by the rules of its middleware; the model itself is not changed.
 
@@ -67,6 +68,8 @@ def flatten(
         How a full queue drops: T5b or T5a.
     extra : sequence of Rule
         Rules to apply after the standard ones; only those about capacities come later.
+    times : bool
+        Whether times count: then the rules about times run, too, where the middleware is ``ros2``.
 
     Raises
     ------
@@ -81,7 +84,8 @@ def flatten(
     """
     is_ros2 = model.middleware == sym.Middleware.ros2
     middleware: MiddlewareVariant = "ros2" if is_ros2 else "ros1"
-    rules = rules_of(signals, overflow, middleware)
+    times = times and is_ros2
+    rules = rules_of(signals, overflow, middleware, times)
     instances = [rule for rule in rules if rule.phase is Phase.instances]
     standard = [rule for rule in rules if Phase.instances < rule.phase < Phase.bounds]
     last = [rule for rule in rules if rule.phase >= Phase.bounds]
@@ -101,6 +105,8 @@ def flatten(
     join(working, pn.ReferencePlace)
     engine.run(last)
 
+    if times:
+        _be_prompt(engine)
     net = pnm.PetriNetModel(
         id=model.id,
         name=model.name,
@@ -114,6 +120,16 @@ def flatten(
     check_certificate(net)
     del prototypes  # the links of S4 needed them
     return Flattened(net, trace)
+
+
+def _be_prompt(engine: Engine) -> None:
+    """Let what does not wait fire as soon as it can."""
+    for application in engine.applications:
+        for role, element in application.made.items():
+            maker = application.rule.created[role]
+            if isinstance(maker, New) and maker.is_prompt:
+                assert isinstance(element, pn.Transition)
+                element.interval = pn.TimeInterval(earliest=0.0, latest=0.0)
 
 
 def _literal(variant: str) -> str:

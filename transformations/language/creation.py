@@ -46,8 +46,8 @@ class New(Variable):
     eclass : type of model object
         Its class; not an abstract one.
     into : Path, optional
-        The many-valued containment feature that gets it (``model.channels``), where its class has no feature
-        for its container.
+        The containment feature that gets it (``model.channels``), where its class has no feature for its
+        container.
     **features
         Its features: expressions or values; texts may hold placeholders.
 
@@ -59,12 +59,14 @@ class New(Variable):
 
     meaning: Meaning | None = None
     """What it is to who reads the net; rules say it of what has a meaning beyond the rule."""
+    is_prompt = False
+    """Whether it does not wait, where times count."""
 
     def __init__(self, eclass: type[EObject], *, into: Path | None = None, **features: object) -> None:
         super().__init__()
         self.eclass = eclass
         self.rule: type[Maker] | None = None
-        self.into = require_collection(into, eclass) if into is not None else None
+        self.into = require_containment(into, eclass) if into is not None else None
         if eclass.eClass.abstract:
             raise RuleError(f"{eclass.__name__} is abstract and cannot be made", location=self.location)
         self.features: dict[str, Expression] = {}
@@ -136,7 +138,7 @@ class New(Variable):
         assert self.eclass is not None
         made = self.eclass(**{name: value.evaluate(match) for name, value in self.features.items()})
         if self.into is not None:
-            self.into.collection(match).append(made)
+            self.into.put(match, made)
         return made
 
     def __getattr__(self, name: str) -> Any:
@@ -336,6 +338,20 @@ class ForAll:
                 yield from item.created()
             else:
                 yield item
+
+
+def require_containment(into: Expression, eclass: type[EObject]) -> Path:
+    """Refuse anything but a containment feature of one element that holds a class.
+
+    Raises
+    ------
+    RuleError
+        It is something else.
+    """
+    if not isinstance(into, Path) or not into.is_containment():
+        raise RuleError(f"{into} is no containment feature", location=rule_line())
+    require_compatible(into, eclass, "into", rule_line())
+    return into
 
 
 def require_collection(into: Expression, eclass: type[EObject]) -> Path:

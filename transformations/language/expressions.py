@@ -174,6 +174,17 @@ class Path(Expression):
         """Tell whether this is a many-valued containment feature of one element."""
         return bool(self._containment) and self.many and not self._base.many
 
+    def is_containment(self) -> bool:
+        """Tell whether this is a containment feature of one element."""
+        return bool(self._containment) and not self._base.many
+
+    def put(self, match: Match, value: EObject) -> None:
+        """Put an element into the containment feature: add it, or set it where there is one at most."""
+        if self.many:
+            self.collection(match).append(value)
+        else:
+            setattr(self._base.evaluate(match), self._feature, value)
+
     def collection(self, match: Match) -> Any:
         """Return the many-valued feature itself, to be added to."""
         return getattr(self._base.evaluate(match), self._feature)

@@ -20,6 +20,7 @@ from dineros.transformations.rules import (
     requests,
     services,
     signals,
+    starts,
     timers,
     topics,
 )
@@ -34,6 +35,7 @@ from dineros.transformations.rules.phases import (
     StandardRule,
     in_order,
 )
+from dineros.transformations.rules.times import latencies, strikes, work
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ FAMILIES = (
         "timers",
         "Timers of ROS 2",
         "",
-        (timers,),
+        (starts, timers),
         "They run where the middleware is `ros2`.",
     ),
     _family(
@@ -147,6 +149,13 @@ FAMILIES = (
         "",
         (served,),
         "They run where the middleware is `ros2`, for node nets whose execution is `callbacks`.",
+    ),
+    _family(
+        "times",
+        "Times of ROS 2: strikes, work, messages on their way",
+        "",
+        (strikes, work, latencies),
+        "They run where the middleware is `ros2` and a question asks about time.",
     ),
     _family(
         "capacities",
@@ -192,11 +201,15 @@ def find_rule(name: str, families: Sequence[Family] = FAMILIES) -> type[Rule]:
 
 @cache
 def rules_of(
-    signals: SignalVariant, overflow: OverflowVariant, middleware: MiddlewareVariant = "ros1"
+    signals: SignalVariant,
+    overflow: OverflowVariant,
+    middleware: MiddlewareVariant = "ros1",
+    times: bool = False,
 ) -> tuple[type[StandardRule], ...]:
     """Return the rules of a variant, in the order they run.
 
     Where lookups leave the order open, the order of definition decides.
     """
     defined = _defined_in(module for family in FAMILIES for module in family.modules)
-    return tuple(in_order([rule for rule in defined if rule.runs_with(signals, overflow, middleware)]))
+    chosen = [rule for rule in defined if rule.runs_with(signals, overflow, middleware, times)]
+    return tuple(in_order(chosen))

@@ -18,7 +18,7 @@ from dineros.transformations.language.errors import LANGUAGE
 from dineros.transformations.language.functions import Query, ancestor
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
-from dineros.transformations.rules.histories import PAIR, R2, R3, WRITER
+from dineros.transformations.rules.histories import PAIR, R2, R3, WRITER, ReaderRoom, WriterRoom
 from dineros.transformations.rules.lifecycle import L1, Configuring, L1Shutdown, Leaves, Leaving
 from dineros.transformations.rules.notation import arc, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
@@ -104,7 +104,7 @@ class L4Settled(StandardRule, phase=Phase.appearing, middleware="ros2"):
     writer = Node(sym.PublisherPort)
     reader = Node(sym.SubscriberPort)
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
-    bound = Made(R2.bound, of=[writer, reader])
+    bound = Made(WriterRoom, of=[writer, reader])
     change = Made(Leaving, of=node)
 
     waits = read(bound.free, change.move)
@@ -118,7 +118,7 @@ class L4SettledKept(StandardRule, phase=Phase.appearing, middleware="ros2"):
     writer = Node(sym.PublisherPort)
     reader = Node(sym.SubscriberPort)
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
-    bound = Made(R2.bound, of=[writer, reader])
+    bound = Made(WriterRoom, of=[writer, reader])
     at_once = Made(L1Shutdown.at_once, of=node)
     while_inactive = Made(L1Shutdown.while_inactive, of=node)
     while_active = Made(L1Shutdown.while_active, of=node)
@@ -245,7 +245,7 @@ class L4Cleared(StandardRule, phase=Phase.appearing, middleware="ros2"):
     reader = Node(sym.SubscriberPort)
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
     life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
-    bound = Made(R3.bound, of=reader)
+    bound = Made(ReaderRoom, of=reader)
     queue = Made(R3.queue, of=reader)
     change = Made(Configuring, of=node)
 

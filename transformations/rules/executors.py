@@ -21,7 +21,6 @@ from dineros.transformations.rules.notation import arc, place, read
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.callbacks import (
     Awaited,
-    Beginnings,
     BeginsCallback,
     Callback,
     Ends,
@@ -32,6 +31,7 @@ from dineros.transformations.rules.queries.callbacks import (
 )
 from dineros.transformations.rules.requests import AbandonedCall
 from dineros.transformations.rules.services import S1, S4, Answering, Serving, instances
+from dineros.transformations.rules.starts import Start
 
 
 class Lock(Fragment):
@@ -172,13 +172,13 @@ class E3Tick(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A timer's callback begins with its first transition."""
 
     page = Node(sym.CallbackPage)
-    begin = Node(pn.Transition, of=Beginnings(page))
+    start = Made(Start, of=page)
     end = Node(pn.Transition, of=Ends(page))
     on = Execution(page)
 
-    beginning = Beginning(begin, on.threads, on.running)
+    beginning = Beginning(start.begin, on.threads, on.running)
 
-    absent = [Absent(end, where=[end == begin])]
+    absent = [Absent(end, where=[end == start.begin])]
 
 
 class E3Serve(StandardRule, phase=Phase.beginnings, middleware="ros2"):
@@ -195,13 +195,13 @@ class E3Once(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """A timer's callback of a single transition begins and ends at once."""
 
     page = Node(sym.CallbackPage)
-    move = Node(pn.Transition, of=Beginnings(page))
+    start = Made(Start, of=page)
     end = Node(pn.Transition, of=Ends(page))
     on = FreeThreads(page)
 
-    needs_thread = read(on.threads, move)
+    needs_thread = read(on.threads, start.begin)
 
-    where = [end == move]
+    where = [end == start.begin]
 
 
 class E3Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
@@ -219,12 +219,12 @@ class E4(StandardRule, phase=Phase.endings, middleware="ros2"):
 
     page = Node(sym.CallbackPage)
     end = Node(pn.Transition, of=Ends(page))
-    begin = Node(pn.Transition, of=Beginnings(page))
+    start = Made(Start, of=page)
     on = Execution(page)
 
     ending = Ending(end, on.threads, on.running)
 
-    absent = [Absent(begin, where=[begin == end])]
+    absent = [Absent(start, where=[end == start.begin])]
 
 
 class E4Reply(StandardRule, phase=Phase.endings, middleware="ros2"):
@@ -251,13 +251,13 @@ class E3OnceExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     """Where it is in an exclusive group, none of that group may run."""
 
     page = Node(sym.CallbackPage)
-    move = Node(pn.Transition, of=Beginnings(page))
+    start = Made(Start, of=page)
     end = Node(pn.Transition, of=Ends(page))
     lock = Made(Lock, of=Group(page))
 
-    needs_lock = read(lock.lock, move)
+    needs_lock = read(lock.lock, start.begin)
 
-    where = [end == move]
+    where = [end == start.begin]
 
 
 class E5(StandardRule, phase=Phase.exclusion, middleware="ros2"):

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.matching import are_matched, is_best_effort
 from dineros.metamodel.records import Drop, Publish, Take
 from dineros.transformations.language.creation import ForAll, Fragment, New
@@ -40,6 +41,30 @@ class Matched(Query):
     _answer = staticmethod(are_matched)
 
 
+def _is_managed(port: sym.TopicPort) -> bool:
+    node = node_net_of(port.place)
+    return node is not None and node.lifecycle is not None
+
+
+class Managed(Query):
+    """Whether a port is of a managed node, which comes and goes."""
+
+    datatype = TRUTH
+    _words = "node of {} is managed"
+    _answer = staticmethod(_is_managed)
+
+
+class AnyManaged(Query):
+    """Whether one of two ports is of a managed node."""
+
+    datatype = TRUTH
+    _words = "node of {} or {} is managed"
+
+    @staticmethod
+    def _answer(writer: sym.TopicPort, reader: sym.TopicPort) -> bool:
+        return _is_managed(writer) or _is_managed(reader)
+
+
 class BestEffort(Query):
     """Whether one of two ports has best-effort reliability."""
 
@@ -66,7 +91,7 @@ class Publication(Fragment):
         super().__init__(source=source)
         words = "{publisher} publishes a message on topic {topic}{writer}"
         means = Meaning(words, step=Publish, queue="publisher", called=WRITER, part="transport")
-        self.publish = transition(id, means)
+        self.publish = transition(id, means, at_once=True)
         self.arcs = [arc(source, self.publish)]
 
 
@@ -89,9 +114,7 @@ class R3(StandardRule, phase=Phase.publications, middleware="ros2"):
         kind="subscriber",
         called=READER,
         leaves=Take,
-    )
-    bound = Bound(
-        received, 1, means=Meaning("{queue}: room for an arriving message", called=READER, rests=True)
+        leaves_at_once=True,
     )
 
 
@@ -115,11 +138,70 @@ class R2(StandardRule, phase=Phase.publications, middleware="ros2"):
         kind="publisher",
         called=WRITER,
     )
-    bound = Bound(
-        written, 1, means=Meaning("{queue}: room for a published message", called=WRITER, rests=True)
-    )
 
     where = [Matched(writer, reader)]
+
+
+class WriterRoom(Bound):
+    """Room for one published message, before the writer history takes it."""
+
+    def __init__(self, written: Expression) -> None:
+        means = Meaning("{queue}: room for a published message", called=WRITER, rests=True)
+        super().__init__(written, 1, means)
+
+
+class ReaderRoom(Bound):
+    """Room for one arriving message, before the reader history takes it."""
+
+    def __init__(self, received: Expression) -> None:
+        means = Meaning("{queue}: room for an arriving message", called=READER, rests=True)
+        super().__init__(received, 1, means)
+
+
+class R3Room(StandardRule, phase=Phase.publications, middleware="ros2", times=False):
+    """One message at a time arrives; where times count, none waits there."""
+
+    channel = Node(sym.TopicChannel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    received = Made(R3.received, of=reader)
+
+    bound = ReaderRoom(received)
+
+
+class R3RoomManaged(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
+    """So it is for a node that comes and goes, whose histories are emptied."""
+
+    channel = Node(sym.TopicChannel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    received = Made(R3.received, of=reader)
+
+    bound = ReaderRoom(received)
+
+    where = [Managed(reader)]
+
+
+class R2Room(StandardRule, phase=Phase.publications, middleware="ros2", times=False):
+    """One published message at a time is written."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    written = Made(R2.written, of=[writer, reader])
+
+    bound = WriterRoom(written)
+
+
+class R2RoomManaged(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
+    """So it is from or to a node that comes and goes."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    written = Made(R2.written, of=[writer, reader])
+
+    bound = WriterRoom(written)
+
+    where = [AnyManaged(writer, reader)]
 
 
 class R1(StandardRule, phase=Phase.publications, middleware="ros2"):

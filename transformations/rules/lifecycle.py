@@ -23,9 +23,10 @@ from dineros.transformations.rules.executors import E1, Lock
 from dineros.transformations.rules.histories import R3, Publication
 from dineros.transformations.rules.notation import arc, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.callbacks import Beginnings, Callback
+from dineros.transformations.rules.queries.callbacks import Callback
 from dineros.transformations.rules.requests import AbandonedCall
 from dineros.transformations.rules.services import S1, S4, Answering, Home, Serving, instances
+from dineros.transformations.rules.starts import Start
 from dineros.transformations.rules.timers import C1
 
 LANGUAGE.add(__name__)
@@ -306,13 +307,13 @@ class L3Begin(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
     page = Node(sym.CallbackPage)
     node = Node(sym.NodeNet, execution="callbacks", of=ancestor(page, sym.NodeNet))
-    move = Node(pn.Transition, of=Beginnings(page))
+    start = Made(Start, of=page)
     life = Node(sym.Lifecycle, of=node.lifecycle)
     active = Made(L1.active, of=node)
     configured = Made(L1.configured, of=node)
     works = Node(pn.Place, of=Working(life, active, configured))
 
-    waits = read(works, move)
+    waits = read(works, start.begin)
 
 
 class L3Outside(StandardRule, phase=Phase.lifecycle, middleware="ros2"):

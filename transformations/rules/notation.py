@@ -28,11 +28,32 @@ def place(id: str, tokens: object = 0, means: Meaning | None = None) -> New:
     return made
 
 
-def transition(id: str, means: Meaning | None = None) -> New:
-    """Make a transition."""
-    made = New(pn.Transition, page=SHEET, id=id)
+def transition(
+    id: str, means: Meaning | None = None, *, at_once: bool = False, within: Expression | None = None
+) -> New:
+    """Make a transition.
+
+    Parameters
+    ----------
+    id : str
+        May hold placeholders.
+    means : Meaning, optional
+        What its firing is.
+    at_once : bool
+        Where times count, it fires as soon as it can: middleware and executors do not idle.
+    within : Expression, optional
+        Its firing interval. Without, it fires at any time.
+    """
+    timed = {} if within is None else {"interval": within}
+    made = New(pn.Transition, page=SHEET, id=id, **timed)
     made.meaning = means
+    made.is_prompt = at_once
     return made
+
+
+def at_once(transition: Expression) -> New:
+    """Let a transition that was made before fire as soon as it can."""
+    return New(pn.TimeInterval, into=Path(transition, "interval"), latest=0.0)
 
 
 def arc(source: Expression, target: Expression, weight: object = 1) -> New:
@@ -142,6 +163,8 @@ class OverflowQueue(Fragment):
         What it is called, where that is not the usual name of queues of its kind.
     enters, leaves : type of Step
         What a message that enters, or leaves, is in a trace.
+    leaves_at_once : bool
+        Where times count, a message leaves as soon as it can; one that enters or is lost always does.
     """
 
     roles: Mapping[str, type[EObject]] = {
@@ -169,6 +192,7 @@ class OverflowQueue(Fragment):
         called: str = Meaning.called,
         enters: type[Step] = Transfer,
         leaves: type[Step] = Transfer,
+        leaves_at_once: bool = False,
     ) -> None:
         super().__init__()
         if history is None:
@@ -177,10 +201,11 @@ class OverflowQueue(Fragment):
             self.capacity = place(f"{id}.Capacity", tokens=limit, means=_part(kind, "capacity", called))
         else:
             self.load, self.capacity, self.leave = history.load, history.capacity, history.leave
-        self.enter = transition(f"{id}.in", means=_part(kind, "enter", called, enters))
+        self.enter = transition(f"{id}.in", means=_part(kind, "enter", called, enters), at_once=True)
         if history is None:
-            self.leave = transition(f"{id}.out", means=_part(kind, "leave", called, leaves))
-        self.drop = transition(f"{id}.drop", means=_part(kind, "drop", called, Drop))
+            means = _part(kind, "leave", called, leaves)
+            self.leave = transition(f"{id}.out", means, at_once=leaves_at_once)
+        self.drop = transition(f"{id}.drop", means=_part(kind, "drop", called, Drop), at_once=True)
         self.arcs = [arc(source, self.enter), arc(self.capacity, self.enter), arc(self.enter, self.load)]
         if history is None:
             self.arcs += [

@@ -49,6 +49,10 @@ class Phase(IntEnum):
     """Writers that are replaced, and servers that are absent."""
     forgetting = auto()
     """Lost requests that no client counts: removes what rules above made."""
+    timing = auto()
+    """How long callbacks work and messages are on their way, where times count."""
+    intervals = auto()
+    """Firing intervals of transitions of the model, when all is asked that they change."""
     bounds = auto()
     """Capacities of places. From here on, rules look at all arcs, also those of additional rules."""
     rooms = auto()
@@ -70,12 +74,15 @@ class StandardRule(Rule, is_base=True):
         The only variants of signals with which it runs.
     overflow : {"weighted", "inhibitor"}, optional
         The only variant of overflow with which it runs.
+    times : bool, optional
+        Whether it runs only where times count, or only where they do not.
     """
 
     phase: ClassVar[Phase]
     middleware: ClassVar[MiddlewareVariant | None] = None
     signals: ClassVar[tuple[SignalVariant, ...]] = ()
     overflow: ClassVar[OverflowVariant | None] = None
+    times: ClassVar[bool | None] = None
 
     def __init_subclass__(
         cls,
@@ -84,19 +91,26 @@ class StandardRule(Rule, is_base=True):
         middleware: MiddlewareVariant | None = None,
         signals: tuple[SignalVariant, ...] = (),
         overflow: OverflowVariant | None = None,
+        times: bool | None = None,
     ) -> None:
         super().__init_subclass__()
         cls.phase, cls.middleware, cls.signals, cls.overflow = phase, middleware, signals, overflow
+        cls.times = times
 
     @classmethod
     def runs_with(
-        cls, signals: SignalVariant, overflow: OverflowVariant, middleware: MiddlewareVariant
+        cls,
+        signals: SignalVariant,
+        overflow: OverflowVariant,
+        middleware: MiddlewareVariant,
+        times: bool = False,
     ) -> bool:
         """Tell whether the rule runs in a variant."""
         return (
             cls.middleware in (None, middleware)
             and (not cls.signals or signals in cls.signals)
             and cls.overflow in (None, overflow)
+            and cls.times in (None, times)
         )
 
 

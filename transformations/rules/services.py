@@ -191,10 +191,12 @@ class S1(StandardRule, phase=Phase.services):
     t_req = transition(
         "{service.id}.client.{client.client}.req",
         means=Meaning("{client} calls service {service}", step=Request),
+        at_once=True,
     )
     t_res = transition(
         "{service.id}.client.{client.client}.res",
         means=Meaning("{client} gets its response from service {service}", step=Response),
+        at_once=True,
     )
     arcs = [
         arc(request, t_req),
@@ -227,10 +229,12 @@ class S2(StandardRule, phase=Phase.services):
     t_call = transition(
         "{service.id}.client.{client.client}.call[{instance}]",
         means=Meaning("instance {instance} of service {service} takes the request of {client}", step=Serve),
+        at_once=True,
     )
     t_return = transition(
         "{service.id}.client.{client.client}.return[{instance}]",
         means=Meaning("instance {instance} of service {service} answers {client}", step=Reply),
+        at_once=True,
     )
     arcs = [
         arc(requests, t_call),

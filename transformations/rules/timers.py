@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dineros.metamodel import pn, sym
+from dineros.metamodel import sym
 from dineros.transformations.language.creation import ForAll
 from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Node
+from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.notation import arc, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.callbacks import Beginnings
+from dineros.transformations.rules.starts import Start
 
 
 class C1(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A timer is due from its tick on until its callback begins."""
 
     page = Node(sym.CallbackPage, kind="timer")
-    begin = Node(pn.Transition, of=Beginnings(page))
+    start = Made(Start, of=page)
 
     idle = place(
         "{page.id}.idle",
@@ -25,4 +25,4 @@ class C1(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     due = place("{page.id}.due", means=Meaning("the timer of {callback} is due", part="due"))
     tick = transition("{page.id}.tick", means=Meaning("the timer of {callback} ticks", part="tick"))
     arcs = [arc(idle, tick), arc(tick, due)]
-    begins = ForAll([begin], make=[arc(due, begin), arc(begin, idle)])
+    begins = ForAll([start], make=[arc(due, start.begin), arc(start.begin, idle)])

@@ -1,0 +1,99 @@
+"""The times that hold for the elements of a system model: their own, or the model's.
+
+>>> from dineros.metamodel import pn, sym
+>>> model = sym.SystemModel(id="robot", middleware="ros2", times=sym.DefaultTimes())
+>>> says_times(model)
+False
+>>> model.times.duration = pn.TimeInterval(latest=0.02)
+>>> says_times(model)
+True
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import group_or_node, runs_callbacks, threads_of, works_on_goals
+from dineros.metamodel.elements import node_net_of, pages, transitions
+
+_OF_CALLBACKS = ("duration", "offset", "jitter")
+
+
+def says_times(model: sym.SystemModel) -> bool:
+    """Tell whether a model says how long anything takes; the period of a timer alone does not count."""
+    if any(each.interval is not None or _given(each, "duration") for each in transitions(model)):
+        return True
+    for page in pages(model):
+        if isinstance(page, sym.CallbackPage) and any(_given(page, name) for name in _OF_CALLBACKS):
+            return True
+        if _given(page, "reaction"):
+            return True
+    for channel in model.channels:
+        if any(_given(each, "latency") for each in (channel, *channel.eContents)):
+            return True
+    return model.times is not None and any(
+        _given(model.times, name) for name in ("latency", "duration", "reaction")
+    )
+
+
+def _given(element: EObject, name: str) -> bool:
+    return getattr(element, name, None) is not None
+
+
+def default_times(element: EObject | None) -> sym.DefaultTimes:
+    """Return what the model around an element says of what gives no times of its own."""
+    while element is not None and not isinstance(element, sym.SystemModel):
+        element = element.eContainer()
+    found = None if element is None else element.times
+    return found if found is not None else sym.DefaultTimes()
+
+
+def duration_of(page: sym.CallbackPage) -> pn.TimeInterval | None:
+    """Return how long a run of a callback takes a processor; None where that is open.
+
+    A callback in which a transition has an interval says so itself: the model's duration is not for it.
+    """
+    if page.duration is not None:
+        return page.duration
+    if any(each.interval is not None for each in Body(page).transitions):
+        return None
+    return default_times(page).duration
+
+
+def latency_between(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:
+    """Return how long a message is on its way to a reader: what it says, its writer, topic, or model."""
+    for each in (reader, writer, writer.channel):
+        if each.latency is not None:
+            return each.latency
+    return default_times(writer).latency
+
+
+def latency_of_calls(client: sym.ClientPort) -> pn.TimeInterval | None:
+    """Return how long each request and each response of a client is on its way."""
+    for each in (client, client.channel):
+        if each.latency is not None:
+            return each.latency
+    return default_times(client).latency
+
+
+def reaction_of(node: sym.NodeNet) -> pn.TimeInterval | None:
+    """Return how long the engine of a node takes to fire; None where that is open."""
+    return node.reaction if node.reaction is not None else default_times(node).reaction
+
+
+def waits(page: sym.CallbackPage) -> bool:
+    """Tell whether a callback waits for a response, or for how a goal ends, before it ends."""
+    return bool(Body(page).requests)
+
+
+def runs_at_once(page: sym.CallbackPage) -> int:
+    """Return how many runs of a callback there may be at the same time."""
+    node = node_net_of(page)
+    if node is None or not runs_callbacks(node):
+        return 1
+    group = None if works_on_goals(page) else group_or_node(page)
+    is_exclusive = isinstance(group, sym.NodeNet) or (
+        isinstance(group, sym.CallbackGroup) and group.kind == sym.CallbackGroupKind.exclusive
+    )
+    return 1 if is_exclusive else threads_of(node)

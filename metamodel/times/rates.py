@@ -1,0 +1,157 @@
+"""How many messages can be on their way at once: a bound that holds whatever response times are.
+
+A run of a callback that overlaps a window of time was running when the window began, or has begun in it. What
+begins in it was waiting when the window began, or came in it. So a timer that strikes every 10 ms overlaps a
+window of 25 ms with at most 1 + 1 + 3 runs: strikes do not pile up. A message that is on its way at some
+moment was sent not longer ago than its greatest latency, which is such a window.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import callback_page_of
+from dineros.metamodel.elements import channels, resolve
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.matching import are_matched
+from dineros.metamodel.times.given import duration_of, latency_between, runs_at_once, waits
+
+MOST_ON_THE_WAY = 64
+"""Messages between two ports, each with a clock of its own."""
+
+
+class TooManyOnTheWayError(DinerosError):
+    """More messages can be on their way at once than can be timed one by one."""
+
+
+def seconds_of(bound: float) -> Fraction:
+    """Return a bound of an interval, exactly."""
+    return Fraction(repr(bound))
+
+
+def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
+    """Return how many messages between two ports need clocks of their own; 0 where any latency is possible.
+
+    Where nothing bounds how often a node publishes, it is what the writer keeps.
+
+    Raises
+    ------
+    TooManyOnTheWayError
+        There are too many.
+    """
+    latency = latency_between(writer, reader)
+    if latency is None or latency.latest is None:
+        return 0
+    found = _publications(writer, seconds_of(latency.latest), frozenset())
+    number = writer.limit if found is None else max(1, found)
+    if number > MOST_ON_THE_WAY:
+        raise TooManyOnTheWayError(
+            f"up to {number} messages of topic {writer.channel.topic} can be on their way at once",
+            element=writer.channel.id,
+            hint="give durations to what publishes them, a smaller latency, or a smaller limit to the publisher",
+        )
+    return int(number)
+
+
+def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[object]) -> int | None:
+    """Return how many messages a port can publish in a window; None where nothing bounds it."""
+    page = callback_page_of(writer.place)
+    if page is None:
+        return None
+    for arc in writer.place.incoming:
+        if callback_page_of(arc.source) is not page:
+            return None
+    if writer.place.tokens:
+        return None
+    each = _most_put(page, writer.place)
+    runs = _runs(page, window, asked)
+    return None if each is None or runs is None else each * runs
+
+
+def _most_put(page: sym.CallbackPage, place: pn.Place) -> int | None:
+    """Return how many tokens one run puts on a place, if each transition fires at most once in it."""
+    body = Body(page)
+    inside = set(body.transitions)
+    for transition in body.transitions:
+        if body.continues(transition) > 1:
+            return None
+    # Without circles, and on one way only, a transition fires once.
+    onward = {
+        transition: {
+            after.target
+            for arc in transition.outgoing
+            for after in resolve(arc.target).outgoing
+            if after.target in inside
+        }
+        for transition in body.transitions
+    }
+    seen: dict[pn.Node, int] = {}
+
+    def is_circular(node: pn.Node) -> bool:
+        if seen.get(node) == 1:
+            return True
+        if seen.get(node) == 2:
+            return False
+        seen[node] = 1
+        found = any(is_circular(after) for after in onward[node])  # type: ignore[index]
+        seen[node] = 2
+        return found
+
+    if any(is_circular(transition) for transition in body.transitions):
+        return None
+    return sum(
+        arc.weight
+        for transition in body.transitions
+        for arc in transition.outgoing
+        if resolve(arc.target) is place
+    )
+
+
+def _runs(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:
+    """Return how many runs of a callback can overlap a closed window; None where nothing bounds it."""
+    at_once = runs_at_once(page)
+    bounds = [_by_duration(page, window, at_once)]
+    if page not in asked:
+        begun = _begun(page, window, asked | {page})
+        bounds.append(None if begun is None else at_once + begun)
+    known = [bound for bound in bounds if bound is not None]
+    return min(known) if known else None
+
+
+def _by_duration(page: sym.CallbackPage, window: Fraction, at_once: int) -> int | None:
+    duration = duration_of(page)
+    if duration is None or waits(page) or not duration.earliest:
+        return None
+    return at_once * (int(window // seconds_of(duration.earliest)) + 2)
+
+
+def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:
+    """Return how many runs can begin in a window: for what waited, and for what comes."""
+    if page.kind == sym.CallbackKind.timer:
+        if not page.timer:
+            return None
+        jitter = Fraction(0) if page.jitter is None else seconds_of(page.jitter)
+        return 2 + int((window + jitter) // seconds_of(page.timer))
+    if page.kind != sym.CallbackKind.subscriber:
+        return None
+    total = 0
+    model = page
+    while model is not None and not isinstance(model, sym.SystemModel):
+        model = model.eContainer()
+    for channel in channels(model, sym.TopicChannel):
+        for reader in channel.subscribers:
+            if callback_page_of(reader.place) is not page:
+                continue
+            total += reader.limit + reader.place.tokens
+            for writer in channel.publishers:
+                if are_matched(writer, reader):
+                    latency = latency_between(writer, reader)
+                    if latency is None or latency.latest is None:
+                        return None
+                    sent = _publications(writer, window + seconds_of(latency.latest), asked)
+                    if sent is None:
+                        return None
+                    total += sent
+    return total

@@ -1,0 +1,180 @@
+"""System models of small timed systems.
+
+A system is a dictionary: `nodes` with threads, `latency` by topic and service, `chains`, and `callbacks` with
+a `script` of steps. ``["work", a, b]`` takes a to b units, ``["publish", topic]`` no time, ``["open", a, b,
+topic]`` works for a to b and publishes at any moment of that, ``["call", service, group]`` waits for a response
+that comes to a client in that group.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import callback, flow, node_net, place, seconds, step
+from dineros.metamodel.constraints import validate
+
+System = dict[str, Any]
+
+
+def model_of(system: System, unit: float = 1.0) -> sym.SystemModel:
+    """Return the system model of a system; a unit of its times is so many seconds."""
+    return _Maker(system, unit).made()
+
+
+class _Maker:
+    def __init__(self, system: System, unit: float) -> None:
+        self.system = system
+        self.unit = unit
+        self.model = sym.SystemModel(id="system", middleware="ros2")
+        self.nodes: dict[str, sym.NodeNet] = {}
+        self.groups: dict[tuple[str, str], sym.CallbackGroup] = {}
+        self.publishers: dict[str, sym.Place] = {}
+        self.readers: dict[str, list[tuple[sym.Place, int]]] = {}
+        self.servers: dict[str, tuple[sym.CallbackPage, pn.Place, pn.Place]] = {}
+        self.calls: list[tuple[str, str, str, pn.Place, pn.Place, str]] = []
+
+    def made(self) -> sym.SystemModel:
+        for name, node in self.system["nodes"].items():
+            self.nodes[name] = node_net(
+                self.model, name, execution="callbacks", threads=node["threads"]
+            )
+        for each in self.system["callbacks"]:
+            self._callback(each)
+        for topic, readers in self.readers.items():
+            self._topic(topic, readers)
+        for topic in self.publishers.keys() - self.readers.keys():
+            self._topic(topic, [])
+        for service, (page, entry, exit_) in self.servers.items():
+            self._service(service, page, entry, exit_)
+        wrong = [each for each in validate(self.model) if each.severity == "error"]
+        assert not wrong, wrong
+        return self.model
+
+    def interval(self, least: float, most: float) -> pn.TimeInterval:
+        return seconds(round(least * self.unit, 9), round(most * self.unit, 9))
+
+    def _group(self, node: str, group: str) -> sym.CallbackGroup | None:
+        if group == "default":
+            return None
+        if (node, group) not in self.groups:
+            made = sym.CallbackGroup(
+                id=f"{node}.{group}",
+                name=group,
+                kind="reentrant" if group == "reentrant" else "exclusive",
+            )
+            self.nodes[node].callbackGroups.append(made)
+            self.groups[node, group] = made
+        return self.groups[node, group]
+
+    def _callback(self, each: dict[str, Any]) -> None:
+        name, net = each["name"], self.nodes[each["node"]]
+        kind = "timer" if "period" in each else "subscriber" if "topic" in each else "server"
+        page = callback(net, name, kind)
+        page.group = self._group(each["node"], each["group"])
+        if kind == "timer":
+            page.timer = round(each["period"] * self.unit, 9)
+            if each["offset"] != "any":
+                page.offset = self.interval(each["offset"], each["offset"])
+        before: list[pn.PlaceNode] = []
+        if kind == "subscriber":
+            before = [place(page, f"{name}.heard")]
+            self.readers.setdefault(each["topic"], []).append((before[0], each["depth"]))
+        after: list[pn.PlaceNode] = []
+        if kind == "server":
+            before, after = [place(page, f"{name}.entry")], [place(page, f"{name}.exit")]
+            self.servers[each["service"]] = (page, before[0], after[0])
+        script = each["script"]
+        kinds = [step_[0] for step_ in script]
+        if kinds in (["work"], ["work", "publish"]):
+            page.duration = self.interval(*script[0][1:3])
+            step(page, f"{name}.do", before, [*self._published(page, script[1:]), *after])
+        elif kinds == ["open"]:
+            page.duration = self.interval(*script[0][1:3])
+            told = place(page, f"{name}.told")
+            step(page, f"{name}.tell", before, [told, self._publisher(page, script[0][3])])
+            step(page, f"{name}.end", [told], after)
+        else:
+            self._script(page, each, before, after)
+
+    def _published(self, page: pn.Page, steps: list[Any]) -> list[pn.PlaceNode]:
+        return [self._publisher(page, topic) for _, topic in steps]
+
+    def _publisher(self, page: pn.Page, topic: str) -> sym.Place:
+        if topic not in self.publishers:
+            self.publishers[topic] = place(page, f"{topic}.out")
+        return self.publishers[topic]
+
+    def _script(
+        self, page: sym.CallbackPage, each: dict[str, Any], before: list[pn.PlaceNode], after: list[pn.PlaceNode]
+    ) -> None:
+        """Make a transition with an interval of each piece of work."""
+        name = each["name"]
+        steps = list(each["script"])
+        number = 0
+        while steps:
+            number += 1
+            first = steps.pop(0)
+            tells: list[pn.PlaceNode] = []
+            if first[0] == "open":
+                before = self._open(page, f"{name}.{number}", first, before)
+                interval = self.interval(0, 0)
+            else:
+                assert first[0] == "work", first
+                interval = self.interval(*first[1:3])
+            onward: list[pn.PlaceNode] = []
+            while steps and steps[0][0] == "publish":
+                tells.append(self._publisher(page, steps.pop(0)[1]))
+            if steps and steps[0][0] == "call":
+                _, service, group = steps.pop(0)
+                request = place(page, f"{name}.{number}.request")
+                response = place(page, f"{name}.{number}.response")
+                self.calls.append((service, f"{name}.{number}", each["node"], request, response, group))
+                tells.append(request)
+                onward = [response]
+            elif steps:
+                onward = [place(page, f"{name}.{number}.done")]
+                tells.append(onward[0])
+            else:
+                tells.extend(after)
+            made = step(page, f"{name}.do{number}", before, tells)
+            made.interval = interval
+            before = onward
+
+    def _open(
+        self, page: sym.CallbackPage, name: str, opened: list[Any], before: list[pn.PlaceNode]
+    ) -> list[pn.PlaceNode]:
+        """Work, and publish once at any moment of that, with intervals alone."""
+        _, least, most, topic = opened
+        works, worked = place(page, f"{name}.works"), place(page, f"{name}.worked")
+        silent, told = place(page, f"{name}.silent"), place(page, f"{name}.told")
+        step(page, f"{name}.fork", before, [works, silent]).interval = self.interval(0, 0)
+        step(page, f"{name}.work", [works], [worked]).interval = self.interval(least, most)
+        out = self._publisher(page, topic)
+        step(page, f"{name}.tell", [silent], [told, out])
+        late = step(page, f"{name}.late", [silent, worked], [told, worked, out])
+        late.interval = self.interval(0, 0)
+        return [worked, told]
+
+    def _topic(self, topic: str, readers: list[tuple[sym.Place, int]]) -> None:
+        made = sym.TopicChannel(id=topic, topic=topic)
+        if topic in self.publishers:
+            made.publishers.append(sym.PublisherPort(place=self.publishers[topic], limit=10))
+        for sink, depth in readers:
+            made.subscribers.append(sym.SubscriberPort(place=sink, limit=depth))
+        made.latency = self.interval(*self.system["latency"].get(topic, (0, 0)))
+        self.model.channels.append(made)
+
+    def _service(self, service: str, page: sym.CallbackPage, entry: pn.Place, exit_: pn.Place) -> None:
+        made = sym.ServiceChannel(id=service, service=service, depth=10)
+        made.server = sym.ServerPort(page=page, entry=entry, exit=exit_)
+        for called, name, node, request, response, group in self.calls:
+            if called == service:
+                port = sym.ClientPort(client=name, request=request, response=response)
+                port.group = self._group(node, group)
+                made.clients.append(port)
+        made.latency = self.interval(*self.system["latency"].get(service, (0, 0)))
+        self.model.channels.append(made)
+
+
+__all__ = ["System", "flow", "model_of"]

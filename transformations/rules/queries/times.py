@@ -1,0 +1,218 @@
+"""What rules ask of times: intervals, how many clocks something needs, what waits."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import runs_callbacks
+from dineros.metamodel.elements import node_net_of
+from dineros.metamodel.times.given import (
+    duration_of,
+    latency_between,
+    latency_of_calls,
+    reaction_of,
+    runs_at_once,
+    waits,
+)
+from dineros.metamodel.times.rates import on_the_way
+from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
+from dineros.transformations.language.functions import Query
+
+
+def _copied(interval: pn.TimeInterval | None) -> pn.TimeInterval | None:
+    """Return a copy of an interval, which has one owner."""
+    if interval is None:
+        return None
+    return pn.TimeInterval(
+        earliest=interval.earliest,
+        latest=interval.latest,
+        earliestExcluded=interval.earliestExcluded,
+        latestExcluded=interval.latestExcluded,
+    )
+
+
+class RunsCallbacks(Query):
+    """Whether a page belongs to a node that runs callbacks."""
+
+    datatype = TRUTH
+    _words = "node of {} runs callbacks"
+
+    @staticmethod
+    def _answer(element: EObject) -> bool:
+        return runs_callbacks(node_net_of(element))
+
+
+class Period(Query):
+    """The period of a timer, as an interval."""
+
+    eclass = pn.TimeInterval
+    _words = "[period of {0}, period of {0}]"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> pn.TimeInterval:
+        return pn.TimeInterval(earliest=page.timer, latest=page.timer)
+
+
+class Offset(Query):
+    """When a timer strikes first."""
+
+    eclass = pn.TimeInterval
+    _words = "offset of {}, or [0, its period]"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> pn.TimeInterval | None:
+        return _copied(page.offset) or pn.TimeInterval(earliest=0.0, latest=page.timer)
+
+
+class Jitter(Query):
+    """How late a strike of a timer may be, as an interval from 0."""
+
+    eclass = pn.TimeInterval
+    _words = "[0, jitter of {}]"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> pn.TimeInterval:
+        return pn.TimeInterval(earliest=0.0, latest=page.jitter)
+
+
+class GivenDuration(Query):
+    """How long a run of a callback takes; absent where that is open."""
+
+    eclass = pn.TimeInterval
+    _words = "duration of {}"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> pn.TimeInterval | None:
+        return _copied(duration_of(page))
+
+
+class HasDuration(Query):
+    """Whether a callback says how long it works, and does so without waiting."""
+
+    datatype = TRUTH
+    _words = "{} has a duration and never waits"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> bool:
+        return duration_of(page) is not None and not waits(page)
+
+
+class HasInterval(Query):
+    """Whether a transition has a firing interval."""
+
+    datatype = TRUTH
+    _words = "{} has an interval"
+
+    @staticmethod
+    def _answer(transition: pn.Transition) -> bool:
+        return transition.interval is not None
+
+
+class Stretch(Query):
+    """How long a callback that waits works between two waits, at most; absent where that is open."""
+
+    datatype = REAL
+    _words = "latest duration of {}"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> float | None:
+        found = duration_of(page)
+        return None if found is None else found.latest
+
+
+class Waits(Query):
+    """Whether a callback with a duration waits for a response before it ends."""
+
+    datatype = TRUTH
+    _words = "{} has a duration and waits"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> bool:
+        return duration_of(page) is not None and waits(page)
+
+
+class Moves(Query):
+    """The transitions of a callback."""
+
+    eclass = pn.Transition
+    many = True
+    _words = "transitions of {}"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> list[pn.Transition]:
+        return Body(page).transitions
+
+
+class RunsAtOnce(Query):
+    """How many runs of a callback there may be at the same time."""
+
+    datatype = WHOLE
+    _words = "runs of {} at once"
+    _answer = staticmethod(runs_at_once)
+
+
+class Latency(Query):
+    """How long a message is on its way from a publisher to a subscriber."""
+
+    eclass = pn.TimeInterval
+    _words = "latency from {} to {}"
+
+    @staticmethod
+    def _answer(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:
+        return _copied(latency_between(writer, reader))
+
+
+class OnTheWay(Query):
+    """How many messages from a publisher to a subscriber have clocks of their own at once."""
+
+    datatype = WHOLE
+    _words = "messages on their way from {} to {}"
+    _answer = staticmethod(on_the_way)
+
+
+class CallLatency(Query):
+    """How long each request and each response of a client is on its way."""
+
+    eclass = pn.TimeInterval
+    _words = "latency of {}"
+
+    @staticmethod
+    def _answer(client: sym.ClientPort) -> pn.TimeInterval | None:
+        return _copied(latency_of_calls(client))
+
+
+class CallsOnTheWay(Query):
+    """How many requests of a client have clocks of their own at once; none of one that gives up."""
+
+    datatype = WHOLE
+    _words = "requests of {} on their way"
+
+    @staticmethod
+    def _answer(client: sym.ClientPort) -> int:
+        latency = latency_of_calls(client)
+        if latency is None or latency.latest is None or (client.timeout or 0) > 0:
+            return 0
+        return max(client.outstanding or 1, 0)
+
+
+class Reaction(Query):
+    """How long the engine of a node takes to fire; absent where that is open."""
+
+    eclass = pn.TimeInterval
+    _words = "reaction of {}"
+
+    @staticmethod
+    def _answer(node: sym.NodeNet) -> pn.TimeInterval | None:
+        return _copied(reaction_of(node))
+
+
+class Seconds(Query):
+    """A number of seconds; 0 where there is none."""
+
+    datatype = REAL
+    _words = "{} or 0"
+
+    @staticmethod
+    def _answer(value: float | None) -> float:
+        return 0.0 if value is None else float(value)

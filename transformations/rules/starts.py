@@ -1,0 +1,84 @@
+"""How callbacks of timers start: with their first transition, or, where times count, just before it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.transformations.language.creation import Fragment, New
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.rules.notation import SHEET, arc, place, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.callbacks import Beginnings
+from dineros.transformations.rules.queries.times import RunsCallbacks
+
+
+class Start(Fragment):
+    """How a timer's callback starts.
+
+    Parameters
+    ----------
+    begin : Expression
+        The transition that takes its tick.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"begin": pn.Transition}
+
+    def __init__(self, begin: Expression) -> None:
+        super().__init__(begin=begin)
+
+
+class C1Start(StandardRule, phase=Phase.beginnings, middleware="ros2", times=False):
+    """The callback of a timer starts with its first transition."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    move = Node(pn.Transition, of=Beginnings(page))
+
+    start = Start(move)
+
+
+class C1StartEngine(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
+    """So it does, where times count, in a node that runs an engine."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    move = Node(pn.Transition, of=Beginnings(page))
+
+    start = Start(move)
+
+    where = [~RunsCallbacks(page)]
+
+
+class D2Start(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
+    """Where times count, an executor starts a callback at once; its first transition comes when it may."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    move = Node(pn.Transition, of=Beginnings(page))
+
+    begun = place("{move.id}.begun", means=Meaning("{callback} has begun"))
+    begin = transition("{move.id}.begin", means=Meaning("{callback} begins"), at_once=True)
+    arcs = [arc(begin, begun), arc(begun, move)]
+    start = Start(begin)
+
+    where = [RunsCallbacks(page)]
+
+
+class D2Needs(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
+    """It starts only if its first transition can happen, and takes what that needs."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    move = Node(pn.Transition, of=Beginnings(page))
+    begun = Made(D2Start.begun, of=[page, move])
+    begin = Made(D2Start.begin, of=[page, move])
+    past = Node(pn.Arc, target=move)
+
+    taken = New(
+        pn.Arc, page=SHEET, id="{past.id}.begin", source=past.source, target=begin, weight=past.weight,
+        kind=past.kind,
+    )  # fmt: skip
+
+    where = [past.source != begun]
+    lhs = [page, move, begun, begin, past]
+    rhs = [page, move, begun, begin, taken]

@@ -1,0 +1,62 @@
+"""Delays with clocks of their own: what takes time runs beside others of its kind."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from dineros.metamodel import pn
+from dineros.metamodel.base import EObject
+from dineros.transformations.language.creation import Fragment, New
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.rules.notation import arc, place, transition
+
+
+class Clock(Fragment):
+    """One of several clocks for tokens on their way between two places.
+
+    Tokens are alike. So which clock ends first makes no difference: what arrives first counts as what was
+    sent first, and has its latest arrival before that of the others.
+
+    Parameters
+    ----------
+    id : str
+        Prefix of the ids of its elements; may hold placeholders.
+    source, target : Expression
+        The places.
+    within : Expression
+        How long it takes.
+    begins, runs, ends : str
+        What its parts are, in words.
+    """
+
+    roles: Mapping[str, type[EObject]] = {
+        "free": pn.Place,
+        "busy": pn.Place,
+        "begin": pn.Transition,
+        "end": pn.Transition,
+        "source": pn.Place,
+        "target": pn.Place,
+    }
+    free: New
+    busy: New
+    begin: New
+    end: New
+
+    def __init__(
+        self, id: str, *, source: Expression, target: Expression, within: Expression, begins: str, runs: str,
+        ends: str,
+    ) -> None:  # fmt: skip
+        super().__init__(source=source, target=target)
+        self.free = place(f"{id}.free", tokens=1, means=Meaning(f"not: {runs}", part="clock free", rests=True))
+        self.busy = place(f"{id}.busy", means=Meaning(runs, part="clock"))
+        self.begin = transition(f"{id}.begin", Meaning(begins), at_once=True)
+        self.end = transition(f"{id}.end", Meaning(ends), within=within)
+        self.arcs = [
+            arc(source, self.begin),
+            arc(self.free, self.begin),
+            arc(self.begin, self.busy),
+            arc(self.busy, self.end),
+            arc(self.end, self.free),
+            arc(self.end, target),
+        ]

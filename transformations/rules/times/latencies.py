@@ -1,0 +1,231 @@
+"""Messages on their way (rules D5 and D6): each has a clock of its own, and they arrive in order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.transformations.language.creation import Fragment
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.functions import less
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.rules.histories import PAIR, R2, R3, AnyManaged
+from dineros.transformations.rules.notation import arc, at_once, place, read
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.times import CallLatency, CallsOnTheWay, Latency, OnTheWay
+from dineros.transformations.rules.requests import R5Client
+from dineros.transformations.rules.services import S1
+from dineros.transformations.rules.times.clocks import Clock
+
+REQUEST = "{service.id}.client.{client.client}"
+"""Prefix of ids of what a client sends and gets."""
+
+
+class D5(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """What a writer history passes on is on its way to the reader history."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    queue = Made(R2.queue, of=[writer, reader])
+    leave = Node(pn.Transition, of=queue.leave)
+    received = Made(R3.received, of=reader)
+    past = Node(pn.Arc, source=leave, target=received)
+
+    sent = place(
+        f"{PAIR}.sent", means=Meaning("a message of {publisher} for {subscriber} (topic {topic}) is sent")
+    )
+    sends = arc(leave, sent)
+    prompt = at_once(leave)
+
+    where = [OnTheWay(writer, reader) > 0, ~AnyManaged(writer, reader)]
+    lhs = [channel, writer, reader, queue, leave, received, past]
+    rhs = [channel, writer, reader, queue, leave, received, sent, sends, prompt]
+
+
+class D5Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Each message on its way has a clock."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    sent = Made(D5.sent, of=[writer, reader])
+    received = Made(R3.received, of=reader)
+    number = Index(upto=OnTheWay(writer, reader))
+
+    clock = Clock(
+        f"{PAIR}.way[{{number}}]",
+        source=sent,
+        target=received,
+        within=Latency(writer, reader),
+        begins="a message of {publisher} for {subscriber} (topic {topic}) leaves",
+        runs="a message of {publisher} for {subscriber} (topic {topic}) is on its way",
+        ends="a message of {publisher} for {subscriber} (topic {topic}) arrives",
+    )
+
+
+class D5Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It takes the first clock that is free."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    number = Index(upto=OnTheWay(writer, reader))
+    clock = Made(D5Clock.clock, of=[writer, reader, number])
+    lower = Index(upto=less(number, 1))
+    before = Made(D5Clock.clock, of=[writer, reader, lower])
+
+    waits = read(before.busy, clock.begin)
+
+
+class D5Hand(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """A writer that hands its messages over at once loses none while a clock is free."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    queue = Made(R2.queue, of=[writer, reader])
+    number = Index(upto=OnTheWay(writer, reader))
+    clock = Made(D5Clock.clock, of=[writer, reader, number])
+
+    waits = read(clock.busy, queue.drop)
+
+
+class Journey(Fragment):
+    """Where a request is sent, and where it arrives."""
+
+    roles: Mapping[str, type[EObject]] = {"sent": pn.Place, "arrived": pn.Place}
+
+    def __init__(self, sent: Expression, arrived: Expression) -> None:
+        super().__init__(sent=sent, arrived=arrived)
+
+
+class D6(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """A request of a client is on its way to the server."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    t_req = Made(S1.t_req, of=client)
+    requests = Made(S1.requests, of=client)
+    past = Node(pn.Arc, source=t_req, target=requests)
+
+    sent = place(REQUEST + ".way", means=Meaning("a request of {client} of service {service} is sent"))
+    sends = arc(t_req, sent)
+    journey = Journey(sent, requests)
+
+    where = [CallsOnTheWay(client) > 0]
+    lhs = [service, client, t_req, requests, past]
+    rhs = [service, client, t_req, requests, sent, sends]
+
+
+class D6History(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """So it is on its way to a request history."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    t_req = Made(S1.t_req, of=client)
+    arriving = Made(R5Client.sent, of=client)
+    past = Node(pn.Arc, source=t_req, target=arriving)
+
+    sent = place(REQUEST + ".way", means=Meaning("a request of {client} of service {service} is sent"))
+    sends = arc(t_req, sent)
+    journey = Journey(sent, arriving)
+
+    where = [CallsOnTheWay(client) > 0]
+    lhs = [service, client, t_req, arriving, past]
+    rhs = [service, client, t_req, arriving, sent, sends]
+
+
+class D6Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Each request on its way has a clock."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    journey = Made(Journey, of=client)
+    number = Index(upto=CallsOnTheWay(client))
+
+    clock = Clock(
+        REQUEST + ".way[{number}]",
+        source=journey.sent,
+        target=journey.arrived,
+        within=CallLatency(client),
+        begins="a request of {client} of service {service} leaves",
+        runs="a request of {client} of service {service} is on its way",
+        ends="a request of {client} of service {service} arrives",
+    )
+
+
+class D6Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It takes the first clock that is free."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    number = Index(upto=CallsOnTheWay(client))
+    clock = Made(D6Clock.clock, of=[client, number])
+    lower = Index(upto=less(number, 1))
+    before = Made(D6Clock.clock, of=[client, lower])
+
+    waits = read(before.busy, clock.begin)
+
+
+class D6Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Responses are on their way to the client."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    responses = Made(S1.responses, of=client)
+
+    answered = place(
+        REQUEST + ".back", means=Meaning("a response of service {service} to {client} is sent")
+    )
+
+    where = [CallsOnTheWay(client) > 0]
+
+
+class D6Answer(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Each instance sends them."""
+
+    client = Node(sym.ClientPort)
+    responses = Made(S1.responses, of=client)
+    answered = Made(D6Back.answered, of=client)
+    past = Node(pn.Arc, target=responses)
+
+    sends = arc(past.source, answered)
+
+    lhs = [client, responses, answered, past]
+    rhs = [client, responses, answered, sends]
+
+
+class D6BackClock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Each of them has a clock."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    answered = Made(D6Back.answered, of=client)
+    responses = Made(S1.responses, of=client)
+    number = Index(upto=CallsOnTheWay(client))
+
+    clock = Clock(
+        REQUEST + ".back[{number}]",
+        source=answered,
+        target=responses,
+        within=CallLatency(client),
+        begins="a response of service {service} to {client} leaves",
+        runs="a response of service {service} to {client} is on its way",
+        ends="a response of service {service} to {client} arrives",
+    )
+
+
+class D6BackOrder(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It takes the first one that is free."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    number = Index(upto=CallsOnTheWay(client))
+    clock = Made(D6BackClock.clock, of=[client, number])
+    lower = Index(upto=less(number, 1))
+    before = Made(D6BackClock.clock, of=[client, lower])
+
+    waits = read(before.busy, clock.begin)

@@ -1,0 +1,79 @@
+"""When timers strike (rule D1): in step, whatever their callbacks do."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.rules.notation import arc, at_once, place, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.times import Jitter, Offset, Period, Seconds
+from dineros.transformations.rules.timers import C1
+
+
+class D1(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
+    """A timer strikes at its period, first after its offset; a tick that finds it due is lost."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    tick = Made(C1.tick, of=page)
+    due = Made(C1.due, of=page)
+
+    start = place(
+        "{page.id}.start", tokens=1, means=Meaning("the timer of {callback} has not struck yet", rests=True)
+    )
+    clock = place("{page.id}.clock", means=Meaning("the timer of {callback} runs", rests=True))
+    struck = place("{page.id}.struck", means=Meaning("the timer of {callback} has struck"))
+    first = transition(
+        "{page.id}.first", means=Meaning("the timer of {callback} strikes first"), within=Offset(page)
+    )
+    strike = transition(
+        "{page.id}.strike", means=Meaning("the timer of {callback} strikes"), within=Period(page)
+    )
+    miss = transition(
+        "{page.id}.miss",
+        means=Meaning("the timer of {callback} loses a tick: it is due already", part="miss"),
+        at_once=True,
+    )
+    arcs = [
+        arc(start, first),
+        arc(first, clock),
+        arc(clock, strike),
+        arc(strike, clock),
+        arc(struck, tick),
+        arc(struck, miss),
+        read(due, miss),
+    ]
+    prompt = at_once(tick)
+
+    where = [page.timer > 0.0]
+
+
+class D1Exact(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
+    """It ticks when it strikes."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    first = Made(D1.first, of=page)
+    strike = Made(D1.strike, of=page)
+    struck = Made(D1.struck, of=page)
+
+    arcs = [arc(first, struck), arc(strike, struck)]
+
+    where = [Seconds(page.jitter) == 0.0]
+
+
+class D1Late(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
+    """With jitter, it ticks later than it strikes; the next strike does not shift."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    first = Made(D1.first, of=page)
+    strike = Made(D1.strike, of=page)
+    struck = Made(D1.struck, of=page)
+
+    late = place("{page.id}.late", means=Meaning("the timer of {callback} is late"))
+    pass_on = transition(
+        "{page.id}.passOn", means=Meaning("the timer of {callback} strikes, after its jitter"),
+        within=Jitter(page),
+    )  # fmt: skip
+    arcs = [arc(first, late), arc(strike, late), arc(late, pass_on), arc(pass_on, struck)]
+
+    where = [Seconds(page.jitter) > 0.0]

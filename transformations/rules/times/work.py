@@ -1,0 +1,145 @@
+"""How long callbacks work (rules D2 to D4)."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.language.creation import ForAll, New
+from dineros.transformations.language.functions import less
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Absent, Index, Made, Node
+from dineros.transformations.rules.executors import E3, Beginning, Ending
+from dineros.transformations.rules.notation import SHEET, arc, at_once, place, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.callbacks import Ends
+from dineros.transformations.rules.queries.times import (
+    GivenDuration,
+    HasDuration,
+    HasInterval,
+    Moves,
+    RunsAtOnce,
+    RunsCallbacks,
+    Stretch,
+    Waits,
+)
+from dineros.transformations.rules.times.clocks import Clock
+
+
+class D2(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """A callback with a duration that never waits works as long as that says, from its beginning on."""
+
+    page = Node(sym.CallbackPage)
+    running = Made(E3.running, of=page)
+
+    begun = place("{page.id}.works", means=Meaning("{callback} begins to work"))
+    worked = place("{page.id}.worked", means=Meaning("{callback} has done its work"))
+
+    where = [HasDuration(page)]
+
+
+class D2Begin(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """The work begins with the callback."""
+
+    page = Node(sym.CallbackPage)
+    begun = Made(D2.begun, of=page)
+    beginning = Made(Beginning, of=page)
+
+    begins = arc(beginning.move, begun)
+
+
+class D2End(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """The callback ends when its work is done."""
+
+    page = Node(sym.CallbackPage)
+    worked = Made(D2.worked, of=page)
+    ending = Made(Ending, of=page)
+
+    ends = arc(worked, ending.move)
+
+
+class D2Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Each of its runs has a clock."""
+
+    page = Node(sym.CallbackPage)
+    begun = Made(D2.begun, of=page)
+    worked = Made(D2.worked, of=page)
+    number = Index(upto=RunsAtOnce(page))
+
+    clock = Clock(
+        "{page.id}.work[{number}]",
+        source=begun,
+        target=worked,
+        within=GivenDuration(page),
+        begins="a thread works on {callback}",
+        runs="{callback} is worked on",
+        ends="the work of {callback} is done",
+    )
+
+
+class D2Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It takes the first one that is free."""
+
+    page = Node(sym.CallbackPage)
+    number = Index(upto=RunsAtOnce(page))
+    clock = Made(D2Clock.clock, of=[page, number])
+    lower = Index(upto=less(number, 1))
+    before = Made(D2Clock.clock, of=[page, lower])
+
+    waits = read(before.busy, clock.begin)
+
+
+class D3(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """A step of it may come at any moment of the work, and comes when that is done."""
+
+    page = Node(sym.CallbackPage)
+    worked = Made(D2.worked, of=page)
+    step = Node(pn.Transition, of=Moves(page))
+    end = Node(pn.Transition, of=Ends(page))
+    entering = Node(pn.Arc, target=step)
+    leaving = Node(pn.Arc, source=step)
+
+    late = transition("{step.id}.late", means=Meaning("{callback} does what is left to do"), at_once=True)
+    done = read(worked, late)
+    takes = ForAll(
+        [entering],
+        make=[
+            New(
+                pn.Arc, page=SHEET, id="{entering.id}.late", source=entering.source, target=late,
+                weight=entering.weight, kind=entering.kind,
+            )
+        ],
+    )  # fmt: skip
+    puts = ForAll(
+        [leaving],
+        make=[
+            New(
+                pn.Arc, page=SHEET, id="{leaving.id}.late", source=late, target=leaving.target,
+                weight=leaving.weight, kind=leaving.kind,
+            )
+        ],
+    )  # fmt: skip
+
+    where = [~HasInterval(step)]
+    absent = [Absent(end, where=[end == step])]
+
+
+class D2Ends(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """What ends it happens at once then, and all that it does there with it."""
+
+    page = Node(sym.CallbackPage)
+    worked = Made(D2.worked, of=page)
+    end = Node(pn.Transition, of=Ends(page))
+
+    prompt = at_once(end)
+
+    where = [~HasInterval(end)]
+
+
+class D4(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """What a callback with a duration does that waits takes no longer than the duration, each time."""
+
+    page = Node(sym.CallbackPage)
+    move = Node(pn.Transition, of=Moves(page))
+
+    stretch = New(pn.TimeInterval, into=move.interval, latest=Stretch(page))
+
+    where = [RunsCallbacks(page), Waits(page), ~HasInterval(move)]
