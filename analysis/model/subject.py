@@ -179,10 +179,22 @@ def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subje
     return Subject(model, compile_net(flattened.net), flattened, blocked)
 
 
+def _is_of(link: Link, transitions: Sequence[str]) -> bool:
+    """Whether what was made is one of some transitions, or, with times, begins or replaces one."""
+    from dineros.transformations.rules.starts import D2Start
+    from dineros.transformations.rules.times.work import D3
+
+    if link.maker is None:
+        return link.role == "transition" and link.sources[0] in transitions
+    return link.maker in (D2Start, D3) and any(each in transitions for each in link.sources)
+
+
 def flattened_without_signals(
-    model: sym.SystemModel, overflow: OverflowVariant = "weighted"
+    model: sym.SystemModel, overflow: OverflowVariant = "weighted", times: bool = False
 ) -> tuple[Flattened, tuple[str, ...]]:
     """Flatten a system model without signals and without transitions whose clause can never be true.
+
+    With `times`, the rules about times run, too.
 
     Returns
     -------
@@ -195,13 +207,13 @@ def flattened_without_signals(
     from dineros.transformations.flattening.traces import Trace
 
     blocked = [found.transition for found in unsatisfiable_clauses(model)]
-    flattened = flatten(model, "none", overflow)
+    flattened = flatten(model, "none", overflow, times=times)
     if not blocked:
         return flattened, ()
     gone: set[pn.Element] = {
         link.target
         for link in flattened.trace.links
-        if link.maker is None and link.role == "transition" and link.sources[0] in blocked
+        if isinstance(link.target, pn.Transition) and _is_of(link, blocked)
     }
     (page,) = flattened.net.pages
     for transition in transitions(flattened.net):

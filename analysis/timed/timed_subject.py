@@ -12,6 +12,7 @@ from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net
 from dineros.analysis.timed.schedules import schedule
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import transitions
+from dineros.metamodel.times.given import says_times
 from dineros.transformations.flattening.bounding import bounded
 
 if TYPE_CHECKING:
@@ -59,6 +60,8 @@ def timed_subject_of(
 ) -> TimedSubject:
     """Flatten a system model, and compile it with its times; compile any other net.
 
+    The rules about times run if the model says how long anything takes.
+
     Raises
     ------
     DinerosError
@@ -68,7 +71,7 @@ def timed_subject_of(
     if isinstance(model, sym.SystemModel):
         from dineros.transformations.flattening.flatten import flatten
 
-        flattened = flatten(model, signals, overflow)
+        flattened = flatten(model, signals, overflow, times=says_times(model))
     timed = compile_timed_net(bounded(model) if flattened is None else flattened.net)
     return TimedSubject(model, timed.untimed, flattened, timed=timed)
 
@@ -89,16 +92,17 @@ def timed_base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") ->
         return timed_subject_of(model)
     if signals_matter(model):
         return timed_subject_of(model, "fully-enabled", overflow)
-    flattened, blocked = flattened_without_signals(model, overflow)
+    flattened, blocked = flattened_without_signals(model, overflow, says_times(model))
     timed = compile_timed_net(flattened.net)
     return TimedSubject(model, timed.untimed, flattened, blocked, timed=timed)
 
 
 def signals_matter(model: sym.SystemModel) -> bool:
-    """Whether a transition that has a clause also has an interval or a priority."""
+    """Whether a transition that has a clause also has an interval or a priority, or may get an interval."""
+    gets_intervals = model.middleware == sym.Middleware.ros2 and says_times(model)
     return any(
         transition.clause is not None
-        and (not Interval.of(transition.interval).is_free or bool(transition.overrides))
+        and (gets_intervals or not Interval.of(transition.interval).is_free or bool(transition.overrides))
         for transition in transitions(model)
         if isinstance(transition, sym.Transition)
     )

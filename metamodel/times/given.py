@@ -15,7 +15,9 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import group_or_node, runs_callbacks, threads_of, works_on_goals
-from dineros.metamodel.elements import node_net_of, pages, transitions
+from dineros.metamodel.elements import channels, node_net_of, pages, transitions
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.matching import quality_of
 
 _OF_CALLBACKS = ("duration", "offset", "jitter")
 
@@ -35,6 +37,24 @@ def says_times(model: sym.SystemModel) -> bool:
     return model.times is not None and any(
         _given(model.times, name) for name in ("latency", "duration", "reaction")
     )
+
+
+def require_known(model: sym.SystemModel) -> None:
+    """Refuse what a model says of time that no rule obeys: a message would stay longer than it may.
+
+    Raises
+    ------
+    DinerosError
+        A topic or a port has a lifespan.
+    """
+    for channel in channels(model, sym.TopicChannel):
+        for port in (*channel.publishers, *channel.subscribers):
+            if quality_of(port).lifespan is not None:
+                raise DinerosError(
+                    f"topic {channel.topic} has a lifespan, which questions with time do not know yet",
+                    element=channel.id,
+                    hint="ask without --time, or take the lifespan away",
+                )
 
 
 def _given(element: EObject, name: str) -> bool:

@@ -50,7 +50,7 @@ def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
         raise TooManyOnTheWayError(
             f"up to {number} messages of topic {writer.channel.topic} can be on their way at once",
             element=writer.channel.id,
-            hint="give durations to what publishes them, a smaller latency, or a smaller limit to the publisher",
+            hint="give durations to what publishes them, or a smaller latency",
         )
     return int(number)
 

@@ -43,6 +43,7 @@ FOLDERS = {
         "callbacks",
         "lifecycles",
         "matching",
+        "times",
         "token_data",
         "positions",
         "colours",

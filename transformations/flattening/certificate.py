@@ -28,9 +28,9 @@ from dineros.transformations.rules import (
     timers,
 )
 from dineros.transformations.rules.actions import goals, slots
+from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 from dineros.transformations.rules.times import latencies, strikes
 from dineros.transformations.rules.times.clocks import Clock
-from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 
 
 class CertificateError(DinerosError):

@@ -12,6 +12,7 @@ from dineros.metamodel.calls import Served, actions, callers_first, server_pages
 from dineros.metamodel.elements import arcs, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
+from dineros.metamodel.times.given import require_known
 from dineros.transformations.flattening.bounding import fresh, join
 from dineros.transformations.flattening.certificate import add_certificate, check_certificate
 from dineros.transformations.flattening.traces import Link, Trace
@@ -85,6 +86,8 @@ def flatten(
     is_ros2 = model.middleware == sym.Middleware.ros2
     middleware: MiddlewareVariant = "ros2" if is_ros2 else "ros1"
     times = times and is_ros2
+    if times:
+        require_known(model)
     rules = rules_of(signals, overflow, middleware, times)
     instances = [rule for rule in rules if rule.phase is Phase.instances]
     standard = [rule for rule in rules if Phase.instances < rule.phase < Phase.bounds]

@@ -14,6 +14,7 @@ from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.histories import Publication
 from dineros.transformations.rules.notation import Bound, DeclaredBound, arc
 from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.times import RunsOn
 from dineros.transformations.rules.queries.tokens import Change, Lowering, MostNeeded, MostPut, Raising
 
 ANY_NUMBER = -1
@@ -60,7 +61,7 @@ class B2Ask(StandardRule, phase=Phase.bounds, middleware="ros2"):
     where = [either(request.capacity, 0) == 0]
 
 
-class B3(StandardRule, phase=Phase.bounds, middleware="ros2"):
+class B3(StandardRule, phase=Phase.bounds, middleware="ros2", times=False):
     """Messages in hand: what a node has taken and not worked on, where something takes it."""
 
     port = Node(sym.SubscriberPort)
@@ -69,6 +70,25 @@ class B3(StandardRule, phase=Phase.bounds, middleware="ros2"):
     bound = Bound(
         sink,
         either(port.inHand, greatest(1, sink.tokens, MostNeeded(sink))),
+        means=Meaning("free room at {subscriber}", rests=True),
+    )
+
+    where = [
+        either(sink.capacity, 0) == 0,
+        either(port.inHand, 0) != ANY_NUMBER,
+        count(Lowering(sink)) > 0,
+    ]
+
+
+class B3Runs(StandardRule, phase=Phase.bounds, middleware="ros2", times=True):
+    """Where times count, each run of a callback has its message in hand while it works."""
+
+    port = Node(sym.SubscriberPort)
+    sink = Node(pn.Place, of=port.place)
+
+    bound = Bound(
+        sink,
+        either(port.inHand, greatest(1, sink.tokens, MostNeeded(sink), RunsOn(sink))),
         means=Meaning("free room at {subscriber}", rests=True),
     )
 

@@ -114,7 +114,6 @@ class R3(StandardRule, phase=Phase.publications, middleware="ros2"):
         kind="subscriber",
         called=READER,
         leaves=Take,
-        leaves_at_once=True,
     )
 
 

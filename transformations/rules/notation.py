@@ -163,8 +163,6 @@ class OverflowQueue(Fragment):
         What it is called, where that is not the usual name of queues of its kind.
     enters, leaves : type of Step
         What a message that enters, or leaves, is in a trace.
-    leaves_at_once : bool
-        Where times count, a message leaves as soon as it can; one that enters or is lost always does.
     """
 
     roles: Mapping[str, type[EObject]] = {
@@ -192,7 +190,6 @@ class OverflowQueue(Fragment):
         called: str = Meaning.called,
         enters: type[Step] = Transfer,
         leaves: type[Step] = Transfer,
-        leaves_at_once: bool = False,
     ) -> None:
         super().__init__()
         if history is None:
@@ -203,8 +200,7 @@ class OverflowQueue(Fragment):
             self.load, self.capacity, self.leave = history.load, history.capacity, history.leave
         self.enter = transition(f"{id}.in", means=_part(kind, "enter", called, enters), at_once=True)
         if history is None:
-            means = _part(kind, "leave", called, leaves)
-            self.leave = transition(f"{id}.out", means, at_once=leaves_at_once)
+            self.leave = transition(f"{id}.out", means=_part(kind, "leave", called, leaves))
         self.drop = transition(f"{id}.drop", means=_part(kind, "drop", called, Drop), at_once=True)
         self.arcs = [arc(source, self.enter), arc(self.capacity, self.enter), arc(self.enter, self.load)]
         if history is None:

@@ -196,7 +196,6 @@ class S1(StandardRule, phase=Phase.services):
     t_res = transition(
         "{service.id}.client.{client.client}.res",
         means=Meaning("{client} gets its response from service {service}", step=Response),
-        at_once=True,
     )
     arcs = [
         arc(request, t_req),
@@ -229,7 +228,6 @@ class S2(StandardRule, phase=Phase.services):
     t_call = transition(
         "{service.id}.client.{client.client}.call[{instance}]",
         means=Meaning("instance {instance} of service {service} takes the request of {client}", step=Serve),
-        at_once=True,
     )
     t_return = transition(
         "{service.id}.client.{client.client}.return[{instance}]",

@@ -2,8 +2,8 @@
 
 A system is a dictionary: `nodes` with threads, `latency` by topic and service, `chains`, and `callbacks` with
 a `script` of steps. ``["work", a, b]`` takes a to b units, ``["publish", topic]`` no time, ``["open", a, b,
-topic]`` works for a to b and publishes at any moment of that, ``["call", service, group]`` waits for a response
-that comes to a client in that group.
+topic]`` works for a to b and publishes at any moment of that, ``["call", service, group]`` waits for a
+response that comes to a client in that group.
 """
 
 from __future__ import annotations
@@ -36,9 +36,7 @@ class _Maker:
 
     def made(self) -> sym.SystemModel:
         for name, node in self.system["nodes"].items():
-            self.nodes[name] = node_net(
-                self.model, name, execution="callbacks", threads=node["threads"]
-            )
+            self.nodes[name] = node_net(self.model, name, execution="callbacks", threads=node["threads"])
         for each in self.system["callbacks"]:
             self._callback(each)
         for topic, readers in self.readers.items():
@@ -106,7 +104,11 @@ class _Maker:
         return self.publishers[topic]
 
     def _script(
-        self, page: sym.CallbackPage, each: dict[str, Any], before: list[pn.PlaceNode], after: list[pn.PlaceNode]
+        self,
+        page: sym.CallbackPage,
+        each: dict[str, Any],
+        before: list[pn.PlaceNode],
+        after: list[pn.PlaceNode],
     ) -> None:
         """Make a transition with an interval of each piece of work."""
         name = each["name"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
-from dineros.metamodel.callbacks.groups import runs_callbacks
+from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.times.given import (
     duration_of,
@@ -150,6 +150,18 @@ class RunsAtOnce(Query):
     datatype = WHOLE
     _words = "runs of {} at once"
     _answer = staticmethod(runs_at_once)
+
+
+class RunsOn(Query):
+    """How many runs of the callback around a place there may be at the same time; 1 outside of callbacks."""
+
+    datatype = WHOLE
+    _words = "runs of the callback around {} at once"
+
+    @staticmethod
+    def _answer(place: pn.Place) -> int:
+        page = callback_page_of(place)
+        return 1 if page is None else runs_at_once(page)
 
 
 class Latency(Query):

@@ -48,7 +48,9 @@ class Clock(Fragment):
         ends: str,
     ) -> None:  # fmt: skip
         super().__init__(source=source, target=target)
-        self.free = place(f"{id}.free", tokens=1, means=Meaning(f"not: {runs}", part="clock free", rests=True))
+        self.free = place(
+            f"{id}.free", tokens=1, means=Meaning(f"not: {runs}", part="idle clock", rests=True)
+        )
         self.busy = place(f"{id}.busy", means=Meaning(runs, part="clock"))
         self.begin = transition(f"{id}.begin", Meaning(begins), at_once=True)
         self.end = transition(f"{id}.end", Meaning(ends), within=within)

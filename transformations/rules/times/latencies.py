@@ -177,9 +177,7 @@ class D6Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     client = Node(sym.ClientPort, channel=service)
     responses = Made(S1.responses, of=client)
 
-    answered = place(
-        REQUEST + ".back", means=Meaning("a response of service {service} to {client} is sent")
-    )
+    answered = place(REQUEST + ".back", means=Meaning("a response of service {service} to {client} is sent"))
 
     where = [CallsOnTheWay(client) > 0]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dineros.metamodel import pn, sym
+from dineros.metamodel import sym
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.notation import arc, at_once, place, read, transition

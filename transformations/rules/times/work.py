@@ -21,7 +21,31 @@ from dineros.transformations.rules.queries.times import (
     Stretch,
     Waits,
 )
+from dineros.transformations.rules.services import S1
 from dineros.transformations.rules.times.clocks import Clock
+
+
+class D2Prompt(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """An executor begins a callback as soon as a thread, its group and what it needs are free."""
+
+    page = Node(sym.CallbackPage)
+    beginning = Made(Beginning, of=page)
+    move = Node(pn.Transition, of=beginning.move)
+
+    prompt = at_once(move)
+
+    where = [~HasInterval(move)]
+
+
+class D2Response(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It takes a response as soon as it can, too."""
+
+    client = Node(sym.ClientPort)
+    t_res = Made(S1.t_res, of=client)
+
+    prompt = at_once(t_res)
+
+    where = [RunsCallbacks(client.response), ~HasInterval(t_res)]
 
 
 class D2(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
@@ -120,6 +144,18 @@ class D3(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
     where = [~HasInterval(step)]
     absent = [Absent(end, where=[end == step])]
+
+
+class D3Open(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """Where several runs of a callback share a transition with one clock, its interval is left open."""
+
+    page = Node(sym.CallbackPage)
+    move = Node(pn.Transition, of=Moves(page))
+    past = Node(pn.TimeInterval, of=move.interval)
+
+    where = [RunsAtOnce(page) > 1]
+    lhs = [page, move, past]
+    rhs = [page, move]
 
 
 class D2Ends(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):

@@ -1,0 +1,98 @@
+"""Rules of time: what they make of small systems is what an independent program counted of these."""
+
+from __future__ import annotations
+
+import pytest
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.timed.exploring import Explored, explore_timed
+from dineros.analysis.timed.timed_subject import timed_base_subject
+from dineros.metamodel import sym
+from dineros.metamodel.build import seconds
+from dineros.metamodel.elements import find, transitions
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.times.given import says_times
+from dineros.metamodel.times.rates import on_the_way
+from dineros.transformations.flattening.flatten import flatten
+from tests.support.timed_systems.counted import COUNTED
+from tests.support.timed_systems.models import model_of
+
+
+def explored(model: sym.SystemModel) -> Explored:
+    found = explore_timed(timed_base_subject(model).timed, Budget(seconds=120))
+    assert found.is_complete, found.reason
+    return found
+
+
+def fired(found: Explored, suffix: str) -> set[str]:
+    names = found.net.untimed.transitions
+    return {names[t].split(".")[-2] for t in found.ways if names[t].endswith(suffix)}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", COUNTED)
+def test_counted_systems_have_the_facts(number: int) -> None:
+    counted = COUNTED[number]
+    found = explored(model_of(counted.system, 0.01))
+    places, names = found.net.untimed.places, found.net.untimed.transitions
+    top = dict(zip(places, found.markings.max(axis=0).tolist(), strict=True))
+    longest = {
+        name.split(".")[-3]: most
+        for name, most in top.items()
+        if ".reader." in name and name.endswith(".heard.Load")
+    }
+    drops = {names[t] for t in found.ways if ".reader." in names[t] and names[t].endswith(".drop")}
+    assert longest == counted.longest
+    assert {name.split(".")[-3] for name in drops} == set(counted.lost)
+    assert fired(found, ".miss") == set(counted.missed)
+
+
+def test_times_are_used_only_if_the_model_says_any() -> None:
+    model = model_of(COUNTED[1].system)
+    for each in model.channels:
+        each.latency = None
+    pages = [find(model, name, sym.CallbackPage) for name in ("tick", "log")]
+    for page in pages:
+        page.duration = page.offset = None
+    assert not says_times(model)
+    assert not timed_base_subject(model).timed.has_times
+    pages[1].duration = seconds(0.002, 0.005)
+    assert says_times(model)
+    assert timed_base_subject(model).timed.has_times
+
+
+def test_without_times_nothing_has_an_interval() -> None:
+    net = flatten(model_of(COUNTED[1].system), "none").net
+    assert all(each.interval is None for each in transitions(net))
+
+
+@pytest.mark.parametrize(("number", "most"), [(1, 4), (5, 3), (6, 4)])
+def test_so_many_messages_can_be_on_their_way(number: int, most: int) -> None:
+    """Figures 5 and 6 have two and three at once; the bound may be higher, not lower."""
+    (channel,) = model_of(COUNTED[number].system).channels
+    found = on_the_way(channel.publishers[0], channel.subscribers[0])
+    assert {1: 1, 5: 2, 6: 3}[number] <= found <= most + 1
+
+
+def test_too_many_messages_on_their_way_are_refused() -> None:
+    model = model_of(COUNTED[1].system)
+    model.channels[0].latency = seconds(0, 5000)
+    with pytest.raises(DinerosError, match="on their way at once"):
+        flatten(model, "none", times=True)
+
+
+def test_jitter_does_not_shift_later_strikes() -> None:
+    """A timer whose callback takes its whole period never loses a tick, unless one is late by a period."""
+    model = model_of(COUNTED[3].system)
+    tick = find(model, "tick", sym.CallbackPage)
+    tick.duration, tick.jitter = seconds(5, 5), 4.0
+    assert fired(explored(model), ".miss") == set()
+    tick.jitter = 5.0
+    assert fired(explored(model), ".miss") == {"tick"}
+
+
+def test_lifespans_are_refused() -> None:
+    model = model_of(COUNTED[1].system)
+    model.channels[0].subscribers[0].qos = sym.QualityOfService(lifespan=3.0)
+    with pytest.raises(DinerosError, match="lifespan"):
+        timed_base_subject(model)
