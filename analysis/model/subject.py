@@ -12,6 +12,7 @@ from dineros.analysis.model.wording import words
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import compile_net
 from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.flattening.bounding import bounded
@@ -179,7 +180,7 @@ def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subje
     return Subject(model, compile_net(flattened.net), flattened, blocked)
 
 
-def _is_of(link: Link, transitions: Sequence[str]) -> bool:
+def _is_of(link: Link, transitions: Sequence[EObject]) -> bool:
     """Whether what was made is one of some transitions, or, with times, begins or replaces one."""
     from dineros.transformations.rules.starts import D2Start
     from dineros.transformations.rules.times.work import D3

@@ -84,7 +84,7 @@ def duration_of(page: sym.CallbackPage) -> pn.TimeInterval | None:
 def latency_between(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:
     """Return how long a message is on its way to a reader: what it says, its writer, topic, or model."""
     for each in (reader, writer, writer.channel):
-        if each.latency is not None:
+        if each is not None and each.latency is not None:
             return each.latency
     return default_times(writer).latency
 
@@ -92,7 +92,7 @@ def latency_between(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn
 def latency_of_calls(client: sym.ClientPort) -> pn.TimeInterval | None:
     """Return how long each request and each response of a client is on its way."""
     for each in (client, client.channel):
-        if each.latency is not None:
+        if each is not None and each.latency is not None:
             return each.latency
     return default_times(client).latency
 

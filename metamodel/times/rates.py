@@ -11,6 +11,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.elements import channels, resolve
@@ -47,9 +48,10 @@ def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
     found = _publications(writer, seconds_of(latency.latest), frozenset())
     number = writer.limit if found is None else max(1, found)
     if number > MOST_ON_THE_WAY:
+        topic = "" if writer.channel is None else writer.channel.topic
         raise TooManyOnTheWayError(
-            f"up to {number} messages of topic {writer.channel.topic} can be on their way at once",
-            element=writer.channel.id,
+            f"up to {number} messages of topic {topic} can be on their way at once",
+            element=topic,
             hint="give durations to what publishes them, or a smaller latency",
         )
     return int(number)
@@ -137,7 +139,7 @@ def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -
     if page.kind != sym.CallbackKind.subscriber:
         return None
     total = 0
-    model = page
+    model: EObject | None = page
     while model is not None and not isinstance(model, sym.SystemModel):
         model = model.eContainer()
     for channel in channels(model, sym.TopicChannel):

@@ -125,8 +125,8 @@ def _under_way(engine: Engine, client: sym.ClientPort) -> Iterator[EObject]:
     for rule, role in ((latencies.D6, "sent"), (latencies.D6History, "sent"), (latencies.D6Back, "answered")):
         for application in engine.applications_of(rule, [client]):
             yield application.made[role]
-    for rule in (latencies.D6Clock, latencies.D6BackClock):
-        for application in engine.applications_of(rule, [client]):
+    for clock in (latencies.D6Clock, latencies.D6BackClock):
+        for application in engine.applications_of(clock, [client]):
             yield application.made["clock.busy"]
 
 

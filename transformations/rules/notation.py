@@ -44,8 +44,10 @@ def transition(
     within : Expression, optional
         Its firing interval. Without, it fires at any time.
     """
-    timed = {} if within is None else {"interval": within}
-    made = New(pn.Transition, page=SHEET, id=id, **timed)
+    if within is None:
+        made = New(pn.Transition, page=SHEET, id=id)
+    else:
+        made = New(pn.Transition, page=SHEET, id=id, interval=within)
     made.meaning = means
     made.is_prompt = at_once
     return made

@@ -76,12 +76,14 @@ class _Maker:
                 page.offset = self.interval(each["offset"], each["offset"])
         before: list[pn.PlaceNode] = []
         if kind == "subscriber":
-            before = [place(page, f"{name}.heard")]
-            self.readers.setdefault(each["topic"], []).append((before[0], each["depth"]))
+            heard = place(page, f"{name}.heard")
+            before = [heard]
+            self.readers.setdefault(each["topic"], []).append((heard, each["depth"]))
         after: list[pn.PlaceNode] = []
         if kind == "server":
-            before, after = [place(page, f"{name}.entry")], [place(page, f"{name}.exit")]
-            self.servers[each["service"]] = (page, before[0], after[0])
+            entry, exit_ = place(page, f"{name}.entry"), place(page, f"{name}.exit")
+            before, after = [entry], [exit_]
+            self.servers[each["service"]] = (page, entry, exit_)
         script = each["script"]
         kinds = [step_[0] for step_ in script]
         if kinds in (["work"], ["work", "publish"]):

@@ -9,7 +9,7 @@ from dineros.analysis.timed.exploring import Explored, explore_timed
 from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.metamodel import sym
 from dineros.metamodel.build import seconds
-from dineros.metamodel.elements import find, transitions
+from dineros.metamodel.elements import channels, find, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.times.given import says_times
 from dineros.metamodel.times.rates import on_the_way
@@ -69,7 +69,7 @@ def test_without_times_nothing_has_an_interval() -> None:
 @pytest.mark.parametrize(("number", "most"), [(1, 4), (5, 3), (6, 4)])
 def test_so_many_messages_can_be_on_their_way(number: int, most: int) -> None:
     """Figures 5 and 6 have two and three at once; the bound may be higher, not lower."""
-    (channel,) = model_of(COUNTED[number].system).channels
+    (channel,) = channels(model_of(COUNTED[number].system), sym.TopicChannel)
     found = on_the_way(channel.publishers[0], channel.subscribers[0])
     assert {1: 1, 5: 2, 6: 3}[number] <= found <= most + 1
 
@@ -93,6 +93,7 @@ def test_jitter_does_not_shift_later_strikes() -> None:
 
 def test_lifespans_are_refused() -> None:
     model = model_of(COUNTED[1].system)
-    model.channels[0].subscribers[0].qos = sym.QualityOfService(lifespan=3.0)
+    (channel,) = channels(model, sym.TopicChannel)
+    channel.subscribers[0].qos = sym.QualityOfService(lifespan=3.0)
     with pytest.raises(DinerosError, match="lifespan"):
         timed_base_subject(model)
