@@ -52,7 +52,7 @@ def test_a_rule_comes_after_all_that_make_what_it_looks_up(
 
 
 def test_each_rule_of_the_package_runs_in_some_variant() -> None:
-    used = {rule for variant in VARIANTS for rule in rules_of(*variant)}
+    used = {rule for variant in VARIANTS for times in (False, True) for rule in rules_of(*variant, times)}
     assert used == {
         rule for rule in _subclasses(StandardRule) if rule.__module__.startswith(package.__name__)
     }
