@@ -60,7 +60,7 @@ def test_a_difference_is_noticed(case: Case) -> None:
     model = case_model(case)
     flattened = flatten(model, "none")
     net, interpreter = plain_net_of(flattened.net), ExecutorInterpreter(model)
-    made = _arcs(flattened, "C1", "E3Tick", "E4", "E7Call")
+    made = _arcs(flattened, "C1", "C1Begins", "E3Tick", "E4", "E7Call")
     for number, (source, target, _, _) in enumerate(net.arcs):
         if f"{source}-{target}" in made:
             altered = PlainNet(net.places, net.transitions, [*net.arcs[:number], *net.arcs[number + 1 :]])
@@ -86,7 +86,7 @@ def test_a_timer_of_one_transition_begins_and_ends_at_once() -> None:
     model, page = _clock()
     flow(sym.Transition(id="Work", page=page), sym.Place(id="Worked", page=page, capacity=2))
     flattened = flatten(model, "none")
-    assert _arcs(flattened, "C1") == {
+    assert _arcs(flattened, "C1", "C1Begins") == {
         "OnTimer.idle-OnTimer.tick",
         "OnTimer.tick-OnTimer.due",
         "OnTimer.due-Work",

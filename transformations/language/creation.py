@@ -349,7 +349,7 @@ def require_containment(into: Expression, eclass: type[EObject]) -> Path:
         It is something else.
     """
     if not isinstance(into, Path) or not into.is_containment():
-        raise RuleError(f"{into} is no containment feature", location=rule_line())
+        raise RuleError(f"{into} is not a containment feature of one element", location=rule_line())
     require_compatible(into, eclass, "into", rule_line())
     return into
 

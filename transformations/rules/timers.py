@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dineros.metamodel import sym
-from dineros.transformations.language.creation import ForAll
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.notation import arc, place, transition
@@ -15,7 +14,6 @@ class C1(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     """A timer is due from its tick on until its callback begins."""
 
     page = Node(sym.CallbackPage, kind="timer")
-    start = Made(Start, of=page)
 
     idle = place(
         "{page.id}.idle",
@@ -25,4 +23,14 @@ class C1(StandardRule, phase=Phase.beginnings, middleware="ros2"):
     due = place("{page.id}.due", means=Meaning("the timer of {callback} is due", part="due"))
     tick = transition("{page.id}.tick", means=Meaning("the timer of {callback} ticks", part="tick"))
     arcs = [arc(idle, tick), arc(tick, due)]
-    begins = ForAll([start], make=[arc(due, start.begin), arc(start.begin, idle)])
+
+
+class C1Begins(StandardRule, phase=Phase.beginnings, middleware="ros2"):
+    """Its callback begins by taking that."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    idle = Made(C1.idle, of=page)
+    due = Made(C1.due, of=page)
+    start = Made(Start, of=page)
+
+    begins = [arc(due, start.begin), arc(start.begin, idle)]

@@ -175,20 +175,20 @@ FAULTS: Faults = {
         "",
     ),
     "into that is not a list": (
-        RULE.format("watch = New(sym.QualityOfService, into=channel.qos)  #!"),
-        "TopicChannel.qos is not a many-valued containment feature",
+        RULE.format("twin = Copy(source, into=source.page, named=pn.Element, id='x')  #!"),
+        "Place.page is not a many-valued containment feature",
         "",
     ),
     "into that contains nothing": (
         RULE.format("watch = New(pn.Transition, id='w', into=port.place.incoming)  #!"),
-        "PublisherPort.place.incoming is not a many-valued containment feature",
+        "PublisherPort.place.incoming is not a containment feature of one element",
         "",
     ),
     "into of many elements": (
         RULE.format(
             "watch = New(sym.PublisherPort, place=source, into=channel.publishers.channel.publishers)  #!"
         ),
-        "is not a many-valued containment feature",
+        "is not a containment feature of one element",
         "",
     ),
     "into of another class": (
