@@ -73,12 +73,13 @@ class D2Needs(StandardRule, phase=Phase.beginnings, middleware="ros2", times=Tru
     begun = Made(D2Start.begun, of=[page, move])
     begin = Made(D2Start.begin, of=[page, move])
     past = Node(pn.Arc, target=move)
+    needed = Node(pn.Node, of=past.source)
 
     taken = New(
-        pn.Arc, page=SHEET, id="{past.id}.begin", source=past.source, target=begin, weight=past.weight,
+        pn.Arc, page=SHEET, id="{past.id}.begin", source=needed, target=begin, weight=past.weight,
         kind=past.kind,
     )  # fmt: skip
 
-    where = [past.source != begun]
-    lhs = [page, move, begun, begin, past]
-    rhs = [page, move, begun, begin, taken]
+    where = [needed != begun]
+    lhs = [page, move, begun, begin, past, needed]
+    rhs = [page, move, begun, begin, needed, taken]

@@ -189,11 +189,12 @@ class D6Answer(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     responses = Made(S1.responses, of=client)
     answered = Made(D6Back.answered, of=client)
     past = Node(pn.Arc, target=responses)
+    sender = Node(pn.Transition, of=past.source)
 
-    sends = arc(past.source, answered)
+    sends = arc(sender, answered)
 
-    lhs = [client, responses, answered, past]
-    rhs = [client, responses, answered, sends]
+    lhs = [client, responses, answered, past, sender]
+    rhs = [client, responses, answered, sender, sends]
 
 
 class D6BackClock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
