@@ -170,7 +170,7 @@ class _Maker:
         self.model.channels.append(made)
 
     def _service(self, service: str, page: sym.CallbackPage, entry: pn.Place, exit_: pn.Place) -> None:
-        made = sym.ServiceChannel(id=service, service=service, depth=10)
+        made = sym.ServiceChannel(id=f"{service}.service", service=service, depth=10)
         made.server = sym.ServerPort(page=page, entry=entry, exit=exit_)
         for called, name, node, request, response, group in self.calls:
             if called == service:
