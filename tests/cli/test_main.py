@@ -40,13 +40,9 @@ class Talker(Node):
         super().__init__("talker")
         self.words = self.create_publisher(String, "/chatter", 10)
         self.create_timer(1.0, self.tick)
-        self.create_subscription(String, "/chatter", self.hear, 10)
 
     def tick(self):
         self.words.publish(String())
-
-    def hear(self, word):
-        pass
 
 
 def main():
