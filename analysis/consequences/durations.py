@@ -25,7 +25,7 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
     channels = {channel.id: channel for channel in model.channels}
     findings = [
         _as_note(finding)
-        if finding.rule == Overflow.LOSES.rule and _depends(channels.get(finding.elements[0]))
+        if finding.rule == Overflow.LOSES.rule and _depends(channels.get(next(iter(finding.elements), "")))
         else finding
         for finding in report.findings
     ]
