@@ -26,7 +26,7 @@ _NEEDED = frozenset(
     rosidl_cli rosidl_cmake rosidl_generator_c rosidl_generator_cpp rosidl_generator_py
     rosidl_generator_type_description rosidl_parser rosidl_pycommon rosidl_runtime_py
     rosidl_typesupport_c rosidl_typesupport_cpp rpyutils scipy setuptools six starlette tf2_ros tornado
-    tracetools_launch uvicorn websockets wheel yaml
+    tracetools_launch tree_sitter tree_sitter_cpp uvicorn websockets wheel yaml
     """.split()  # noqa: SIM905  (the list has 80 lines)
 )
 _ROS = frozenset(
