@@ -152,7 +152,7 @@ MALFORMED: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (changed_entry("nodes.0.package", "/tmp"), "nodes[0].package is not a name of a package"),
     (changed_entry("nodes.0.name", "a b"), "nodes[0].name is not a name in ROS"),
     (changed_entry("nodes.0", 7), "nodes[0] is not an object"),
-    (changed_entry("generated", {"src/a": "0"}), "generated.src/a is not SHA-256"),
+    (changed_entry("generated", {"src/a": "0"}), "generated.src/a is not a SHA-256"),
     (changed_entry("generated", []), "generated is not an object"),
     (changed_entry("developer", {"src/a": {}}), "has no field developer.src/a.node"),
     (
