@@ -78,7 +78,7 @@ def test_publisher_with_default_quality(ros: Ros) -> None:
     assert changes[-2:] == [("Open", False), ("too-late", True)]
     errors = [record["error"] for record in ros.records("office", "error")]
     assert len(errors) == 1
-    assert errors[0].startswith("~/signals: no truth value")
+    assert errors[0].startswith("~/signals: not a truth value")
     assert ros.processes[0].output().count("incompatible QoS") == 0
 
 
