@@ -1,4 +1,4 @@
-"""How many messages can be on their way at once: a bound that holds whatever response times are.
+"""How many messages can be on their way at once: a bound that holds for all response times.
 
 A run of a callback that overlaps a window of time was running when the window began, or has begun in it. What
 begins in it was waiting when the window began, or came in it. So a timer that strikes every 10 ms overlaps a
@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from dineros.metamodel import pn, sym
+from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
-from dineros.metamodel.callbacks.groups import callback_page_of
-from dineros.metamodel.elements import channels, resolve
+from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
+from dineros.metamodel.calls import UNLIMITED
+from dineros.metamodel.elements import channels, node_net_of, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import are_matched
 from dineros.metamodel.times.given import duration_of, latency_between, runs_at_once, waits
@@ -33,9 +34,10 @@ def seconds_of(bound: float) -> Fraction:
 
 
 def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
-    """Return how many messages between two ports need clocks of their own; 0 where any latency is possible.
+    """Return how many messages between two ports need clocks of their own; 0: the latency stays open.
 
-    Where nothing bounds how often a node publishes, it is what the writer keeps.
+    It stays open if nothing bounds how many messages can be on their way. With too few clocks, messages would
+    wait for one another, and a burst that overflows a reader would look harmless.
 
     Raises
     ------
@@ -46,24 +48,31 @@ def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
     if latency is None or latency.latest is None:
         return 0
     found = _publications(writer, seconds_of(latency.latest), frozenset())
-    number = writer.limit if found is None else max(1, found)
-    if number > MOST_ON_THE_WAY:
+    if found is None:
+        return 0
+    if found > MOST_ON_THE_WAY:
         topic = "" if writer.channel is None else writer.channel.topic
         raise TooManyOnTheWayError(
-            f"up to {number} messages of topic {topic} can be on their way at once",
+            f"up to {found} messages of topic {topic} can be on their way at once",
             element=topic,
             hint="give durations to what publishes them, or a smaller latency",
         )
-    return int(number)
+    return max(1, found)
 
 
 def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[object]) -> int | None:
-    """Return how many messages a port can publish in a window; None where nothing bounds it."""
+    """Return how many messages a port can publish in a window; None where nothing bounds it.
+
+    Only an executor runs callbacks one after another. The engine of a node net fires whatever is enabled, so
+    that messages can gather in it and leave all at once.
+    """
     page = callback_page_of(writer.place)
-    if page is None:
+    node = None if page is None else node_net_of(page)
+    if page is None or node is None or not runs_callbacks(node):
         return None
     for arc in writer.place.incoming:
-        if callback_page_of(arc.source) is not page:
+        # What the rules add is another way to fire a transition of the page (rule D3): it puts nothing more.
+        if callback_page_of(arc.source) is not page and not isinstance(arc.page, pnm.Sheet):
             return None
     if writer.place.tokens:
         return None
@@ -146,7 +155,10 @@ def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -
         for reader in channel.subscribers:
             if callback_page_of(reader.place) is not page:
                 continue
-            total += reader.limit + reader.place.tokens
+            held = _in_hand(reader, page)
+            if held is None:
+                return None
+            total += reader.limit + held
             for writer in channel.publishers:
                 if are_matched(writer, reader):
                     latency = latency_between(writer, reader)
@@ -157,3 +169,13 @@ def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -
                         return None
                     total += sent
     return total
+
+
+def _in_hand(reader: sym.SubscriberPort, page: sym.CallbackPage) -> int | None:
+    """Return how many messages a node holds at most outside of a reader history; None if any number."""
+    if reader.place.capacity:
+        return int(reader.place.capacity)
+    if reader.inHand is not None:
+        return None if reader.inHand == UNLIMITED else int(reader.inHand)
+    weights = [arc.weight for arc in reader.place.outgoing]
+    return max(1, reader.place.tokens, runs_at_once(page), *weights)

@@ -8,12 +8,14 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.timed.exploring import Explored, explore_timed
 from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.metamodel import sym
-from dineros.metamodel.build import seconds
+from dineros.metamodel.build import flow, seconds
+from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.elements import channels, find, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.times.given import says_times
 from dineros.metamodel.times.rates import on_the_way
 from dineros.transformations.flattening.flatten import flatten
+from dineros.transformations.rules.queries.times import CallsOnTheWay, OnTheWay
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.models import model_of
 
@@ -97,3 +99,53 @@ def test_lifespans_are_refused() -> None:
     channel.subscribers[0].qos = sym.QualityOfService(lifespan=3.0)
     with pytest.raises(DinerosError, match="lifespan"):
         timed_base_subject(model)
+
+
+def burst(limit: int) -> sym.SystemModel:
+    """Return a node net that can send six messages at any moment, to a reader that keeps four."""
+    pool, send, out = sym.Place(id="Pool", tokens=6), sym.Transition(id="Send"), sym.Place(id="Out")
+    talker = sym.NodeNet(id="talker", objects=[pool, send, out])
+    flow(pool, send, out)
+    heard, work, done = sym.Place(id="Heard"), sym.Transition(id="Work"), sym.Place(id="Done", kind="end")
+    page = sym.CallbackPage(id="OnMessage", kind="subscriber", objects=[heard, work, done])
+    page.duration = seconds(0, 0.02)
+    flow(heard, work, done)
+    channel = sym.TopicChannel(id="T", topic="/t", latency=seconds(0.1, 0.1))
+    channel.publishers.append(sym.PublisherPort(place=out, limit=limit))
+    channel.subscribers.append(sym.SubscriberPort(place=heard, limit=4))
+    log = sym.NodeNet(id="log", execution="callbacks", objects=[page])
+    return sym.SystemModel(id="burst", middleware="ros2", pages=[talker, log], channels=[channel])
+
+
+@pytest.mark.parametrize("limit", [1, 3, 8])
+def test_a_burst_overflows_the_reader_however_few_the_publisher_keeps(limit: int) -> None:
+    """Nothing bounds what is on its way, so no message may wait for another one's clock."""
+    found = explored(burst(limit))
+    names = found.net.untimed.transitions
+    assert "T.reader.Heard.drop" in {names[t] for t in found.ways}
+
+
+def test_a_client_without_a_bound_has_no_clocks() -> None:
+    client = sym.ClientPort(client="office", latency=seconds(0.1, 0.2), outstanding=2)
+    assert CallsOnTheWay._answer(client) == 2
+    client.outstanding = UNLIMITED
+    assert CallsOnTheWay._answer(client) == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [number for number in COUNTED if COUNTED[number].system["latency"]])
+def test_more_clocks_change_nothing(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bound on messages on their way is large enough: with two more clocks, the facts are the same."""
+
+    def facts() -> tuple[dict[str, int], set[str], set[str]]:
+        found = explored(model_of(COUNTED[number].system, 0.01))
+        places, names = found.net.untimed.places, found.net.untimed.transitions
+        top = dict(zip(places, found.markings.max(axis=0).tolist(), strict=True))
+        longest = {name: most for name, most in top.items() if name.endswith(".Load")}
+        return longest, {names[t] for t in found.ways if names[t].endswith(".drop")}, fired(found, ".miss")
+
+    few = facts()
+    monkeypatch.setattr(
+        OnTheWay, "_answer", staticmethod(lambda *ends: found + 2 if (found := on_the_way(*ends)) else 0)
+    )
+    assert facts() == few

@@ -195,7 +195,7 @@ class CallLatency(Query):
 
 
 class CallsOnTheWay(Query):
-    """How many requests of a client have clocks of their own at once; none of one that gives up."""
+    """How many requests of a client have clocks; 0 if it gives up, or has any number under way."""
 
     datatype = WHOLE
     _words = "requests of {} on their way"
@@ -205,6 +205,7 @@ class CallsOnTheWay(Query):
         latency = latency_of_calls(client)
         if latency is None or latency.latest is None or (client.timeout or 0) > 0:
             return 0
+        # Flattening has filled in how many a client has under way; any number is below 0.
         return max(client.outstanding or 1, 0)
 
 

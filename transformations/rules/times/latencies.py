@@ -1,4 +1,9 @@
-"""Messages on their way (rules D5 and D6): each has a clock of its own, and they arrive in order."""
+"""Messages on their way (rules D5 and D6): each has a clock of its own.
+
+The clocks do not keep the order of messages. A net counts tokens, which are alike, so the counts are those
+of messages that arrive in order: if the k-th message is sent at s(k), the k-th arrival lies within s(k) plus
+the latency either way.
+"""
 
 from __future__ import annotations
 
