@@ -10,15 +10,15 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from dineros.metamodel import pn, pnm, sym
+from dineros.metamodel import sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.calls import UNLIMITED
-from dineros.metamodel.elements import channels, node_net_of, resolve
+from dineros.metamodel.elements import channels, node_net_of
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import are_matched
 from dineros.metamodel.times.given import duration_of, latency_between, runs_at_once, waits
+from dineros.metamodel.times.runs import is_changed_elsewhere, most_put
 
 MOST_ON_THE_WAY = 64
 """Messages between two ports, each with a clock of its own."""
@@ -70,54 +70,11 @@ def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[
     node = None if page is None else node_net_of(page)
     if page is None or node is None or not runs_callbacks(node):
         return None
-    for arc in writer.place.incoming:
-        # What the rules add is another way to fire a transition of the page (rule D3): it puts nothing more.
-        if callback_page_of(arc.source) is not page and not isinstance(arc.page, pnm.Sheet):
-            return None
-    if writer.place.tokens:
+    if writer.place.tokens or is_changed_elsewhere(page, writer.place):
         return None
-    each = _most_put(page, writer.place)
+    each = most_put(page, writer.place)
     runs = _runs(page, window, asked)
     return None if each is None or runs is None else each * runs
-
-
-def _most_put(page: sym.CallbackPage, place: pn.Place) -> int | None:
-    """Return how many tokens one run puts on a place, if each transition fires at most once in it."""
-    body = Body(page)
-    inside = set(body.transitions)
-    for transition in body.transitions:
-        if body.continues(transition) > 1:
-            return None
-    # Without circles, and on one way only, a transition fires once.
-    onward = {
-        transition: {
-            after.target
-            for arc in transition.outgoing
-            for after in resolve(arc.target).outgoing
-            if after.target in inside
-        }
-        for transition in body.transitions
-    }
-    seen: dict[pn.Node, int] = {}
-
-    def is_circular(node: pn.Node) -> bool:
-        if seen.get(node) == 1:
-            return True
-        if seen.get(node) == 2:
-            return False
-        seen[node] = 1
-        found = any(is_circular(after) for after in onward[node])  # type: ignore[index]
-        seen[node] = 2
-        return found
-
-    if any(is_circular(transition) for transition in body.transitions):
-        return None
-    return sum(
-        arc.weight
-        for transition in body.transitions
-        for arc in transition.outgoing
-        if resolve(arc.target) is place
-    )
 
 
 def _runs(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:

@@ -1,0 +1,214 @@
+"""How many tokens one run of a callback puts on a place, found by exploring the runs.
+
+A run starts once, and each request that it waits for gets one response. What its transitions take from
+elsewhere is always there. So every order of its steps is among those explored, and the greatest number is
+a bound. There is none where a run can go round a circle that puts a token, or leaves tokens for later runs.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from dineros.metamodel import pn, pnm, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.callbacks.bodies import Body, calls_of
+from dineros.metamodel.callbacks.groups import callback_page_of
+from dineros.metamodel.elements import nodes, resolve
+from dineros.metamodel.times.given import runs_at_once
+
+MOST_STATES = 300
+"""So many markings of one run are explored at most."""
+
+_Marking = frozenset[tuple[pn.Node, int]]
+
+
+def most_put(page: sym.CallbackPage, place: pn.Place) -> int | None:
+    """Return how many tokens one run of a callback puts on a place at most; None if nothing bounds it."""
+    run = _Run(page, place)
+    if not run.starts_by_ports:
+        return None
+    in_turn = run.put_in_turn()
+    if in_turn is not None or runs_at_once(page) > 1:
+        return in_turn
+    try:
+        return run.explored()
+    except _UnboundedError:
+        return None
+
+
+def is_changed_elsewhere(page: sym.CallbackPage, place: pn.Place) -> bool:
+    """Tell whether a transition outside of a callback page takes from a place of the page, or puts there.
+
+    What the rules add does not count: it is another way to fire a transition of the page (rule D3), or takes
+    what the page puts.
+    """
+    model = _model_of(page)
+    away = {
+        node
+        for node in (nodes(model) if model is not None else ())
+        if isinstance(node, pn.ReferencePlace) and callback_page_of(node) is not page
+    }
+    around = [
+        arc for each in (place, *(each for each in away if resolve(each) is place))
+        for arc in (*each.incoming, *each.outgoing)
+    ]  # fmt: skip
+    return any(callback_page_of(arc) is not page and not isinstance(arc.page, pnm.Sheet) for arc in around)
+
+
+def _model_of(element: EObject | None) -> sym.SystemModel | None:
+    while element is not None and not isinstance(element, sym.SystemModel):
+        element = element.eContainer()
+    return element
+
+
+def _places_of_ports(page: sym.CallbackPage) -> set[pn.Node]:
+    """Return the places that ports of the model name: the middleware puts tokens there, or takes them."""
+    model = _model_of(page)
+    if model is None:
+        return set()
+    ports = [part for channel in model.channels for part in channel.eAllContents()]
+    named = [getattr(port, each.name) for port in ports for each in type(port).eClass.eAllReferences()]
+    return {each for each in named if isinstance(each, pn.Place)}
+
+
+class _UnboundedError(Exception):
+    """A run goes round a circle, leaves something, or has too many markings."""
+
+
+class _Run:
+    """The net of one run: the places that its own transitions raise, and one start."""
+
+    def __init__(self, page: sym.CallbackPage, place: pn.Place) -> None:
+        self.page = page
+        calls = calls_of(page)
+        self.body = Body(page, calls)
+        self.changes: dict[pn.Transition, Counter[pn.Node]] = {}
+        self.puts: Counter[pn.Transition] = Counter()
+        for transition in self.body.transitions:
+            self.changes[transition] = self._changed(transition, calls)
+            self.puts[transition] = sum(
+                arc.weight for arc in transition.outgoing if resolve(arc.target) is place
+            )
+        changes = [each for change in self.changes.values() for each in change.items()]
+        raised = {node for node, number in changes if number > 0}
+        lowered = {node for node, number in changes if number < 0}
+        self.fed = _places_of_ports(page)
+        responses = {response for request, response in calls if request in self.body.requests}
+        self.own = {node for node in raised & lowered if node in responses or self._is_own(node)}
+        timer = page.kind == sym.CallbackKind.timer
+        self.starts = set(self.body.beginnings()) if timer else set(self._takers())
+        self.starts_by_ports = timer or all(
+            any(number < 0 and node in self.fed for node, number in self.changes[start].items())
+            for start in self.starts
+        )
+        self.ends = set(self.body.ends())
+        self.onward: dict[_Marking, int | None] = {}
+        """How many tokens each marking still puts; None while its ways are explored."""
+
+    def _changed(self, transition: pn.Transition, calls: list[tuple[pn.Place, pn.Place]]) -> Counter[pn.Node]:
+        """Return what a transition changes; a request puts its response, too."""
+        changed: Counter[pn.Node] = Counter()
+        for arc in transition.incoming:
+            if arc.kind == pn.ArcKind.normal:
+                changed[resolve(arc.source)] -= arc.weight
+        for arc in transition.outgoing:
+            target = resolve(arc.target)
+            changed[target] += arc.weight
+            if target in self.body.requests:
+                # Answers of other kinds do not come; their tokens stay, so that there is no bound.
+                for request, response in calls:
+                    if request is target:
+                        changed[response] += arc.weight
+        return changed
+
+    def _is_own(self, node: pn.Node) -> bool:
+        return (
+            isinstance(node, pn.Place)
+            and callback_page_of(node) is self.page
+            and node not in self.fed
+            and not is_changed_elsewhere(self.page, node)
+        )
+
+    def _takers(self) -> list[pn.Transition]:
+        """Return the transitions that take nothing of the run's own: messages and requests start them."""
+        return [
+            transition
+            for transition, changed in self.changes.items()
+            if not any(number < 0 and node in self.own for node, number in changed.items())
+        ]
+
+    def put_in_turn(self) -> int | None:
+        """Return the bound of a run that several overlap: it has one token, which goes on without circles."""
+        if any(self.body.continues(each) > 1 for each in self.body.transitions):
+            return None
+        if any(self.body.continues(each) for each in self.ends):
+            return None
+        return None if self._is_circular() else sum(self.puts.values())
+
+    def _is_circular(self) -> bool:
+        """Tell whether a transition can follow itself."""
+        left = {
+            each: {
+                after
+                for after, changed in self.changes.items()
+                if any(changed[node] < 0 < number for node, number in self.changes[each].items())
+            }
+            for each in self.changes
+        }
+        while left:
+            last = {each for each, after in left.items() if not after & left.keys()}
+            if not last:
+                return True
+            for each in last:
+                del left[each]
+        return False
+
+    def explored(self) -> int:
+        """Return the most that a run puts from its start to its end.
+
+        Raises
+        ------
+        _UnboundedError
+            Nothing bounds it.
+        """
+        first = Counter[pn.Node]({node: node.tokens for node in self.own if isinstance(node, pn.Place)})
+        most = 0
+        for start in self.starts:
+            after = self._fired(start, first)
+            if after is not None:
+                most = max(most, self.puts[start] + self._from(after, first, start in self.ends))
+        return most
+
+    def _fired(self, transition: pn.Transition, marking: Counter[pn.Node]) -> Counter[pn.Node] | None:
+        after = marking.copy()
+        for node, number in self.changes[transition].items():
+            if node in self.own:
+                after[node] += number
+                if after[node] < 0:
+                    return None
+        return after
+
+    def _from(self, marking: Counter[pn.Node], first: Counter[pn.Node], is_over: bool) -> int:
+        enabled = [
+            (transition, after)
+            for transition in self.changes.keys() - self.starts
+            if (after := self._fired(transition, marking)) is not None
+        ]
+        if is_over:
+            if enabled or +marking != +first:
+                raise _UnboundedError
+            return 0
+        key = frozenset((+marking).items())
+        if self.onward.get(key, 0) is None or len(self.onward) >= MOST_STATES:
+            raise _UnboundedError
+        if (known := self.onward.get(key)) is not None:
+            return known
+        self.onward[key] = None
+        self.onward[key] = most = max(
+            (
+                self.puts[transition] + self._from(after, first, transition in self.ends)
+                for transition, after in enabled
+            ),
+            default=0,
+        )
+        return most
