@@ -14,6 +14,7 @@ from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import holds_thread, runs_callbacks, threads_of
+from dineros.metamodel.callbacks.waiting import hasty_clients
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Accept, Cancel, Canceling, Finish, Outcome
 
@@ -91,7 +92,15 @@ class Goals(Question):
         "A goal ends in a way that its client does not learn of.",
         "nobody fetches the result where a goal of {client} of action {action} is {outcome}",
     )
-    faults = (NOT_ACCEPTED, ENDLESS, LATE, UNHEARD, OVERTAKEN, NOT_FETCHED)
+    HELD_BACK = Fault(
+        "goal-held-back",
+        "note",
+        "The answers assume that a client of an action sends a goal only if its last one is over.",
+        "the answers assume that {client} of action {action} sends a goal only if its last one is over: "
+        "nothing in its node waits for that, and with rclpy or rclcpp the goals would be under way at once; give the "
+        "client as many as it can have under way (outstanding)",
+    )
+    faults = (NOT_ACCEPTED, ENDLESS, LATE, UNHEARD, OVERTAKEN, NOT_FETCHED, HELD_BACK)
     asks = "what can become of goals"
 
     def ask(self, checked: Checked) -> None:
@@ -99,6 +108,7 @@ class Goals(Question):
         clients = list(_clients(checked))
         if not clients:
             return
+        self._assume(checked)
         found = len(checked.report.findings) + len(checked.report.unknown)
         for client in clients:
             asks = f"what can become of goals of {client.words} of action {client.channel.action}"
@@ -124,6 +134,19 @@ class Goals(Question):
             checked.report.proved.append("every goal that was sent can be over")
         if len(checked.report.findings) + len(checked.report.unknown) == found:
             checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
+
+    def _assume(self, checked: Checked) -> None:
+        """Report the clients whose goals the rules hold back."""
+        if not isinstance(checked.model, sym.SystemModel):
+            return
+        for port in hasty_clients(checked.model):
+            found = self.HELD_BACK.found(
+                port.channel.id,
+                port.goal.id,
+                client=f"client {port.client}",
+                action=port.channel.action,
+            )
+            checked.report.findings.append(found)
 
     def _fires(self, checked: Checked, client: _Client, fault: Fault, transitions: list[str]) -> None:
         if can_fire(checked, transitions):

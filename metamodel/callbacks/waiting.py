@@ -76,6 +76,19 @@ def _sends_freely(client: sym.ClientPort) -> bool:
     return runs_callbacks(node_net_of(client.request))
 
 
+def hasty_clients(model: sym.SystemModel) -> list[sym.ActionClientPort]:
+    """Return the clients of actions that send a goal before the last one is over, but have one under way.
+
+    The rules hold such a goal back. `rclpy` and `rclcpp` send it at once.
+    """
+    if model.middleware != sym.Middleware.ros2:
+        return []
+    clients = [client for action in channels(model, sym.ActionChannel) for client in action.clients]
+    one = [each for each in clients if each.outstanding == 1 and runs_callbacks(node_net_of(each.goal))]
+    waiting = Waiting(model) if one else None
+    return [each for each in one if waiting is not None and not waiting.waits(each)]
+
+
 class Waiting:
     """Tells which clients of a system model wait.
 
@@ -100,8 +113,8 @@ class Waiting:
             for key in move.gives:
                 self._givers[key].append(move)
 
-    def waits(self, client: sym.ClientPort) -> bool:
-        """Tell whether one request of a client is under way at a time by the net itself."""
+    def waits(self, client: sym.ClientPort | sym.ActionClientPort) -> bool:
+        """Tell whether one request or goal of a client is under way at a time by the net itself."""
         stack, seen = [frozenset({_under_way(client)})], set[frozenset[Key]]()
         while stack and len(seen) < _MOST_SETS:
             carried = stack.pop()

@@ -371,3 +371,20 @@ def test_that_a_goal_is_accepted_is_a_place_of_the_client(waits: bool) -> None:
     assert [str(each) for each in validate(acknowledged(waits=waits))] == []
     assert bool(of_rule(report, "property-violated")) is not waits
     assert of_rule(report, "unbounded") == [] or not waits
+
+
+def test_a_goal_that_the_rules_hold_back_is_noted() -> None:
+    """A timer sends a goal at each tick and waits for none; a client with two goals under way is believed."""
+    model = deliveries()
+    node = node_net(model, "hasty", execution="callbacks")
+    tick = callback(node, "OnTick", "timer", 1.0)
+    goal, over = place(tick, "Hasty.goal"), callback(node, "OnOver", "client")
+    done = place(over, "Hasty.done")
+    step(tick, "Hasty.send", [], [goal])
+    step(over, "Hasty.take", [done], [])
+    port = sym.ActionClientPort(client="hasty", goal=goal, succeeded=done, aborted=done, canceled=done)
+    channel_of(model).clients.append(port)
+    (note,) = of_rule(asked(model), "goal-held-back")
+    assert note.severity == "note" and "client hasty" in note.message
+    port.outstanding = 2
+    assert not of_rule(asked(model), "goal-held-back")
