@@ -126,9 +126,9 @@ class Boundedness(Question):
 
     @staticmethod
     def _look_elsewhere(checked: Checked, work: int) -> None:
-        """End the making of a state space that costs much where a smaller net answers.
+        """End the search of a large state space if a smaller net answers.
 
-        Where none does, it continues, and what needs no state space is told first.
+        If none does, the search continues. Questions that need no state space are answered before that.
         """
         if work >= FIRST_SHARE:
             if checked.recurrence is not None:

@@ -97,8 +97,8 @@ class Goals(Question):
         "note",
         "The answers assume that a client of an action sends a goal only if its last one is over.",
         "the answers assume that {client} of action {action} sends a goal only if its last one is over: "
-        "nothing in its node waits for that, and with rclpy or rclcpp the goals would be under way at once; give the "
-        "client as many as it can have under way (outstanding)",
+        "nothing in its node waits for that, and with rclpy or rclcpp the goals would be under way at once; "
+        "set outstanding to the greatest number that can be under way",
     )
     faults = (NOT_ACCEPTED, ENDLESS, LATE, UNHEARD, OVERTAKEN, NOT_FETCHED, HELD_BACK)
     asks = "what can become of goals"
@@ -140,6 +140,7 @@ class Goals(Question):
         if not isinstance(checked.model, sym.SystemModel):
             return
         for port in hasty_clients(checked.model):
+            assert port.channel is not None
             found = self.HELD_BACK.found(
                 port.channel.id,
                 port.goal.id,

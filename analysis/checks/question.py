@@ -112,7 +112,7 @@ class Checked:
 
     @property
     def known(self) -> Known:
-        """What is known of the net without signals, whoever asked."""
+        """The record of what is known of the net without signals."""
         return known_of(self.subject.net)
 
     @property

@@ -2,9 +2,9 @@
 
 There can be exponentially many: k clients that take turns at m services of k instances each have more
 semiflows than markings. So their enumeration has a share of work, which is looked at before rows are
-combined. Where it is spent, whoever asked continues without them: with invariants of two places and a basis
-(`structure`), and with linear programs for what is wanted of a place (`bounds`) or of a group of them
-(`state_machines`), which cost little however many semiflows there are.
+combined. If it is used up, the caller continues without semiflows: with invariants of two places and a basis
+(`structure`), and with linear programs for one place (`bounds`) or a group of places (`state_machines`).
+The cost of these does not grow with the number of semiflows.
 """
 
 from __future__ import annotations

@@ -9,10 +9,9 @@ from dineros.analysis.logic.language.names import Names
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.portfolio.known import Known, known_of
 from dineros.analysis.portfolio.methods.bounds import PlaceBounds
-from dineros.analysis.portfolio.methods.clauses import Clauses
 from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
 from dineros.analysis.portfolio.methods.explicit_search import ExplicitSearch
-from dineros.analysis.portfolio.methods.induction import Induction
+from dineros.analysis.portfolio.methods.induction import Clauses, Induction
 from dineros.analysis.portfolio.methods.markings import FarMarkings, StoredMarkings
 from dineros.analysis.portfolio.methods.on_the_fly import AutomatonOnTheFly
 from dineros.analysis.portfolio.methods.reduced_net import ReducedNet

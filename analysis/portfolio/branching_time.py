@@ -1,12 +1,4 @@
-"""CTL on nets, by the methods of the portfolio.
-
-Runs are infinite; one that reaches a deadlock stays there forever, so a deadlock is its own successor.
-
-References
-----------
-E. M. Clarke, E. A. Emerson, A. P. Sistla, *Automatic verification of finite-state concurrent systems using
-temporal logic specifications*, TOPLAS 8(2), 1986.
-"""
+"""CTL on nets, by the methods of the portfolio; `logic.ctl.checking` says what a formula means."""
 
 from __future__ import annotations
 

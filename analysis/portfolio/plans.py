@@ -5,11 +5,10 @@ from __future__ import annotations
 from dineros.analysis.answers.turns import HEAD_START
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.portfolio.known import known_of
-from dineros.analysis.portfolio.methods.clauses import Clauses
 from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams, LedByDiagram
 from dineros.analysis.portfolio.methods.directed_search import DirectedSearch
 from dineros.analysis.portfolio.methods.explicit_search import QUICK, ExplicitSearch
-from dineros.analysis.portfolio.methods.induction import Induction
+from dineros.analysis.portfolio.methods.induction import Clauses, Induction
 from dineros.analysis.portfolio.methods.limits import NetWithLimits
 from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
 from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTraps

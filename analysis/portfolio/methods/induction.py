@@ -1,6 +1,9 @@
-"""Bounded model checking with k-induction, by a satisfiability solver."""
+"""Satisfiability solvers: k-induction with bounded model checking, and property directed reachability."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
@@ -10,18 +13,45 @@ from dineros.analysis.portfolio.reach import Reach
 from dineros.analysis.portfolio.satisfies import Question
 
 
-class Induction(Method):
-    """Look for a way, or for a proof that there is none, ever deeper; of nets with few tokens in a place."""
+class Solver(Method):
+    """Ask a solver for a way, or for a proof that there is none; of nets with few tokens in a place.
+
+    A subclass names the function that asks, `_asks`.
+    """
+
+    _asks: ClassVar[Callable[[], Callable[..., Outcome]]]
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Ask the solver."""
-        from dineros.analysis.proofs.induction import by_induction
-
-        if not isinstance(question, Reach):
+        if not isinstance(question, Reach) or known.sums is None:
             return None
-        if known.sums is None:
-            return None
-        answer = by_induction(question.net, question.condition, question.conditions, budget, known.sums)
+        ask = type(self)._asks()
+        answer = ask(question.net, question.condition, question.conditions, budget, known.sums)
         if answer.trace is not None:
             return question.reached(answer.trace, answer.by)
         return answer if answer.status == "unreachable" else None
+
+
+def _induction() -> Callable[..., Outcome]:
+    # The solver is imported when it is asked: most questions are answered without it.
+    from dineros.analysis.proofs.induction import by_induction
+
+    return by_induction
+
+
+def _clauses() -> Callable[..., Outcome]:
+    from dineros.analysis.proofs.pdr import by_clauses
+
+    return by_clauses
+
+
+class Induction(Solver):
+    """Look for a way, or for a proof that there is none, at growing depth."""
+
+    _asks = staticmethod(_induction)
+
+
+class Clauses(Solver):
+    """Learn clauses that exclude the condition, or find a way."""
+
+    _asks = staticmethod(_clauses)

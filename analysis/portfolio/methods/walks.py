@@ -43,7 +43,7 @@ class RandomWalks(Method):
     """Walk at random until all that walks can meet is met, or time is up; the way is not kept."""
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Look at markings of random walks; of a question whose way is shown to nobody."""
+        """Look at the markings of random walks, if nobody asked for the way."""
         from dineros.analysis.properties.predicates import satisfied
 
         if not isinstance(question, Reach):
