@@ -1,9 +1,8 @@
 """The ids of messages: what is one, and when a message has come before.
 
 A node calls a message ``NODE/PLACE/NUMBER`` or ``NODE@RUN/PLACE/NUMBER``; what stands before the number is
-the *sender*, whose messages are numbered from 1. A message that is sent again (by a node that continues
-after a
-crash, by a client without a response) keeps its id, and whoever had it ignores it.
+the *sender*, whose messages are numbered from 1. A message that is sent again (by a node that continues after
+a crash, by a client without a response) keeps its id, and whoever had it ignores it.
 
 Anybody on the network can write any id, so two rules hold wherever an id comes in:
 

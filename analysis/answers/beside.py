@@ -35,9 +35,8 @@ def first_of_two(
 
     The first engine works alone for so many seconds of the processor (`alone`; a turn unless given), before
     the process is forked. Other parameters are those of `first_answer`, which is asked where there is one
-    core, little memory, or where this is not a main thread, from which alone a process may be forked.
-    Answers go
-    through `pickle`.
+    core, little memory, or where this is not a main thread, from which alone a process may be forked. Answers
+    go through `pickle`.
     """
     first, *others = members
     is_alone = len(os.sched_getaffinity(0)) < 2 or budget.memory < LEAST_MEMORY

@@ -2,8 +2,8 @@
 
 Each works in a thread of its own, one at a time: whoever has used its share of the processor's time passes on
 when it next reports how far it is, and later continues where it stopped. So a question costs no more than
-what
-the quickest of them needs, times the number of engines. Time decides who answers, never what the answer is.
+what the quickest of them needs, times the number of engines. Time decides who answers, never what the answer
+is.
 
 References
 ----------

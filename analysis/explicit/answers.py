@@ -28,8 +28,7 @@ class Options(TypedDict, total=False):
         ``stubborn`` fires stubborn sets only: of a count it keeps the deadlocks only.
     is_shortest : bool
         Whether a search for one goal continues for a shorter way where what it found may not be a shortest
-        one;
-        it does unless told.
+        one; it does unless told.
     most_if_unbounded : int
         Markings at which a search for goals ends if it has seen that there is no end of them.
     """

@@ -4,8 +4,7 @@ Frame i holds clauses that are true of all markings that at most i steps reach. 
 marking that meets the goal, that is to be excluded, with all markings from which the same transition leads
 there, which are asked for in turn. What cannot be reached from the frame before is made as general as that
 allows, and becomes a clause. Clauses that a step from their frame keeps continue to the next one: where a
-frame
-loses all of its own, the next ones keep the goal away forever.
+frame loses all of its own, the next ones keep the goal away forever.
 
 References
 ----------

@@ -33,9 +33,8 @@ class PostAgglomeration(Rule):
     nothing else, is invisible, and its tokens, coming earlier, disable nothing. Where a run leaves p marked,
     f can be added. An endless run has endlessly many firings outside F, since F takes tokens from p that only
     H puts there. A marking with p marked is not a deadlock; with p empty N and N' enable the same. H and F
-    are
-    live together iff their compositions are. Every f puts tokens somewhere, so tokens that pile up on p pile
-    up there in N'.
+    are live together iff their compositions are. Every f puts tokens somewhere, so tokens that pile up on p
+    pile up there in N'.
     """
 
     preserves = AGGLOMERATION_PRESERVES

@@ -80,8 +80,7 @@ class LoopOfPlaces(Rule):
     N', the tokens can be moved to where the step takes or reads them. Both have the same markings of all
     other places, and in N the tokens of the merged place can be moved anywhere (`MARKINGS`). While it is
     marked, N can continue moving tokens forever, and N' can fire *idle*, which reads it. A move is live iff
-    the
-    merged place can always be marked again, iff *idle* is live.
+    the merged place can always be marked again, iff *idle* is live.
     """
 
     preserves = MERGE_PRESERVES

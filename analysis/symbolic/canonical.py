@@ -2,9 +2,8 @@
 
 Colours are refined until all of one colour have the same arcs to each other colour; where a colour is left
 that several have, one of them gets a colour of its own, and refinement continues. Two nets that differ in
-names
-and order only become the same net, wherever those of one colour are images of each other under a symmetry,
-as they are in nearly all nets; elsewhere, which of them goes first is chance.
+names and order only become the same net, wherever those of one colour are images of each other under a
+symmetry, as they are in nearly all nets; elsewhere, which of them goes first is chance.
 
 References
 ----------

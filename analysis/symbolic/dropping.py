@@ -2,8 +2,7 @@
 
 A transition becomes one or more *events*: a box (an interval of tokens for some places) and a translation.
 Where what a dropped place is asked is not a box of the others, events are split into disjoint ones: the
-events
-of a transition never overlap, so that counts of arcs stay exact.
+events of a transition never overlap, so that counts of arcs stay exact.
 """
 
 from __future__ import annotations

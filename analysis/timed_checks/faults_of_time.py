@@ -62,9 +62,8 @@ class TimeStops(Question):
     """Whether infinitely many firings can happen in no time, or priorities keep time from going on.
 
     A transition with the interval ``[0,0]`` fires before time continues. A loop of such transitions never
-    lets
-    time continue. A loop with other transitions may: each of them is enabled again in each round, and waits
-    then.
+    lets time continue. A loop with other transitions may: each of them is enabled again in each round, and
+    waits then.
     """
 
     STOPS, LOCKED = faults.STOPS, faults.LOCKED

@@ -4,9 +4,8 @@
 rules, a process each. The logger takes longer than the period, so that all queues are full all the time and
 lose messages. It prints the resident memory of both processes every now and then, and at the end by how much
 it grew an hour (least squares, without the first tenth), of all of it and of what is not a page of a file:
-those
-come and go as others on the machine need room. `-o` writes the figures as CSV. With ``--journal`` both record
-what they do, and what is kept of that is replayed on the model.
+those come and go as others on the machine need room. `-o` writes the figures as CSV. With ``--journal`` both
+record what they do, and what is kept of that is replayed on the model.
 """
 
 from __future__ import annotations

@@ -49,8 +49,7 @@ class Step:
     ----------
     verb : {"publish", "call", "send", "goal", "cancel"}
         Publish a message; call a service and wait for the answer; send a request and continue; send a goal;
-        ask
-        to cancel it.
+        ask to cancel it.
     name : str
         Full name of the topic, service or action.
     times : {"", "?", "*"}

@@ -2,10 +2,9 @@
 
 A transition with an interval has a clock, which starts when the transition becomes ready. After another
 firing the clock continues if the transition stays ready while tokens are taken and after tokens are put: a
-read
-arc does not disturb it, a loop does. The transition fires when its clock is within the interval; where it has
-reached the latest bound, the transition goes before others. A priority counts while the higher transition
-could fire.
+read arc does not disturb it, a loop does. The transition fires when its clock is within the interval; where
+it has reached the latest bound, the transition goes before others. A priority counts while the higher
+transition could fire.
 
 The callback of a timer begins at most once in each period, and a tick that comes before it has begun is gone
 (rule C1). Ticks come at multiples of the period: a late one delays no other. They are those of the loop's

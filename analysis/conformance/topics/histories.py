@@ -2,12 +2,11 @@
 
 A publisher waits for nobody, so that its message must go somewhere: where its writer history is full, the
 oldest one continues to the reader, or is lost. It is lost there if its subscriber is known never to have
-taken
-it; if both histories are full, too, but only when nothing else can be done, since the subscriber may have
-taken a message before. What a subscriber's trace says to be lost, and was not yet, is lost where it can be;
-the message that it takes next says whose it was. Where several publishers fill one history, others of them
-may have been heard in between: before a message is taken from there, what is known to be lost is lost, and
-while that is not known, the take waits until nothing else can be done.
+taken it; if both histories are full, too, but only when nothing else can be done, since the subscriber may
+have taken a message before. What a subscriber's trace says to be lost, and was not yet, is lost where it can
+be; the message that it takes next says whose it was. Where several publishers fill one history, others of
+them may have been heard in between: before a message is taken from there, what is known to be lost is lost,
+and while that is not known, the take waits until nothing else can be done.
 """
 
 from __future__ import annotations

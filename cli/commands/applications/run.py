@@ -115,11 +115,9 @@ def run(
 
     Every node is a ROS 2 process of its own, unless --local or --simulate says otherwise; one that fails is
     started again and continues from its trace. On ROS 2 a model has the rules of ros2, unless --middleware
-    says
-    otherwise. MODEL is a system model or the folder of a workspace. Exit
-    status: 1 where a step was not allowed or a failed handler halted a node, 2 where a node could not
-    continue
-    or never came up, 3 where time was over before --until held.
+    says otherwise. MODEL is a system model or the folder of a workspace. Exit status: 1 where a step was not
+    allowed or a failed handler halted a node, 2 where a node could not continue or never came up, 3 where
+    time was over before --until held.
     """
     from dineros.cli.models import say_rules_on_ros2, say_what_is_by_hand, say_what_runs, settings_on_ros2
     from dineros.cli.presentation.runs import say_run

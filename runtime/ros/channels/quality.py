@@ -33,9 +33,8 @@ KEPT_BY_PUBLISHERS = 10
 def most_known(limit: int, seen: Mapping[str, int]) -> int:
     """Return how many messages that a subscriber has seen in an earlier life are sent to it again, at most.
 
-    Publishers that continue send what they keep, as they cannot know what was taken. All of it comes at
-    once, so
-    that a history of the port's depth would lose what is new for what is known.
+    Publishers that continue send what they keep, as they cannot know what was taken. All of it comes at once,
+    so that a history of the port's depth would lose what is new for what is known.
 
     Parameters
     ----------
@@ -140,8 +139,7 @@ class LossCounter:
         """Return how many messages of a publisher that began again are missing before this one.
 
         It publishes again what its queue held, so that its ids continue without a gap, unless more was under
-        way
-        than the queue holds. To be asked before `lost_before`, which counts the gaps of its numbers.
+        way than the queue holds. To be asked before `lost_before`, which counts the gaps of its numbers.
         """
         with contextlib.suppress(MessageIdError):
             sender, number = parse_id(message_id) or ("", 0)

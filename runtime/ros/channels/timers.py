@@ -1,8 +1,8 @@
 """The timers of a node's callbacks: those of rclpy, on the clock of the ROS node.
 
 A timer of rclpy whose callback comes late continues at the next multiple of its period, and what it has
-missed
-is gone. Its callback only tells the node; whether the node has begun the one before is for the node to know.
+missed is gone. Its callback only tells the node; whether the node has begun the one before is for the node to
+know.
 """
 
 from __future__ import annotations

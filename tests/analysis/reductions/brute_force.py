@@ -91,9 +91,8 @@ class Language:
 
     Two finite graphs have the same maximal runs up to stuttering iff the same visible steps are possible
     after the same visible steps, and the same of those can be the last ones (the run stops, or continues
-    unseen
-    forever): a run with endlessly many visible steps exists as soon as all its prefixes do, since the graphs
-    are finite.
+    unseen forever): a run with endlessly many visible steps exists as soon as all its prefixes do, since the
+    graphs are finite.
     """
 
     def __init__(self, graph: Graph, places: Iterable[str], transitions: Iterable[str]) -> None:

@@ -5,10 +5,9 @@ may send another one. A request to cancel names its goal: it leaves the client o
 goal of that client, and either the server hears it, or the goal is over first and the request is gone; so it
 is where the goal is over, and the client has not heard of that. What asks for nothing that could be canceled
 is gone at once. A client of one goal takes no answer and sends no goal while it has such a request; of two,
-one is gone. A goal
-that is to be canceled may end in any way, others are not canceled; whether the work
-has taken note of the request or not, none of it is left over for the next goal of the slot. Feedback of a
-goal is told before the goal is over.
+one is gone. A goal that is to be canceled may end in any way, others are not canceled; whether the work has
+taken note of the request or not, none of it is left over for the next goal of the slot. Feedback of a goal is
+told before the goal is over.
 """
 
 from __future__ import annotations

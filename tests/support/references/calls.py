@@ -3,8 +3,7 @@
 A call is sent, kept by the server until an instance takes it, served, answered, and over. A server keeps a
 number of requests, whoever they are of; what comes to a server that keeps as many is lost. A client that has
 given up is ready at once, and what it asked continues without it: nobody's request is served all the same,
-and
-its answer goes nowhere; a server that is full may forget it for one that comes.
+and its answer goes nowhere; a server that is full may forget it for one that comes.
 
 A client that does not wait is always ready. What it asks is with the server at once or lost, and it forgets
 that, unless it gives it up one day. It keeps as many answers as the server keeps requests, and loses more.
