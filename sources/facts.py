@@ -12,6 +12,8 @@ from typing import Any
 
 OPEN = "open"
 """Begins what is not known."""
+_OPEN_WITH = (f"{OPEN}:", f"{OPEN} ")
+"""Begins of what is not known; ``open_gripper`` is a name."""
 
 
 def is_open(value: object) -> bool:
@@ -19,10 +21,10 @@ def is_open(value: object) -> bool:
 
     Examples
     --------
-    >>> is_open("open: two values"), is_open("{name}/scan"), is_open("scan"), is_open(None)
+    >>> is_open("open: two values"), is_open("{name}/scan"), is_open("open_gripper"), is_open(None)
     (True, True, False, False)
     """
-    return isinstance(value, str) and (value.startswith(OPEN) or "{" in value)
+    return isinstance(value, str) and (value == OPEN or value.startswith(_OPEN_WITH) or "{" in value)
 
 
 @dataclass(frozen=True)

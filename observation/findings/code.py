@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from dineros.analysis.witnesses.findings import Fault, Finding, Severity
+from dineros.observation.findings.losing import FAULTS as OF_LOSSES
+from dineros.observation.findings.losing import losses
 from dineros.sources.facts import CallbackFact, Effect, Facts, NodeFact, Place, is_open, located
 
 LONG = 1.0
@@ -30,7 +32,9 @@ OWN = Fault(
 IGNORES = Fault("code-ignores", "note", "What becomes of a goal is ignored.", "{who} {words}")
 MAKES = Fault("code-makes-clients", "note", "A callback makes a client each time.", "{who} {words}")
 
-FAULTS = {fault.rule: fault for fault in (SLEEPS, WAITS, SPINS, LOOPS, HOLDS, OWN, IGNORES, MAKES)}
+FAULTS = {
+    fault.rule: fault for fault in (SLEEPS, WAITS, SPINS, LOOPS, HOLDS, OWN, IGNORES, MAKES, *OF_LOSSES)
+}
 """All of them, by name."""
 
 _CALLED = ("subscription", "timer", "service", "goal", "cancel", "accepted", "done callback", "feedback")
@@ -62,6 +66,7 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
                         _at(place, folder, finding) for place, finding in _own(callback, node, facts.nodes)
                     ]
             found += [_at(place, folder, finding) for place, finding in _locks(node)]
+        found += [_at(place, folder, finding) for place, finding in losses(facts.nodes)]
     unique = {finding: (file, line) for file, line, finding in found}
     return sorted(unique, key=lambda finding: unique[finding])
 
@@ -149,15 +154,17 @@ def _own(
     """Yield waits of a callback for an event or a rate that its own thread or group would have to serve."""
     who = f"{callback.kind} callback {callback.name} of {node.name}"
     for effect in callback.effects:
-        if (effect.do, effect.how) == ("sleep", "rate") and node.threads == 1:
+        if (effect.do, effect.how) == ("sleep", "rate") and _may_be_one(node):
             words = "sleeps by a rate, whose timer needs the only thread, and never wakes"
-            yield effect.at, OWN.found(node.name, callback.name, who=who, words=words)
+            found = OWN.found(node.name, callback.name, who=who, words=f"{words}{_if_one(node)}")
+            yield effect.at, found if node.threads == 1 else replace(found, severity="warning")
         elif effect.do == "wait" and (why := _never_meanwhile(callback, node, effect.what, nodes)):
             found = OWN.found(node.name, callback.name, who=who, words=f"waits for {effect.what}, {why}")
             ends = (
                 f": it waits {effect.timeout:g} s for nothing" if effect.timeout is not None else ": forever"
             )
-            severity: Severity = "error" if effect.timeout is None else "warning"
+            is_certain = effect.timeout is None and "open" not in effect.how and "if the executor" not in why
+            severity: Severity = "error" if is_certain else "warning"
             message = f"{found.message}{ends}, if that is not set before"
             yield effect.at, replace(found, severity=severity, message=message)
 
@@ -180,12 +187,21 @@ def _never_meanwhile(
     if not setters or not is_own:
         return None
     names = ", ".join(dict.fromkeys(each.name for each, _ in setters))
-    if node.threads == 1:
-        return f"which only {names} sets: the only thread is here"
+    if _may_be_one(node):
+        return f"which only {names} sets: the only thread is here{_if_one(node)}"
     group = _group(callback, node)
     if group is None or any(_group(each, node) != group for each, _ in setters):
         return None
     return f"which only {names} sets, in the callback group that {callback.name} itself holds"
+
+
+def _may_be_one(node: NodeFact) -> bool:
+    """Tell whether an executor has one thread, or has a number that the code does not tell."""
+    return node.threads == 1 or is_open(node.threads)
+
+
+def _if_one(node: NodeFact) -> str:
+    return "" if node.threads == 1 else f", if the executor has one thread ({node.threads})"
 
 
 def _group(callback: CallbackFact, node: NodeFact) -> str | None:

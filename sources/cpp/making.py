@@ -25,7 +25,7 @@ from dineros.sources.cpp.values import (
     part,
     shown,
 )
-from dineros.sources.facts import CallbackFact, Entity, NodeFact, Place
+from dineros.sources.facts import CallbackFact, Entity, NodeFact, Place, is_open
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -309,7 +309,7 @@ def period_of(value: Value) -> float | str:
         rate = constant(value.args[0])
         if isinstance(rate, (int, float)) and rate > 0:
             return 1.0 / rate
-    return shown(value) if shown(value).startswith("open") else f"open: {shown(value)}"
+    return shown(value) if is_open(shown(value)) else f"open: {shown(value)}"
 
 
 def _named(target: Value, at: Place) -> tuple[str, Place | None]:

@@ -72,7 +72,8 @@ class Modules:
     def find(self, name: str, by: Module) -> str | None:
         """Return the path of what a module imports by an absolute name; None: it is outside.
 
-        Of several files of one name, the one nearest to what imports it is taken.
+        Of several files of one name, the one nearest to what imports it is taken, of those the one
+        in the outermost folder.
         """
         if name.partition(".")[0] in sys.stdlib_module_names:
             return None
@@ -80,7 +81,10 @@ class Modules:
         found = [path for path in self._named.get(name, ()) if path != by.path]
         if not found:
             return None
-        return min(found, key=lambda path: (-_shared(beside.parts, PurePosixPath(path).parts), path))
+        return min(
+            found,
+            key=lambda path: (-_shared(beside.parts, PurePosixPath(path).parts), path.count("/"), path),
+        )
 
     def is_package(self, name: str) -> bool:
         """Tell whether a dotted name begins that of a module of the folder."""

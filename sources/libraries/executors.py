@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from dineros.sources.facts import NodeFact, Place
+from dineros.sources.facts import NodeFact, Place, is_open
 from dineros.sources.language.values import (
     NONE,
     Const,
@@ -223,7 +223,7 @@ def threads_of(executor: Made) -> int | str:
             given.path if isinstance(given, Made) else given.text
         ):
             return "processors"
-        return text_of(given) if text_of(given).startswith("open") else f"open: {text_of(given)}"
+        return text_of(given) if is_open(text_of(given)) else f"open: {text_of(given)}"
     return f"open: {executor.path}"
 
 

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Callable
 from collections.abc import Mapping as AnyMapping
 
-from dineros.sources.facts import NodeFact
+from dineros.sources.facts import NodeFact, is_open
 from dineros.sources.language.constants import call_built_in
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
@@ -169,7 +169,7 @@ class RosLibrary:
     def _environment(self, args: list[Value]) -> Value:
         name = text_of(args[0] if args else None)
         default = args[1] if len(args) > 1 else NONE
-        if name in _ALWAYS_SET or name.startswith("open"):
+        if name in _ALWAYS_SET or is_open(name):
             return Open(f"environment {name}")
         return Const(default.value, f"environment {name}") if isinstance(default, Const) else default
 
@@ -318,12 +318,15 @@ class RosLibrary:
                 self.machine.later(each, "parameters", fact, [Open("parameters")], id(fact))
             return NONE
         if name == "get_name":
-            return Const(fact.name, "variable") if not fact.name.startswith("open") else Text("{node}")
+            return Const(fact.name, "variable") if not is_open(fact.name) else Text("{node}")
         if name == "get_namespace":
             return Const(fact.namespace or "/", "parameter namespace")
         if name.startswith("destroy_") and name != "destroy_node":
-            if self.doer.is_callback():
-                self.machine.effect("destroy", name.removeprefix("destroy_"), node, frame)
+            kind = name.removeprefix("destroy_")
+            if self.doer.is_callback() or kind == "service":
+                for each in options(args[0] if args else None) or [NONE]:
+                    entity = each.entity if isinstance(each, Port) else None
+                    self.machine.effect("destroy", kind, node, frame, entity=entity)
             return NONE
         return None
 

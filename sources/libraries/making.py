@@ -6,7 +6,7 @@ import ast
 from collections.abc import Mapping
 from typing import Any
 
-from dineros.sources.facts import OPEN, CallbackFact, Entity, NodeFact, Place
+from dineros.sources.facts import OPEN, CallbackFact, Entity, NodeFact, Place, is_open
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     Const,
@@ -309,7 +309,7 @@ class Maker:
             entity.details["period"] = float(number)
         else:
             text = text_of(value)
-            entity.details["period"] = text if text.startswith("open") else f"open: {text}"
+            entity.details["period"] = text if is_open(text) else f"open: {text}"
         if isinstance(value, Const) and value.is_setting:
             entity.details["from_"] = value.origin
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from dineros.sources.facts import is_open
 from dineros.sources.language.values import (
     Const,
     Either,
@@ -130,7 +131,7 @@ def word(kind: str, value: Value) -> Any:
 def text_of_open(value: Value) -> str:
     """Return a value that is not a policy as something open."""
     text = text_of(value)
-    return text if text.startswith("open") else f"open: {text}"
+    return text if is_open(text) else f"open: {text}"
 
 
 def _one(values: list[Any]) -> Any:

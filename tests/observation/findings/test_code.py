@@ -148,3 +148,13 @@ def test_waits_for_what_cannot_run_meanwhile(
     assert [each.severity for each in found] == ([expected] if expected else [])
     line = next(number for number, line in enumerate(WAITS.split("\n"), 1) if "BODY" in line)
     assert all(each.lines == (f"arm.py:{line}",) for each in found)
+
+
+@pytest.mark.parametrize("body", ["self.fresh.wait()", "self.rate.sleep()"])
+def test_a_number_of_threads_that_the_code_does_not_tell_may_be_one(tmp_path: Path, body: str) -> None:
+    text = WAITS.replace("GROUP", "None").replace("BODY", body).replace("SETUP", "pass")
+    (tmp_path / "arm.py").write_text("import sys\n" + text.replace("THREADS", "int(sys.argv[1])"))
+    (found,) = [each for each in code_findings([(".", read_source(tmp_path))]) if "waits-for" in each.rule]
+    assert (
+        found.severity == "warning" and "if the executor has one thread (open: sys.argv[1])" in found.message
+    )

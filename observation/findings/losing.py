@@ -1,0 +1,244 @@
+"""What code shows to get lost or to come late: early messages, requests to a server that goes, slow timers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from dineros.analysis.witnesses.findings import Fault, Finding
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place, is_open
+
+EARLY = Fault(
+    "code-publishes-early",
+    "warning",
+    "The only message of a publisher is published before a subscriber can be there.",
+    "{who} {words}",
+)
+LOSES = Fault(
+    "code-loses-server",
+    "warning",
+    "A service is destroyed while clients may wait for its answer without time-out.",
+    "{who} {words}",
+)
+AGAIN = Fault(
+    "code-asks-again",
+    "warning",
+    "A request is sent again while the server may still work at the first.",
+    "{who} {words}",
+)
+LATE = Fault(
+    "code-overruns",
+    "warning",
+    "The callback of a timer sleeps as long as the period, or for a time that the code does not tell.",
+    "{who} {words}",
+)
+
+FAULTS = (EARLY, LOSES, AGAIN, LATE)
+
+_OUTSIDE = ("constructor", "main")
+_RESTS = (
+    *("sleep", "spin", "spin_once", "spin_until", "wait", "wait_for_service", "wait_for_server"),
+    *("input", "loop"),
+)
+"""After which a subscriber may be there."""
+
+
+@dataclass(frozen=True)
+class _Use:
+    """Something that a callback does to a port."""
+
+    node: NodeFact
+    callback: CallbackFact
+    effect: Effect
+
+
+def losses(nodes: Iterable[NodeFact]) -> Iterator[tuple[Place, Finding]]:
+    """Yield what may get lost or late, each with its line.
+
+    Parameters
+    ----------
+    nodes : iterable of NodeFact
+        All nodes of a folder.
+    """
+    every = list(nodes)
+    uses = [
+        _Use(node, each, effect)
+        for node in every
+        for each in node.callbacks
+        for effect in each.effects
+        if effect.entity is None or effect.entity in node.entities  # a main function belongs to many
+    ]
+    for use in uses:
+        yield from _early(use, uses, every)
+        yield from _loses(use, uses)
+        yield from _again(use, every)
+    for node in every:
+        yield from _late(node)
+
+
+def _who(use: _Use) -> str:
+    if use.callback.kind in _OUTSIDE:
+        return f"{use.callback.name} of {use.node.name}"
+    return f"{use.callback.kind} callback {use.callback.name} of {use.node.name}"
+
+
+def _name(entity: Entity, node: NodeFact) -> str:
+    """Return the name of a port, by which the other end is found."""
+    if entity.name.startswith("~/"):
+        return f"{node.name}/{entity.name[2:]}".lstrip("/")
+    return entity.name.lstrip("/")
+
+
+# -------------------------------------------------------------------------------------------------- messages
+
+
+def _early(use: _Use, uses: list[_Use], nodes: list[NodeFact]) -> Iterator[tuple[Place, Finding]]:
+    effect, entity = use.effect, use.effect.entity
+    if effect.do != "publish" or use.callback.kind not in _OUTSIDE or effect.when == "in a loop":
+        return
+    if entity is None or entity not in use.node.entities or not _is_first(use):
+        return
+    durability = entity.details.get("durability")
+    is_told = durability == "volatile"
+    if not (is_told or is_open(durability)) or is_open(entity.name):
+        return
+    if any(each.effect.entity is entity and each.effect is not effect for each in uses):
+        return  # what comes later makes up for it
+    readers = {
+        node
+        for node in nodes
+        for each in node.of("subscriptions")
+        if _name(each, node) == _name(entity, use.node)
+    }
+    if not readers - {use.node}:
+        return  # nobody else in this code, who may begin later
+    unless = "" if is_told else f", unless the durability is transient local ({durability})"
+    names = ", ".join(sorted({node.name for node in readers - {use.node}}))
+    words = (
+        f"publishes the only message of {entity.name} at once: {names} gets it only if its subscription is "
+        f"there already{unless}"
+    )
+    yield effect.at, EARLY.found(use.node.name, use.callback.name, who=_who(use), words=words)
+
+
+def _is_first(use: _Use) -> bool:
+    """Tell whether a message is published before anything that takes time."""
+    effect = use.effect
+    before = use.callback.effects[: use.callback.effects.index(effect)]
+    if any(each.do in _RESTS for each in before):
+        return False
+    if use.callback.kind == "constructor" or effect.entity is None:
+        return True
+    made = effect.entity.at
+    if effect.at.file != made.file or not 0 <= effect.at.line - made.line <= 5:
+        return False
+    spun = re.search(r"\(([^()]+):(\d+)\)", use.node.executor)
+    return spun is None or spun[1] != effect.at.file or int(spun[2]) > effect.at.line
+
+
+# -------------------------------------------------------------------------------------------------- requests
+
+
+def _loses(use: _Use, uses: list[_Use]) -> Iterator[tuple[Place, Finding]]:
+    effect, entity = use.effect, use.effect.entity
+    if effect.do != "destroy" or entity is None or entity.kind != "services":
+        return
+    waiting = [
+        each
+        for each in uses
+        if each.effect.do == "call"
+        and each.effect.entity is not None
+        and _name(each.effect.entity, each.node) == _name(entity, use.node)
+        and not _is_bounded(each)
+    ]
+    if not waiting:
+        return
+    first = waiting[0]
+    words = (
+        f"destroys the service {entity.name}: {first.callback.name} of {first.node.name} "
+        f"({first.effect.at}) never gets an answer to a request that is under way, or that comes before the "
+        "service is made again"
+    )
+    yield effect.at, LOSES.found(use.node.name, use.callback.name, who=_who(use), words=words)
+
+
+def _is_bounded(use: _Use) -> bool:
+    """Tell whether a call is given up after a time."""
+    if use.effect.timeout is not None:
+        return True
+    after = use.callback.effects[use.callback.effects.index(use.effect) :]
+    return any(each.do in ("wait", "spin_until") and each.timeout is not None for each in after)
+
+
+def _again(use: _Use, nodes: list[NodeFact]) -> Iterator[tuple[Place, Finding]]:
+    effect, entity = use.effect, use.effect.entity
+    if effect.do != "call" or effect.when != "in a loop" or entity is None:
+        return
+    patience: float | None = effect.timeout
+    is_given_up = patience is not None
+    if effect.how == "spin-until":
+        after = use.callback.effects[use.callback.effects.index(effect) :]
+        spin = next((each for each in after if each.do == "spin_until"), None)
+        if spin is not None and "without" not in spin.how:
+            is_given_up, patience = True, spin.timeout
+    if not is_given_up:
+        return
+    for node in nodes:
+        for service in node.of("services"):
+            served = service.callbacks.get("callback")
+            if served is None or _name(service, node) != _name(entity, use.node):
+                continue
+            for work in served.effects:
+                if work.do == "sleep" and _may_last(work.timeout, patience):
+                    seconds = "a time-out that the code does not tell"
+                    words = (
+                        f"asks {entity.name} again after {seconds if patience is None else f'{patience:g} s'}"
+                        f", while {served.name} of {node.name} ({work.at}) may still work at the first "
+                        "request: it then does the work twice, and the second answer may be a refusal"
+                    )
+                    found = AGAIN.found(use.node.name, use.callback.name, who=_who(use), words=words)
+                    yield effect.at, found
+                    return
+
+
+def _may_last(work: float | None, patience: float | None) -> bool:
+    return work is None or patience is None or work >= patience
+
+
+# ---------------------------------------------------------------------------------------------------- timers
+
+
+def _late(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
+    """Yield sleeps in the callback of a timer that make its ticks late, and hold others up."""
+    if node.threads == "not spun":
+        return
+    for timer in node.of("timers"):
+        callback, period = timer.callbacks.get("callback"), timer.details.get("period")
+        if callback is None or not isinstance(period, (int, float)) or not timer.is_enabled:
+            continue
+        sleeps = [
+            each
+            for each in callback.effects
+            if (each.do, each.how, each.when) == ("sleep", "time.sleep", "always")
+        ]
+        total = sum(each.timeout or 0.0 for each in sleeps)
+        unknown = [each for each in sleeps if each.timeout is None]
+        others = [
+            other.name
+            for other in node.callbacks
+            if other is not callback and other.kind in ("subscription", "timer", "service")
+        ]
+        if total >= period and total < 1.0:
+            words = f"sleeps {total:g} s, and its period is {period:g} s: its ticks come late"
+        elif unknown and others:
+            words = (
+                f"sleeps for a time that the code does not tell ({unknown[0].what}), and its period is "
+                f"{period:g} s: if it sleeps as long, its ticks come late, and so does what it shares a "
+                f"thread or a group with ({', '.join(dict.fromkeys(others))})"
+            )
+        else:
+            continue
+        who = f"timer callback {callback.name} of {node.name}"
+        at = (unknown or sleeps)[0].at
+        yield at, LATE.found(node.name, callback.name, who=who, words=words)
