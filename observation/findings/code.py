@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from dineros.analysis.witnesses.findings import Fault, Finding, Severity
 from dineros.observation.findings.losing import FAULTS as OF_LOSSES
-from dineros.observation.findings.losing import losses
+from dineros.observation.findings.losing import losses, said
 from dineros.sources.facts import CallbackFact, Effect, Facts, NodeFact, Place, is_open, located
 
 LONG = 1.0
@@ -83,7 +83,7 @@ def _holds_others_up(callback: CallbackFact, node: NodeFact) -> bool:
 
 
 def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:
-    who = f"{callback.kind} callback {callback.name} of {node.name}"
+    who = said(callback, node)
     if callback.kind == "execute":
         who = f"callback {callback.name} of {node.name}, which works on goals,"
 
@@ -152,7 +152,7 @@ def _own(
     callback: CallbackFact, node: NodeFact, nodes: Iterable[NodeFact]
 ) -> Iterator[tuple[Place, Finding]]:
     """Yield waits of a callback for an event or a rate that its own thread or group would have to serve."""
-    who = f"{callback.kind} callback {callback.name} of {node.name}"
+    who = said(callback, node)
     for effect in callback.effects:
         if (effect.do, effect.how) == ("sleep", "rate") and _may_be_one(node):
             words = "sleeps by a rate, whose timer needs the only thread, and never wakes"

@@ -1,4 +1,4 @@
-"""What code shows to get lost or to come late: early messages, requests to a server that goes, slow timers."""
+"""What code shows to get lost or to come late: early messages, requests to a server that goes, timers."""
 
 from __future__ import annotations
 
@@ -77,10 +77,16 @@ def losses(nodes: Iterable[NodeFact]) -> Iterator[tuple[Place, Finding]]:
         yield from _late(node)
 
 
+def said(callback: CallbackFact, node: NodeFact) -> str:
+    """Return a callback in words."""
+    kind = callback.kind if callback.kind.endswith("callback") else f"{callback.kind} callback"
+    return f"{kind} {callback.name} of {node.name}"
+
+
 def _who(use: _Use) -> str:
     if use.callback.kind in _OUTSIDE:
         return f"{use.callback.name} of {use.node.name}"
-    return f"{use.callback.kind} callback {use.callback.name} of {use.node.name}"
+    return said(use.callback, use.node)
 
 
 def _name(entity: Entity, node: NodeFact) -> str:
@@ -229,7 +235,7 @@ def _late(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
             for other in node.callbacks
             if other is not callback and other.kind in ("subscription", "timer", "service")
         ]
-        if total >= period and total < 1.0:
+        if sleeps and period <= total < 1.0:
             words = f"sleeps {total:g} s, and its period is {period:g} s: its ticks come late"
         elif unknown and others:
             words = (
@@ -239,6 +245,5 @@ def _late(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
             )
         else:
             continue
-        who = f"timer callback {callback.name} of {node.name}"
         at = (unknown or sleeps)[0].at
-        yield at, LATE.found(node.name, callback.name, who=who, words=words)
+        yield at, LATE.found(node.name, callback.name, who=said(callback, node), words=words)

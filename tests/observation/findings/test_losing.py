@@ -122,7 +122,7 @@ def test_a_message_before_its_subscriber(tmp_path: Path, words: dict[str, str], 
 
 @pytest.mark.parametrize(
     ("seconds", "expected"),
-    [("0.1", ["code-overruns"]), ("float(sys.argv[1])", ["code-overruns"]), ("0.01", [])],
+    [("0.1", ["code-overruns"]), ("float(sys.argv[1])", ["code-overruns"]), ("0.01", []), ("0.0", [])],
 )
 def test_a_timer_that_sleeps_longer_than_its_period(
     tmp_path: Path, seconds: str, expected: list[str]
