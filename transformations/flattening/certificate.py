@@ -29,7 +29,7 @@ from dineros.transformations.rules import (
 )
 from dineros.transformations.rules.actions import goals, slots
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
-from dineros.transformations.rules.times import latencies, strikes
+from dineros.transformations.rules.times import latencies, orders, strikes
 from dineros.transformations.rules.times.clocks import Clock
 
 
@@ -51,7 +51,7 @@ def add_certificate(
     """Add to a net the invariants of what the rules made; return them."""
     kinds = (
         *(_queues, _bounds, _instances, _clients, _requests, _slots, _goals),
-        *(_signals, _disjunctions, _timers, _clocks, _executors, _groups, _managed, _kept),
+        *(_signals, _disjunctions, _timers, _clocks, _executors, _orders, _groups, _managed, _kept),
     )
     certificate = [_invariant(each, made) for kind in kinds for each in kind(engine)]
     net.certificate.extend(certificate)
@@ -194,6 +194,39 @@ def _executors(engine: Engine) -> Iterator[_Sum]:
         assert isinstance(threads, pn.Place)
         terms = [(place, 1) for place in (threads, *running)]
         yield _Sum(f"{threads.id} or callbacks that run", threads.tokens, terms)
+
+
+def _orders(engine: Engine) -> Iterator[_Sum]:
+    """Where each callback is that an executor takes in order, and what its wait results count."""
+    taken: dict[EObject, list[EObject]] = {}
+    ended: dict[EObject, list[EObject]] = {}
+    waiting: dict[EObject, list[EObject]] = {}
+    for application, turn in engine.groups(orders.Turn):
+        page, node = application.sources[:2]
+        listings = [
+            (each, listing["waits"])
+            for each, listing in engine.groups(orders.Listing)
+            if page in each.sources
+        ]
+        running = [each.made["running"] for each in engine.applications_of(executors.E3, [page])]
+        places = [turn["out"], turn["taken"], turn["ended"], *running, *(place for _, place in listings)]
+        yield _Sum(f"{_id(turn['out'])} or its turn", 1, [(place, 1) for place in places])
+        taken.setdefault(node, []).append(turn["taken"])
+        ended.setdefault(node, []).append(turn["ended"])
+        for each, place in listings:
+            role = "messages" if each.rule is orders.E8Message else "timers"
+            (number,) = (source for source in each.sources if isinstance(source, int))
+            for result in engine.applications_of(orders.E8Result, [node, number]):
+                waiting.setdefault(result.made[role], []).append(place)
+    for node, places in taken.items():
+        (one,) = engine.applications_of(orders.E8, [node])
+        chooser, unsure = one.made["chooser"], one.made["unsure"]
+        yield _Sum(f"{_id(chooser)} or a callback it takes", 1, [(each, 1) for each in (chooser, *places)])
+        yield _Sum(f"{_id(unsure)} counts", 0, [(unsure, 1), *((each, -1) for each in ended[node])])
+        results = [each.made["now"] for each in engine.applications_of(orders.E8Result, [node])]
+        yield _Sum(f"{_id(results[0])} or the other", 1, [(each, 1) for each in results])
+    for counter, places in waiting.items():
+        yield _Sum(f"{_id(counter)} counts", 0, [(counter, 1), *((each, -1) for each in places)])
 
 
 def _groups(engine: Engine) -> Iterator[_Sum]:

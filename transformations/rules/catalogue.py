@@ -35,7 +35,7 @@ from dineros.transformations.rules.phases import (
     StandardRule,
     in_order,
 )
-from dineros.transformations.rules.times import latencies, strikes, work
+from dineros.transformations.rules.times import latencies, orders, strikes, work
 
 
 @dataclass(frozen=True)
@@ -152,9 +152,9 @@ FAMILIES = (
     ),
     _family(
         "times",
-        "Times of ROS 2: strikes, work, messages on their way",
+        "Times of ROS 2: strikes, work, messages on their way, orders of executors",
         "",
-        (strikes, work, latencies),
+        (strikes, work, latencies, orders),
         "They run where the middleware is `ros2` and a question asks about time.",
     ),
     _family(

@@ -127,8 +127,8 @@ class Entrance(OverflowQueue):
         lost: Sequence[Expression] = (),
     ) -> None:
         Fragment.__init__(self, load=load, capacity=capacity)
-        self.enter = transition(f"{id}.in", means=enters, at_once=True)
-        self.drop = transition(f"{id}.drop", means=drops, at_once=True)
+        self.enter = transition(f"{id}.in", means=enters)
+        self.drop = transition(f"{id}.drop", means=drops)
         self.arcs = [
             arc(source, self.enter),
             arc(capacity, self.enter),

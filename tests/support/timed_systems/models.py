@@ -36,7 +36,13 @@ class _Maker:
 
     def made(self) -> sym.SystemModel:
         for name, node in self.system["nodes"].items():
-            self.nodes[name] = node_net(self.model, name, execution="callbacks", threads=node["threads"])
+            self.nodes[name] = node_net(
+                self.model,
+                name,
+                execution="callbacks",
+                threads=node["threads"],
+                order=node.get("order", "any"),
+            )
         for each in self.system["callbacks"]:
             self._callback(each)
         for topic, readers in self.readers.items():

@@ -76,6 +76,16 @@ def test_so_many_messages_can_be_on_their_way(number: int, most: int) -> None:
     assert {1: 1, 5: 2, 6: 3}[number] <= found <= most + 1
 
 
+@pytest.mark.long
+def test_a_service_without_a_latency_may_take_any_time() -> None:
+    """With its latency, the timer that calls it loses no tick; without, a response may come too late."""
+    model = model_of(COUNTED[15].system, 0.01)
+    assert fired(explored(model), ".miss") == set()
+    (service,) = channels(model, sym.ServiceChannel)
+    service.latency = None
+    assert fired(explored(model), ".miss") == {"ask"}
+
+
 def test_too_many_messages_on_their_way_are_refused() -> None:
     model = model_of(COUNTED[1].system)
     model.channels[0].latency = seconds(0, 5000)

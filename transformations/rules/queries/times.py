@@ -15,6 +15,7 @@ from dineros.metamodel.times.given import (
     runs_at_once,
     waits,
 )
+from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.rates import on_the_way
 from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
 from dineros.transformations.language.functions import Query
@@ -229,3 +230,11 @@ class Seconds(Query):
     @staticmethod
     def _answer(value: float | None) -> float:
         return 0.0 if value is None else float(value)
+
+
+class KeepsOrder(Query):
+    """Whether the callbacks of a node are taken in the order that it names."""
+
+    datatype = TRUTH
+    _words = "{} takes callbacks in its order"
+    _answer = staticmethod(keeps_order)

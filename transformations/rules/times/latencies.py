@@ -143,6 +143,20 @@ class D6History(StandardRule, phase=Phase.timing, middleware="ros2", times=True)
     rhs = [service, client, t_req, arriving, sent, sends]
 
 
+class D6Enter(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """A request that has arrived there enters that history, or is lost, at once."""
+
+    client = Node(sym.ClientPort)
+    queue = Made(R5Client.queue, of=client)
+    enter = Node(pn.Transition, of=queue.enter)
+    drop = Node(pn.Transition, of=queue.drop)
+
+    enters = at_once(enter)
+    drops = at_once(drop)
+
+    where = [CallsOnTheWay(client) > 0]
+
+
 class D6Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """Each request on its way has a clock."""
 

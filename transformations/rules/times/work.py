@@ -7,11 +7,14 @@ from dineros.transformations.language.creation import ForAll, New
 from dineros.transformations.language.functions import less
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
-from dineros.transformations.rules.executors import E3, Beginning, Ending
+from dineros.transformations.rules.actions.callbacks import E6Answer
+from dineros.transformations.rules.actions.feedback import A5
+from dineros.transformations.rules.executors import E3, Beginning, E3Serve, E3Take, Ending
 from dineros.transformations.rules.notation import SHEET, arc, at_once, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.callbacks import Ends
+from dineros.transformations.rules.queries.callbacks import Callback, Ends
 from dineros.transformations.rules.queries.times import (
+    CallsOnTheWay,
     GivenDuration,
     HasDuration,
     HasInterval,
@@ -21,15 +24,16 @@ from dineros.transformations.rules.queries.times import (
     Stretch,
     Waits,
 )
-from dineros.transformations.rules.services import S1
+from dineros.transformations.rules.services import S1, S2
 from dineros.transformations.rules.times.clocks import Clock
 
 
-class D2Prompt(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """An executor begins a callback as soon as a thread, its group and what it needs are free."""
+class D2Take(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """An executor takes a message as soon as a thread, its group and what it needs are free."""
 
-    page = Node(sym.CallbackPage)
-    beginning = Made(Beginning, of=page)
+    reader = Node(sym.SubscriberPort)
+    page = Node(sym.CallbackPage, of=Callback(reader.place))
+    beginning = Made(E3Take.beginning, of=[reader, page])
     move = Node(pn.Transition, of=beginning.move)
 
     prompt = at_once(move)
@@ -37,15 +41,43 @@ class D2Prompt(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     where = [~HasInterval(move)]
 
 
+class D2Serve(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It takes a request as soon as it can, if the request is not on its way for any time."""
+
+    client = Node(sym.ClientPort)
+    call = Made(S2.t_call, of=client)
+    move = Node(pn.Transition, of=call)
+    page = Node(sym.CallbackPage)
+    beginning = Made(E3Serve.beginning, of=page)
+
+    prompt = at_once(move)
+
+    where = [beginning.move == move, CallsOnTheWay(client) > 0, ~HasInterval(move)]
+
+
 class D2Response(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It takes a response as soon as it can, too."""
+    """So it takes a response."""
 
     client = Node(sym.ClientPort)
     t_res = Made(S1.t_res, of=client)
 
     prompt = at_once(t_res)
 
-    where = [RunsCallbacks(client.response), ~HasInterval(t_res)]
+    where = [RunsCallbacks(client.response), CallsOnTheWay(client) > 0, ~HasInterval(t_res)]
+
+
+class D2Feedback(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It takes feedback that has arrived, if that begins a callback."""
+
+    client = Node(sym.ActionClientPort)
+    page = Node(sym.CallbackPage)
+    beginning = Made(E6Answer.beginning, of=[client, page])
+    heard = Made(A5.heard, of=client)
+    move = Node(pn.Transition, of=heard.move)
+
+    prompt = at_once(move)
+
+    where = [beginning.move == move, ~HasInterval(move)]
 
 
 class D2(StandardRule, phase=Phase.timing, middleware="ros2", times=True):

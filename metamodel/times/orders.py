@@ -1,0 +1,86 @@
+"""Which executors take callbacks in an order that the rules know: those with one thread and a wait result.
+
+The executors of rclcpp and rclpy with one thread take what was ready at one moment, timers before messages,
+and look again when nothing of that is left. The rules know it where nothing else decides whether a callback
+that is ready can begin. Otherwise all orders are explored, which is safe.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, pnm, sym
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import callback_page_of, members_of, runs_callbacks, threads_of
+from dineros.metamodel.elements import channels, nodes, resolve
+
+_KINDS = (sym.CallbackKind.timer, sym.CallbackKind.subscriber)
+
+
+def keeps_order(node: sym.NodeNet) -> bool:
+    """Tell whether the rules take the callbacks of a node in the order that it names.
+
+    A node with one callback has nothing to choose: all orders are that one.
+    """
+    callbacks = [each for each in node.eAllContents() if isinstance(each, sym.CallbackPage)]
+    return node.order != sym.CallbackOrder.any and len(callbacks) > 1 and not why_any(node)
+
+
+def why_any(node: sym.NodeNet) -> str:
+    """Return why all orders of callbacks are explored, in words; empty if the rules know the order."""
+    if not runs_callbacks(node):
+        return "it does not run callbacks"
+    if threads_of(node) > 1:
+        return "its executor has several threads"
+    if node.lifecycle is not None:
+        return "it is a managed node"
+    model = node.eContainer()
+    while model is not None and not isinstance(model, sym.SystemModel):
+        model = model.eContainer()
+    if model is None:
+        return "it belongs to no system model"
+    for page in (each for each in node.eAllContents() if isinstance(each, sym.CallbackPage)):
+        if page.kind not in _KINDS:
+            return f"{page.id} is called neither by a timer nor by messages"
+        if reason := _why_not_at_once(page, model):
+            return reason
+    groups = [node, *node.callbackGroups]
+    if any(not isinstance(each, sym.CallbackPage) for group in groups for each in members_of(group)):
+        return "it has clients of services or actions"
+    return ""
+
+
+def _readers_of(page: sym.CallbackPage, model: sym.SystemModel) -> list[sym.SubscriberPort]:
+    """Return the ports whose messages call a page."""
+    return [
+        reader
+        for topic in channels(model, sym.TopicChannel)
+        for reader in topic.subscribers
+        if callback_page_of(reader.place) is page
+    ]
+
+
+def _why_not_at_once(page: sym.CallbackPage, model: sym.SystemModel) -> str:
+    """Return why a callback that is ready may be unable to begin on a free thread; empty if it always can."""
+    readers = _readers_of(page, model)
+    if page.kind == sym.CallbackKind.timer:
+        if readers:
+            return f"{page.id} is called by a timer and by messages"
+        begins = Body(page).beginnings()
+        is_free = any(not each.incoming and getattr(each, "clause", None) is None for each in begins)
+        return "" if is_free else f"{page.id} can begin only in some states"
+    if len(readers) != 1:
+        return f"{page.id} is not called by one subscription"
+    (reader,) = readers
+    place = reader.place
+    takes = [each for each in place.outgoing if each.kind == pn.ArcKind.normal]
+    away = [each for each in nodes(model) if isinstance(each, pn.ReferencePlace) and resolve(each) is place]
+    puts = [each for each in place.incoming if not isinstance(each.page, pnm.Sheet)]
+    is_plain = (
+        reader.inHand is None
+        and not place.capacity
+        and not place.tokens
+        and takes
+        and all(each.weight == 1 for each in place.outgoing)
+        and not puts
+        and not away
+    )
+    return "" if is_plain else f"what {page.id} holds of messages is not one at a time"

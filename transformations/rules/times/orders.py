@@ -1,0 +1,308 @@
+"""In which order an executor takes callbacks (rule E8): from a wait result, timers before messages.
+
+A wait result is a set of tokens, one for each callback that was ready when the executor looked. There are two
+sets: the executor works off one, and what gets ready meanwhile is in the other. When nothing of the first is
+left, they change places. So what was ready at one moment is one set, however many callbacks there are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.transformations.language.creation import Fragment, New
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.functions import ancestor, less
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.rules.executors import E1, Beginning, Ending
+from dineros.transformations.rules.histories import R3
+from dineros.transformations.rules.notation import arc, inhibit, place, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.callbacks import Callback
+from dineros.transformations.rules.queries.times import KeepsOrder
+from dineros.transformations.rules.timers import C1
+
+
+class E8(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
+    """An executor with an order takes one callback at a time; rules that follow change what these need."""
+
+    node = Node(sym.NodeNet)
+
+    chooser = place(
+        "{node.id}.chooser", tokens=1, means=Meaning("the executor of {node} takes no callback", rests=True)
+    )
+    unsure = place("{node.id}.unsure", means=Meaning("a callback of {node} has ended"))
+
+    where = [KeepsOrder(node)]
+
+
+class E8Result(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It works off one of two sets of callbacks that are ready."""
+
+    node = Node(sym.NodeNet)
+    chooser = Made(E8.chooser, of=node)
+    number = Index(upto=2)
+
+    now = place(
+        "{node.id}.result[{number}]",
+        tokens=less(2, number),
+        means=Meaning("the executor of {node} works off what was ready"),
+    )
+    timers = place("{node.id}.timers[{number}]", means=Meaning("a timer of {node} is in a wait result"))
+    messages = place("{node.id}.messages[{number}]", means=Meaning("a message of {node} is in a wait result"))
+
+
+class Wait(Fragment):
+    """The executor looks what is ready.
+
+    Parameters
+    ----------
+    id : str
+        Of its transition.
+    now, after : Expression
+        Have a token before, and afterwards.
+    some : Expression
+        Has a token if something is ready.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"wait": pn.Transition}
+    wait: New
+
+    def __init__(self, id: str, *, now: Expression, after: Expression, some: Expression) -> None:
+        super().__init__()
+        self.wait = transition(id, Meaning("the executor of {node} looks what is ready"), at_once=True)
+        self.arcs = [arc(now, self.wait), arc(self.wait, after), read(some, self.wait)]
+
+
+class E8Wait(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It looks again when its thread is free and nothing is left; then the sets change places."""
+
+    node = Node(sym.NodeNet)
+    chooser = Made(E8.chooser, of=node)
+    unsure = Made(E8.unsure, of=node)
+    threads = Made(E1.threads, of=node)
+    number = Index(upto=2)
+    now = Made(E8Result.now, of=[node, number])
+    timers = Made(E8Result.timers, of=[node, number])
+    messages = Made(E8Result.messages, of=[node, number])
+    after = Made(E8Result.now, of=[node, less(3, number)])
+    next_timers = Made(E8Result.timers, of=[node, less(3, number)])
+    next_messages = Made(E8Result.messages, of=[node, less(3, number)])
+
+    for_timers = Wait("{node.id}.wait[{number}].timers", now=now, after=after, some=next_timers)
+    for_messages = Wait("{node.id}.wait[{number}].messages", now=now, after=after, some=next_messages)
+    timers_need = [
+        read(chooser, for_timers.wait),
+        read(threads, for_timers.wait),
+        inhibit(timers, for_timers.wait),
+        inhibit(messages, for_timers.wait),
+        inhibit(unsure, for_timers.wait),
+    ]
+    messages_need = [
+        read(chooser, for_messages.wait),
+        read(threads, for_messages.wait),
+        inhibit(timers, for_messages.wait),
+        inhibit(messages, for_messages.wait),
+        inhibit(unsure, for_messages.wait),
+    ]
+
+
+class Turn(Fragment):
+    """How far a callback is that an executor takes in order.
+
+    Parameters
+    ----------
+    id : str
+        Prefix of the ids of its elements.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"out": pn.Place, "taken": pn.Place, "ended": pn.Place}
+    out: New
+    taken: New
+    ended: New
+
+    def __init__(self, id: str) -> None:
+        super().__init__()
+        self.out = place(f"{id}.out", tokens=1, means=Meaning("{callback} is in no wait result", rests=True))
+        self.taken = place(f"{id}.taken", means=Meaning("the executor takes {callback}"))
+        self.ended = place(f"{id}.ended", means=Meaning("{callback} has just ended"))
+
+
+class E8Turn(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Each of its callbacks is in a wait result or not."""
+
+    page = Node(sym.CallbackPage)
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    chooser = Made(E8.chooser, of=node)
+
+    turn = Turn("{page.id}.turn")
+
+
+class E8Begin(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It begins when the executor takes it."""
+
+    page = Node(sym.CallbackPage)
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    chooser = Made(E8.chooser, of=node)
+    turn = Made(Turn, of=page)
+    beginning = Made(Beginning, of=page)
+
+    arcs = [arc(turn.taken, beginning.move), arc(beginning.move, chooser)]
+
+
+class E8End(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """When it has ended, it may be ready again."""
+
+    page = Node(sym.CallbackPage)
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    unsure = Made(E8.unsure, of=node)
+    turn = Made(Turn, of=page)
+    ending = Made(Ending, of=page)
+
+    arcs = [arc(ending.move, turn.ended), arc(ending.move, unsure)]
+
+
+class Listing(Fragment):
+    """A callback that is ready is part of a wait result.
+
+    Parameters
+    ----------
+    id : str
+        Prefix of the ids of its elements.
+    turn : Made
+        How far it is.
+    ready : Expression
+        Has a token while it is ready.
+    now, other : Expression
+        Have a token while the executor works off this wait result, or the other one.
+    listed : Expression
+        Counts callbacks of its kind in this one.
+    node : Made
+        Of `E8`: what its executor has.
+    """
+
+    roles: Mapping[str, type[EObject]] = {
+        "waits": pn.Place,
+        "enter": pn.Transition,
+        "again": pn.Transition,
+        "take": pn.Transition,
+    }
+    waits: New
+    enter: New
+    again: New
+    take: New
+
+    def __init__(
+        self, id: str, *, turn: Made, ready: Expression, now: Expression, other: Expression,
+        listed: Expression, chooser: Expression, unsure: Expression, threads: Expression,
+    ) -> None:  # fmt: skip
+        super().__init__()
+        self.waits = place(id, means=Meaning("{callback} is in a wait result"))
+        self.enter = transition(f"{id}.enter", Meaning("{callback} is ready"), at_once=True)
+        self.again = transition(f"{id}.again", Meaning("{callback} is still ready"), at_once=True)
+        self.take = transition(f"{id}.take", Meaning("the executor takes {callback}"), at_once=True)
+        self.arcs = [
+            arc(turn.out, self.enter),
+            arc(turn.ended, self.again),
+            arc(unsure, self.again),
+            *(
+                each
+                for move in (self.enter, self.again)
+                for each in (read(ready, move), read(other, move), arc(move, self.waits), arc(move, listed))
+            ),
+            read(now, self.take),
+            read(threads, self.take),
+            arc(self.waits, self.take),
+            arc(listed, self.take),
+            arc(chooser, self.take),
+            arc(self.take, turn.taken),
+        ]
+
+
+class E8Timer(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """A timer that is due is in the next wait result."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    chooser = Made(E8.chooser, of=node)
+    unsure = Made(E8.unsure, of=node)
+    threads = Made(E1.threads, of=node)
+    due = Made(C1.due, of=page)
+    turn = Made(Turn, of=page)
+    number = Index(upto=2)
+    now = Made(E8Result.now, of=[node, number])
+    other = Made(E8Result.now, of=[node, less(3, number)])
+    timers = Made(E8Result.timers, of=[node, number])
+
+    listing = Listing(
+        "{page.id}.ready[{number}]",
+        turn=turn, ready=due, now=now, other=other, listed=timers, chooser=chooser, unsure=unsure,
+        threads=threads,
+    )  # fmt: skip
+
+
+class E8TimerRests(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """One that is not due is in none."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    unsure = Made(E8.unsure, of=node)
+    idle = Made(C1.idle, of=page)
+    turn = Made(Turn, of=page)
+
+    rest = transition("{page.id}.turn.rest", Meaning("{callback} is not ready"), at_once=True)
+    arcs = [read(idle, rest), arc(turn.ended, rest), arc(unsure, rest), arc(rest, turn.out)]
+
+
+class E8Message(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """So is a subscription with a message, after all timers; its node holds one message at a time."""
+
+    reader = Node(sym.SubscriberPort)
+    sink = Node(pn.Place, of=reader.place)
+    page = Node(sym.CallbackPage, of=Callback(reader.place))
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    chooser = Made(E8.chooser, of=node)
+    unsure = Made(E8.unsure, of=node)
+    threads = Made(E1.threads, of=node)
+    queue = Made(R3.queue, of=reader)
+    turn = Made(Turn, of=page)
+    number = Index(upto=2)
+    now = Made(E8Result.now, of=[node, number])
+    other = Made(E8Result.now, of=[node, less(3, number)])
+    timers = Made(E8Result.timers, of=[node, number])
+    messages = Made(E8Result.messages, of=[node, number])
+
+    listing = Listing(
+        "{page.id}.ready[{number}]",
+        turn=turn, ready=queue.load, now=now, other=other, listed=messages, chooser=chooser, unsure=unsure,
+        threads=threads,
+    )  # fmt: skip
+    after = inhibit(timers, listing.take)
+    free = [inhibit(sink, listing.enter), inhibit(sink, listing.again)]
+
+
+class E8MessageRests(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """One without is in none; nor is one whose node still holds the last message."""
+
+    reader = Node(sym.SubscriberPort)
+    sink = Node(pn.Place, of=reader.place)
+    page = Node(sym.CallbackPage, of=Callback(reader.place))
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    unsure = Made(E8.unsure, of=node)
+    queue = Made(R3.queue, of=reader)
+    turn = Made(Turn, of=page)
+
+    rest = transition("{page.id}.turn.rest", Meaning("{callback} is not ready"), at_once=True)
+    full = transition("{page.id}.turn.full", Meaning("{callback} is not ready"), at_once=True)
+    arcs = [
+        read(queue.capacity, rest, reader.limit),
+        arc(turn.ended, rest),
+        arc(unsure, rest),
+        arc(rest, turn.out),
+        read(sink, full),
+        arc(turn.ended, full),
+        arc(unsure, full),
+        arc(full, turn.out),
+    ]
