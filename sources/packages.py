@@ -10,6 +10,7 @@ from pathlib import PurePosixPath
 
 from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files.xml import parse_bytes
+from dineros.sources.cmake import Built, Component, read_cmake
 from dineros.sources.folders import SourceFolder
 
 
@@ -25,11 +26,17 @@ class Package:
         Its folder, relative to what was read; ``.`` for that itself.
     programs : dict of str to str
         Executables: ``module:function`` of an entry point, or the path of a script.
+    sources : dict of str to list of str
+        Executables in C++, with the paths of their sources.
+    components : list of Component
+        Components in C++.
     """
 
     name: str
     path: str
     programs: dict[str, str] = field(default_factory=dict)
+    sources: dict[str, list[str]] = field(default_factory=dict)
+    components: list[Component] = field(default_factory=list)
 
 
 def packages_of(folder: SourceFolder) -> list[Package]:
@@ -40,17 +47,23 @@ def packages_of(folder: SourceFolder) -> list[Package]:
             continue
         place = PurePosixPath(path).parent.as_posix()
         package = Package(_name(folder, path) or PurePosixPath(place).name, place)
-        for name, read in (
-            ("setup.py", _of_setup),
-            ("setup.cfg", _of_settings),
-            ("CMakeLists.txt", _of_cmake),
-        ):
-            inner = name if place == "." else f"{place}/{name}"
-            if inner in folder.files:
-                text = folder.read(inner)
-                package.programs |= read(text, place) if text else {}
+        for name, read in (("setup.py", _of_setup), ("setup.cfg", _of_settings)):
+            text = _text_of(folder, _inside(name, place))
+            package.programs |= read(text) if text else {}
+        text = _text_of(folder, _inside("CMakeLists.txt", place))
+        if text:
+            built = read_cmake(text)
+            package.programs |= _of_cmake(built, place)
+            package.components = built.components
+            package.sources = {
+                name: [_inside(path, place) for path in paths] for name, paths in built.sources.items()
+            }
         found.append(package)
     return found
+
+
+def _text_of(folder: SourceFolder, path: str) -> str | None:
+    return folder.read(path) if path in folder.files else None
 
 
 def _name(folder: SourceFolder, path: str) -> str | None:
@@ -68,7 +81,7 @@ def _name(folder: SourceFolder, path: str) -> str | None:
 _ENTRY = re.compile(r"\s*([\w.-]+)\s*=\s*([\w.]+):([\w.]+)\s*")
 
 
-def _of_setup(text: str, _place: str) -> dict[str, str]:
+def _of_setup(text: str) -> dict[str, str]:
     """Return the entry points of a ``setup.py``: texts of their form that stand in a list."""
     try:
         tree = ast.parse(text)
@@ -88,7 +101,7 @@ def _is_text(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 
-def _of_settings(text: str, _place: str) -> dict[str, str]:
+def _of_settings(text: str) -> dict[str, str]:
     parser = configparser.ConfigParser(interpolation=None, strict=False)
     try:
         parser.read_string(text)
@@ -99,16 +112,10 @@ def _of_settings(text: str, _place: str) -> dict[str, str]:
     return {entry[1]: f"{entry[2]}:{entry[3]}" for entry in entries if entry}
 
 
-_INSTALL = re.compile(r"install\s*\(\s*PROGRAMS\b(.*?)\)", re.DOTALL | re.IGNORECASE)
+def _of_cmake(built: Built, place: str) -> dict[str, str]:
+    """Return the scripts that are installed as programs."""
+    return {PurePosixPath(path).name: _inside(path, place) for path in built.scripts}
 
 
-def _of_cmake(text: str, place: str) -> dict[str, str]:
-    """Return the scripts that a ``CMakeLists.txt`` installs as programs."""
-    text = re.sub(r"#.*", "", text)
-    found = {}
-    for block in _INSTALL.findall(text):
-        for word in re.split(r"\s+", re.split(r"\bDESTINATION\b", block)[0]):
-            if word and "$" not in word:
-                path = word.strip('"')
-                found[PurePosixPath(path).name] = path if place == "." else f"{place}/{path}"
-    return found
+def _inside(path: str, place: str) -> str:
+    return path if place == "." else f"{place}/{path}"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.expressions import Call
+from dineros.sources.cpp.calls import Call
 from dineros.sources.cpp.machine import coerced, duration, is_node
-from dineros.sources.cpp.making import Maker
 from dineros.sources.cpp.parsing import arguments_of, text_of
+from dineros.sources.cpp.ports import SELF, Ports
 from dineros.sources.cpp.quality import CHAINED, PRESETS, changed
 from dineros.sources.cpp.statements import Statements
 from dineros.sources.cpp.values import (
@@ -27,7 +27,6 @@ from dineros.sources.cpp.values import (
     part,
     shown,
 )
-from dineros.sources.facts import CallbackFact
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -36,19 +35,11 @@ _SAME = {
     *("move", "forward", "ref", "cref", "dynamic_pointer_cast", "static_pointer_cast"),
     *("const_pointer_cast", "shared_ptr", "unique_ptr", "as_const", "string", "string_view"),
 }
-_SELF = {
-    *("get", "c_str", "str", "data", "value", "lock", "shared_from_this", "share", "get_future", "count"),
-    *("as_string", "as_double", "as_int", "as_bool", "get_value", "get_parameter_value", "as_string_array"),
-    *("get_node_base_interface", "get_node_timers_interface", "get_node_topics_interface"),
-    *("get_node_services_interface", "get_node_clock_interface", "get_node_logging_interface"),
-    *("get_node_waitables_interface", "get_node_parameters_interface", "get_node_graph_interface"),
-    *("to_chrono", "at", "front", "period", "get_rmw_qos_profile"),
-}
 _LOCKS = {"lock_guard", "unique_lock", "scoped_lock", "shared_lock"}
 _GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
 
 
-class Ros:
+class Ros(Ports):
     """What calls of rclcpp and the standard library mean.
 
     Parameters
@@ -58,8 +49,7 @@ class Ros:
     """
 
     def __init__(self, machine: Statements) -> None:
-        self.machine = machine
-        self.maker = Maker(machine)
+        super().__init__(machine)
         self._pools = 0
 
     def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
@@ -84,7 +74,9 @@ class Ros:
                 return found
         elif isinstance(on, Items):
             return self._items(call, on)
-        if call.last in _SELF and not isinstance(on, Open):
+        if call.last in ("resolve_topic_name", "resolve_service_name") and call.args:
+            return call.args[0]
+        if call.last in SELF and not isinstance(on, Open):
             return on
         if call.last in CHAINED and isinstance(on, (Made, Open)):
             return changed(on, call.last, call.args)
@@ -132,7 +124,7 @@ class Ros:
             return self._await(
                 call, args[1] if len(args) > 1 else None, args[2:], "spin-until-future-complete"
             )
-        if path == "rclcpp::shutdown" and self.machine.role != "main":
+        if path == "rclcpp::shutdown" and (self.machine.role != "main" or call.frame.this is not None):
             self.machine.does("shutdown", "rclcpp", call.node, call.frame)
             return Const(None)
         if last in ("thread", "jthread", "async") and args:
@@ -187,100 +179,14 @@ class Ros:
         if owner is None and call.frame.this is not None:
             owner = call.frame.this
         owner = owner or Obj(None)
+        if machine.role not in ("main", "constructor"):
+            machine.does("thread", getattr(target, "name", "a thread"), call.node, call.frame)
         if machine.entity is not None and machine.role == "accepted":
             self.maker.callback(machine.entity, "execute", "execute", target, owner)
         elif machine.role != "execute":
             holder = machine.entity_of("threads", "thread", call.node, call.frame, Obj(None))
             self.maker.callback(holder, "callback", "thread", target, owner)
         return Made("std::thread", [target])
-
-    # ------------------------------------------------------------------------------------------------ ports
-
-    def _port(self, call: Call, on: Port) -> Value | None:
-        entity, last, machine = on.entity, call.last, self.machine
-        known = on.methods.get(last)
-        if known is not None:
-            return self._known(call, on, known)
-        if last in _SELF:
-            return on
-        if entity.kind == "publishers" and last == "publish":
-            machine.does("publish", entity.port, call.node, call.frame, entity=entity)
-        elif entity.kind == "clients" and last in ("async_send_request", "call_async", "prune_requests"):
-            return self._request(call, on) if last != "prune_requests" else Const(None)
-        elif entity.kind == "clients" and last == "call":  # rclcpp has none: helpers of libraries wait
-            how = "blocks, with a time-out that is open"
-            machine.does("call", entity.port, call.node, call.frame, how, entity)
-        elif entity.kind in ("clients", "action_clients") and last in (
-            "wait_for_service",
-            "wait_for_action_server",
-        ):
-            return self._wait_for(call, on)
-        elif entity.kind == "action_clients" and last == "async_send_goal":
-            return self._goal(call, on)
-        elif entity.kind == "action_clients" and last.startswith("async_cancel"):
-            machine.does("cancel_goal", entity.port, call.node, call.frame, entity=entity)
-        elif entity.kind == "action_clients" and last == "async_get_result":
-            effect = machine.does("get_result", entity.port, call.node, call.frame, "async", entity)
-            return Made("future", effect=effect)
-        return Open(f"{entity.port}.{last}")
-
-    def _known(self, call: Call, on: Port, known: dict[str, object]) -> Value:
-        number = known.get("entity", 0)
-        entity = on.extra[number] if isinstance(number, int) and number < len(on.extra) else on.entity
-        if known.get("do") == "wait_for_service":
-            return self._wait_for(call, on)
-        how = "async" if known.get("do") == "call" else ""
-        effect = self.machine.does(str(known.get("do", "")), entity.port, call.node, call.frame, how, entity)
-        return Made("future", effect=effect)
-
-    def _wait_for(self, call: Call, on: Port) -> Value:
-        seconds = constant(call.args[0]) if call.args else None
-        how = f"time-out {seconds} s" if seconds is not None else "without time-out"
-        how = "time-out that is open" if call.args and seconds is None else how
-        do = "wait_for_server" if on.entity.kind == "action_clients" else "wait_for_service"
-        self.machine.does(do, on.entity.port, call.node, call.frame, how, on.entity, seconds)
-        return Open(do)
-
-    def _request(self, call: Call, on: Port) -> Value:
-        effect = self.machine.does("call", on.entity.port, call.node, call.frame, "async", on.entity)
-        if len(call.args) > 1:
-            effect.then = self._done(call.args[1], on, call)
-        future = Made("future", effect=effect)
-        future.fields["future"] = future
-        return future
-
-    def _done(self, target: Value, on: Port, call: Call) -> CallbackFact:
-        holder = self.machine.entity_of("done", "answer", call.node, call.frame, Obj(None))
-        return self.maker.callback(holder, "callback", "done callback", target, on.owner)
-
-    def _goal(self, call: Call, on: Port) -> Value:
-        machine = self.machine
-        effect = machine.does("send_goal", on.entity.port, call.node, call.frame, "async", on.entity)
-        given = next((each for each in call.args if isinstance(each, Made) and each.fields), None)
-        for name, target in (given.fields if given is not None else {}).items():
-            if name.endswith("_callback") and name != "feedback_callback":
-                holder = machine.entity_of("done", name, call.node, call.frame, Obj(None))
-                fact = self.maker.callback(holder, "callback", "done callback", target, on.owner)
-                if name == "result_callback" or effect.then is None:
-                    effect.then = fact
-        future = Made("future", effect=effect)
-        future.fields["future"] = future
-        return future
-
-    def _await(self, call: Call, future: Value | None, rest: list[Value], how: str) -> Value:
-        seconds = constant(rest[0]) if rest else None
-        bound = f"time-out {seconds} s" if seconds is not None else "without time-out"
-        bound = "time-out that is open" if rest and seconds is None else bound
-        found = [
-            each.effect for each in options(future) if isinstance(each, Made) and each.effect is not None
-        ]
-        for effect in found:
-            if effect in self.machine.fact.effects:
-                effect.how, effect.timeout = f"{how}, {bound}", seconds
-        if not any(effect in self.machine.fact.effects for effect in found):
-            what = text_of(call.node)[:40]
-            self.machine.does("wait", what, call.node, call.frame, f"{how}, {bound}", timeout=seconds)
-        return Open("a result")
 
     # --------------------------------------------------------------------------------- objects of libraries
 
@@ -299,6 +205,8 @@ class Ros:
             )
         if "xecutor" in path:
             return self._executor(call, on)
+        if "ynchronizer" in path:
+            return self._synchronizes(call, on)
         if "condition_variable" in path and last.startswith("wait"):
             how = "without time-out" if last == "wait" else "time-out"
             self.machine.does(
@@ -310,6 +218,22 @@ class Ros:
             return Const(None)
         if path.endswith("Node") and last == "make_shared":
             return self._library_object(path, call.args, call)
+        return None
+
+    def _synchronizes(self, call: Call, on: Made) -> Value | None:
+        """Follow a synchronizer of ``message_filters``: one callback takes the messages of its inputs."""
+        held = on.fields.setdefault("inputs", Items([each for each in on.args if isinstance(each, Port)]))
+        if not isinstance(held, Items):
+            return None
+        if call.last == "connectInput":
+            held.values += [one for each in call.args for one in options(each) if isinstance(one, Port)]
+            return Const(None)
+        if call.last == "registerCallback" and call.args:
+            target = _bound(call.args)
+            for each in held.values:
+                if isinstance(each, Port):
+                    self.maker.callback(each.entity, "callback", "subscription", target, each.owner)
+            return Open(call.last)
         return None
 
     def _executor(self, call: Call, on: Made) -> Value | None:
@@ -367,8 +291,6 @@ class Ros:
             return Made("future", effect=machine.does(do, what, call.node, call.frame, "async"))
         elif last in ("wait", "wait_for") and "future" in what.lower() and machine.role != "done callback":
             return self._await(call, None, call.args, "blocks")
-        elif isinstance(on, Open):
-            machine.escapes(call.args)
         return None
 
 

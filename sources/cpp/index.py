@@ -91,6 +91,8 @@ class Named:
 
 _Found = TypeVar("_Found", ClassInfo, Routine, Named)
 _COMPONENT = re.compile(rb"\b(?:RCLCPP_COMPONENTS_REGISTER_NODE|CLASS_LOADER_REGISTER_CLASS)\s*\(\s*([\w:]+)")
+_MOST_HEADERS = 60
+"""Headers that are looked at for one name."""
 _AROUND = {
     *("translation_unit", "declaration_list", "preproc_if", "preproc_ifdef", "preproc_else"),
     *("preproc_elif", "linkage_specification", "ERROR"),
@@ -106,6 +108,7 @@ class Index:
         self.aliases: dict[str, list[Named]] = {}
         self.constants: dict[str, list[Named]] = {}
         self.components: list[tuple[str, str]] = []
+        self.includes: dict[str, list[str]] = {}
         self._loose: list[tuple[list[str], Routine]] = []
 
     def add(self, source: Source) -> None:
@@ -128,6 +131,32 @@ class Index:
         self._loose.clear()
 
     # ---------------------------------------------------------------------------------------------- finding
+
+    def find_interface(self, name: str, path: str) -> str | None:
+        """Return the interface of ROS that a name without namespaces means, by included headers.
+
+        ``OffboardControlMode`` is of ``<px4_msgs/msg/offboard_control_mode.hpp>``. Headers of the folder are
+        followed.
+        """
+        last = name.rpartition("::")[2]
+        snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", last).lower()
+        todo, seen = [path], {path}
+        while todo and len(seen) < _MOST_HEADERS:
+            found = {
+                f"{parts[0]}/{parts[1]}/{last}"
+                for each in self.includes.get(todo[0], ())
+                if len(parts := each.rpartition(".")[0].split("/")) == 3
+                and parts[1] in ("msg", "srv", "action")
+                and parts[2] == snake
+            }
+            if found:
+                return found.pop() if len(found) == 1 else None
+            for each in self.includes.get(todo.pop(0), ()):
+                for other in self.includes:
+                    if other not in seen and (other == each or other.endswith(f"/{each}")):
+                        seen.add(other)
+                        todo.append(other)
+        return None
 
     def find_class(self, name: str, path: str, space: str) -> ClassInfo | None:
         """Return the class that a name means at a place; None: it is not there, or it may be several."""
@@ -175,6 +204,9 @@ class Index:
             self._function(node, path, space, cls, templates)
         elif kind in ("alias_declaration", "type_definition"):
             self._alias(node, path, cls.full if cls else space)
+        elif kind == "preproc_include":
+            header = text_of(node.child_by_field_name("path")).strip('<>"')
+            self.includes.setdefault(path, []).append(header)
         elif kind == "preproc_def":
             value = node.child_by_field_name("value")
             if value is not None:

@@ -54,6 +54,7 @@ class Machine:
         self.given: Mapping[str, Any] = {}
         self.nodes: list[NodeFact] = []
         self.todo: list[Todo] = []
+        self.made: dict[tuple[object, ...], Obj] = {}
         self.fact = CallbackFact("main", "main", Place("", 1))
         self.role = "main"
         self.cond = 0

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from dineros.sources.cpp.expressions import Call
+from dineros.sources.cpp.calls import Call
 from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
-from dineros.sources.cpp.quality import profile
+from dineros.sources.cpp.quality import USUAL, profile
 from dineros.sources.cpp.statements import Statements
 from dineros.sources.cpp.values import (
     Const,
@@ -21,6 +21,7 @@ from dineros.sources.cpp.values import (
     Seconds,
     Value,
     constant,
+    node_in,
     options,
     part,
     shown,
@@ -61,6 +62,8 @@ class Maker:
     def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
         """Make an object a node."""
         place = self.machine.place(node, frame)
+        if this.cls is not None and this.cls.path == place.file:
+            place = self.machine.place(this.cls.node, frame)
         cls = this.cls.name if this.cls is not None else "rclcpp::Node"
         name, space = args[0] if args else Open("a name"), args[1] if len(args) > 1 else None
         fact = NodeFact(cls, place, shown(name), program=self.machine.program)
@@ -83,7 +86,7 @@ class Maker:
         kind = _MAKES.get(call.last)
         if kind is None:
             return None
-        owner, args, nodes = self._owner(call)
+        owner, args = self._owner(call)
         if "rclcpp_action" in call.path:
             kind = "action_clients" if call.last == "create_client" else kind
         elif kind == "action_servers":
@@ -94,6 +97,9 @@ class Maker:
             return Open(call.last)
         entity = self.machine.entity_of(kind, self._port(call), call.node, call.frame, owner)
         port = Port(entity, owner)
+        if self.machine.role not in ("main", "constructor", "thread"):
+            do = "create_timer" if kind == "timers" else "create"
+            self.machine.does(do, entity.port, call.node, call.frame, entity=entity)
         if kind == "groups":
             self._group_kind(entity, args)
         elif kind == "timers":
@@ -101,28 +107,27 @@ class Maker:
         else:
             entity.name = shown(args[0]) if args else "open"
             entity.type = self.type_of(call, args)
-            del nodes
             self._others(kind, entity, args[1:], owner)
         return port
 
-    def _owner(self, call: Call) -> tuple[Obj | None, list[Value], list[Obj]]:
+    def _owner(self, call: Call) -> tuple[Obj | None, list[Value]]:
         """Return on which node a call makes something, and the other arguments."""
         found = [each for each in call.args if isinstance(each, Obj) and each.node is not None]
         rest = [each for each in call.args if each not in found]
         if isinstance(call.on, Obj) and call.on.node is not None:
-            return call.on, rest, found
+            return call.on, rest
         if isinstance(call.on, Made):  # a helper of a library that was given the node
             for each in call.on.args:
                 if isinstance(each, Obj) and each.node is not None:
-                    return each, rest, found
+                    return each, rest
         if call.on is not None:
-            return None, rest, found
+            return None, rest
         if found:
-            return found[0], rest, found
+            return found[0], rest
         this = call.frame.this
         if "::" in call.path and call.path.rpartition("::")[0] in ("rclcpp", "rclcpp_action"):
-            return None, rest[1:], found
-        return (this if this is not None and this.node is not None else None), rest, found
+            return None, rest[1:]
+        return (this if this is not None and this.node is not None else None), rest
 
     def _port(self, call: Call) -> str:
         node: Any = call.node.parent
@@ -144,7 +149,11 @@ class Maker:
         if not given:
             first = args[1] if "generic" in call.last and len(args) > 1 else None
             return shown(first) if isinstance(first, Const) else "open: no type is written"
-        return ros_type(self.machine.type_text(given[0], call.frame))
+        text = self.machine.type_text(given[0], call.frame)
+        known = ros_type(text)
+        if known.startswith("open") and text.count("::") < 2:
+            return self.machine.index.find_interface(text, call.frame.path) or known
+        return known
 
     def _group_kind(self, entity: Entity, args: list[Value]) -> None:
         path = args[0].path if args and isinstance(args[0], Made) else shown(args[0] if args else None)
@@ -219,13 +228,18 @@ class Maker:
         known = self.machine.idioms.get(call.path)
         if known is None or not known.makes:
             return None
-        owner = next((each for each in call.args if isinstance(each, Obj) and each.node is not None), None)
+        owner = next((each for each in map(node_in, call.args) if each is not None), None)
         if owner is None and known.arguments[:1] == ("node",) and call.args:
             this = call.frame.this
             owner = this if this is not None and this.node is not None else None
         if owner is None:
             return None
-        args = dict(zip(known.arguments, call.args, strict=False))
+        others = [each for at, each in enumerate(call.args) if node_in(each) is None or not at]
+        if known.arguments[:1] == ("node",) and node_in(others[0]) is None:
+            others.insert(0, owner)
+        args = dict(zip(known.arguments, others, strict=False))
+        if "remote" in known.arguments and owner.node is not None:
+            args.setdefault("remote", Const(owner.node.name))
         made: list[Entity] = []
         for entry in known.makes:
             port = f"{self._port(call)}{'' if not made else f'#{len(made)}'}"
@@ -238,7 +252,8 @@ class Maker:
                 entity.type = self.type_of(call, [])
             entity.details["via"] = entry.get("via", call.path)
             if entry["kind"] in ("publishers", "subscriptions"):
-                entity.details |= profile(args["qos"]) if "qos" in args else profile(Open("of the library"))
+                usual = dict(USUAL) if entry.get("usual") else profile(Open("of the library"))
+                entity.details |= profile(args["qos"]) if "qos" in args else usual
                 given = {key: entry[key] for key in ("depth", "reliability", "durability") if key in entry}
                 if given:
                     entity.details |= {"reliability": "reliable", "durability": "volatile"} | given

@@ -75,11 +75,23 @@ def parse(folder: SourceFolder, path: str) -> Source | None:
     text = _MARKS.sub(_blank, content)
     root = _parser().parse(text).root_node
     if root.has_error and _DIRECTIVE.search(text):
+        least = _errors(root)
         for other in (_DIRECTIVE.sub(_blank, text), _first_branches(text)):
             tried = _parser().parse(other).root_node
-            if not tried.has_error:
-                return Source(path, tried, other)
+            if (number := _errors(tried)) < least:
+                root, text, least = tried, other, number
     return Source(path, root, text)
+
+
+def _errors(root: Node) -> int:
+    """Return how many parts of a tree could not be parsed."""
+    found, todo = 0, [root]
+    while todo:
+        node = todo.pop()
+        if node.has_error:
+            found += node.is_error or node.is_missing
+            todo += node.children
+    return found
 
 
 def _blank(found: re.Match[bytes]) -> bytes:

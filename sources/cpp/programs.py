@@ -122,6 +122,7 @@ class CppPrograms:
                 f"{path}: the program {program} is too large to be followed to its end"
             )
         self._folder.unread += machine.unread
+        _share(machine)
         for node in machine.nodes:
             _finish(node, start, cls)
             if is_cut:
@@ -129,6 +130,17 @@ class CppPrograms:
                     callback.is_open = True
                 node.threads = "open"
         return machine.nodes
+
+
+def _share(machine: Statements) -> None:
+    """Give what threads and answers do that belong to no node to the nodes whose ports they use."""
+    for todo in machine.todo:
+        if todo.owner.node is None and todo.fact.effects:
+            used = [each.entity for each in todo.fact.effects]
+            nodes = [node for node in machine.nodes if any(entity in used for entity in node.entities)]
+            for node in nodes or machine.nodes[:1]:
+                if todo.fact not in node.callbacks:
+                    node.callbacks.append(todo.fact)
 
 
 def _callbacks(machine: Statements) -> None:

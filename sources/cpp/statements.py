@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.expressions import Call, Expressions, named
+from dineros.sources.cpp.calls import Call, Calls
+from dineros.sources.cpp.expressions import named
 from dineros.sources.cpp.index import ClassInfo, function_of, name_of
 from dineros.sources.cpp.machine import MOST_CALLS, coerced, is_node
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
@@ -26,7 +28,11 @@ _NOTHING = {
 }
 
 
-class Statements(Expressions):
+_TEMPLATE = re.compile(r"<.*>", re.DOTALL)
+"""Arguments of a template: a list of pointers is a list."""
+
+
+class Statements(Calls):
     """Runs statements."""
 
     def run_block(self, node: Node | None, frame: Frame) -> None:
@@ -73,6 +79,8 @@ class Statements(Expressions):
 
     def _do_throw_statement(self, node: Node, frame: Frame) -> None:
         self.values(node, frame)
+        if self.role not in ("main", "constructor"):
+            self.does("throw", text_of(node)[:60], node, frame)
         self._leave(frame)
 
     def _leave(self, frame: Frame) -> None:
@@ -116,7 +124,8 @@ class Statements(Expressions):
             return coerced(text, args[0]) if args else Open("a variable without a value")
         if path_of(kind).endswith(("Ptr", "shared_ptr", "unique_ptr")) and args:
             return args[0]
-        if "*" in text_of(node).partition("=")[0]:
+        is_declared = node.type.endswith("declarator")
+        if text_of(node).startswith("*") if is_declared else "*" in _TEMPLATE.sub("", text):
             return args[0] if args else Const(None)
         if path_of(kind).rpartition("::")[2] in ("vector", "list", "array", "map", "deque", "set"):
             return args[0] if len(args) == 1 and isinstance(args[0], Items) else Items(args)
@@ -212,7 +221,10 @@ class Statements(Expressions):
 
     def construct(self, cls: ClassInfo, args: list[Value], types: list[str], node: Node, frame: Frame) -> Obj:
         """Return a new object of a class of the folder."""
-        this = Obj(cls, types=dict(zip(cls.templates, types, strict=False)))
+        this = Obj(cls, types=dict(zip(cls.templates, types, strict=False)), made_at=node.id)
+        key = (id(cls), node.id, tuple(self.calls), tuple(self.turns))
+        before = self.made.get(key)
+        self.made[key] = this
         if len(self.calls) < MOST_CALLS and self.calls.count((cls.node.id, 0)) < 2:
             self.calls.append((cls.node.id, node.id))
             self.calls.append((cls.node.id, 0))
@@ -220,6 +232,9 @@ class Statements(Expressions):
                 self._construct(cls, this, args, node, frame)
             finally:
                 del self.calls[-2:]
+        # Read again, it is the same object: what callbacks gave to its members stays.
+        for name, value in before.fields.items() if before is not None else ():
+            this.fields[name] = joined(this.fields.get(name), value)
         return this
 
     def _construct(self, cls: ClassInfo, this: Obj, args: list[Value], node: Node, caller: Frame) -> None:

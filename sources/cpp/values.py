@@ -55,6 +55,8 @@ class Obj(Value):
     node: NodeFact | None = None
     types: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, Value] = field(default_factory=dict)
+    made_at: int = 0
+    """Which expression made it: read again, it makes the same object."""
 
 
 @dataclass(eq=False)
@@ -159,7 +161,12 @@ def part(value: Value) -> str:
 
 def joined(old: Value | None, new: Value) -> Value:
     """Return what a variable is that may have been given a new value."""
-    if old is None or old is new or old == new or (isinstance(old, Const) and old.value in (None, "")):
+    if (
+        old is None
+        or old is new
+        or _is_same(old, new)
+        or (isinstance(old, Const) and old.value in (None, ""))
+    ):
         return new
     if isinstance(new, Const) and new.value is None:
         return old
@@ -168,9 +175,33 @@ def joined(old: Value | None, new: Value) -> Value:
     found: list[Value] = []
     for each in (old, new):
         for option in each.options if isinstance(each, Either) else (each,):
-            if option not in found:
+            same = next((at for at, known in enumerate(found) if _is_same(known, option)), None)
+            if same is None:
                 found.append(option)
+            else:
+                found[same] = option
     return Either(tuple(found)) if len(found) <= 8 else Open("many values")
+
+
+def _is_same(one: Value, other: Value) -> bool:
+    """Tell whether two values are equal, or objects of one expression."""
+    if isinstance(one, Obj) and isinstance(other, Obj) and one.made_at:
+        return one.cls is other.cls and one.made_at == other.made_at
+    if isinstance(one, Port) and isinstance(other, Port):
+        return one.entity is other.entity
+    return one == other
+
+
+def node_in(value: Value | None, depth: int = 2) -> Obj | None:
+    """Return the node that a value is or holds, as interfaces of a node do."""
+    for each in options(value):
+        if isinstance(each, Obj) and each.node is not None:
+            return each
+        if isinstance(each, Made) and depth and each.effect is None:
+            found = next((one for arg in each.args if (one := node_in(arg, depth - 1)) is not None), None)
+            if found is not None:
+                return found
+    return None
 
 
 def options(value: Value | None) -> tuple[Value, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -12,7 +13,7 @@ from dineros.sources.folders import SourceFolder
 from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.machine import Activity, TooLong
 from dineros.sources.language.modules import Modules
-from dineros.sources.language.values import Const, Function, Items, Made, Open, Text, Value
+from dineros.sources.language.values import Const, Frame, Function, Items, Made, Open, Text, Value
 from dineros.sources.language.values import Mapping as Table
 from dineros.sources.launch.description import Started, Walker
 from dineros.sources.launch.markup import actions_of_xml, actions_of_yaml
@@ -22,6 +23,23 @@ from dineros.sources.launch.yaml_text import UnreadableError, parts_of
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.library import RosLibrary
 from dineros.sources.packages import Package
+
+
+@dataclass(frozen=True)
+class _CalledAt(Place):
+    """A line of a launch file that a call reaches, with the line of that call in the launch description."""
+
+    site: Place
+
+
+class _LaunchInterpreter(Interpreter):
+    """Runs a launch file; remembers from where its functions are called."""
+
+    def place(self, node: ast.AST, frame: Frame) -> Place:
+        """Return the place of a part of the code."""
+        at = super().place(node, frame)
+        calls = [each for each in self.trail if isinstance(each, tuple) and len(each) == 3]
+        return _CalledAt(at.file, at.line, Place(calls[1][0], calls[1][1])) if len(calls) > 1 else at
 
 
 class LaunchFiles:
@@ -85,6 +103,7 @@ class LaunchFiles:
         self._scopes = [(walker, scope)]
         for action in self._actions(path, scope) or ():
             walker.walk(action, scope)
+        _tell_apart(walker.found)
         return walker.arguments, walker.found
 
     def _included(self, text: str, scope: Scope) -> list[Value] | None:
@@ -131,7 +150,7 @@ class LaunchFiles:
             return None
 
     def _machine(self, path: str) -> Interpreter:
-        machine = Interpreter(self._modules, path)
+        machine = _LaunchInterpreter(self._modules, path)
         library = RosLibrary(machine, self._idioms)
         library.substitute = self._substitute
         library.load = self._load
@@ -201,6 +220,18 @@ class LaunchFiles:
                 except UnreadableError as error:
                     self._folder.unread.append(f"{path}: {error}")
         return found
+
+
+def _tell_apart(started: list[Started]) -> None:
+    """Give nodes that one function makes again and again the lines that call it."""
+    sites: dict[str, set[Place]] = {}
+    for each in started:
+        if isinstance(each.at, _CalledAt):
+            sites.setdefault(str(each.at), set()).add(each.at.site)
+    for each in started:
+        if isinstance(each.at, _CalledAt):
+            is_shared = len(sites[str(each.at)]) > 1
+            each.at = each.at.site if is_shared else Place(each.at.file, each.at.line)
 
 
 def _value(plain: Any) -> Value:

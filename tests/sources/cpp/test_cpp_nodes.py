@@ -83,7 +83,7 @@ def test_a_managed_node_makes_its_ports_in_transitions(tmp_path: Path) -> None:
     """
     (node,) = _read(tmp_path, text).nodes
     assert node.managed and [each.name for each in node.of("publishers")] == ["out"]
-    assert [each.do for fact in node.callbacks for each in fact.effects] == ["publish"]
+    assert [each.do for fact in node.callbacks for each in fact.effects] == ["create", "publish"]
 
 
 def test_each_turn_of_a_loop_makes_a_port(tmp_path: Path) -> None:
@@ -99,3 +99,152 @@ def test_each_turn_of_a_loop_makes_a_port(tmp_path: Path) -> None:
 @pytest.mark.parametrize("text", ["(" * 100_000, "int main() { " + "-" * 5000 + "1; }"])
 def test_hostile_code_ends(tmp_path: Path, text: str) -> None:
     assert _read(tmp_path, text).nodes == []
+
+
+HELPERS = """
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot"), camera_{this, "image", std::bind(&Robot::seen, this, _1, _2), "raw"} {
+    driver_ = std::make_unique<vendor::Driver>(this, 7);
+    limits_ = std::make_shared<vendor::ParamListener>(get_node_parameters_interface());
+    states_.push_back(new Battery(this));
+    states_.push_back(new Imu(this));
+    timer_ = create_wall_timer(100ms, [this]() { for (const auto & each : states_) each->publish(now()); });
+  }
+  void seen(const Image::ConstSharedPtr & image, const CameraInfo::ConstSharedPtr & info) {
+    std::thread{std::bind(&Robot::work, this)}.detach();
+    if (!image) throw std::runtime_error("no image");
+    timer_.reset();
+  }
+  void work() { rclcpp::sleep_for(2s); }
+  image_transport::CameraSubscriber camera_;
+  std::list<Sensor *> states_;
+  std::unique_ptr<vendor::Driver> driver_;
+  std::shared_ptr<vendor::ParamListener> limits_;
+  rclcpp::TimerBase::SharedPtr timer_;
+};
+"""
+STATES = """
+#include <power_msgs/msg/battery_state.hpp>
+using namespace power_msgs::msg;
+class Battery : public Sensor {
+ public:
+  Battery(rclcpp::Node * node) { pub_ = node->create_publisher<BatteryState>("battery", 10); }
+  void publish(const rclcpp::Time & now) override { pub_->publish(message_); }
+  rclcpp::Publisher<BatteryState>::SharedPtr pub_;
+};
+class Imu : public Sensor {
+ public:
+  Imu(rclcpp::Node * node) { pub_ = node->create_publisher<sensor_msgs::msg::Imu>("imu", 10); }
+  void publish(const rclcpp::Time & now) override { pub_->publish(message_); }
+  rclcpp::Publisher<sensor_msgs::msg::Imu>::SharedPtr pub_;
+};
+"""
+
+
+def test_helpers_in_a_list_of_pointers_publish(tmp_path: Path) -> None:
+    (node,) = _read(tmp_path, STATES + HELPERS).nodes
+    timer = next(fact for fact in node.callbacks if fact.kind == "timer")
+    entities = [each.entity for each in timer.effects if each.do == "publish"]
+    assert [each.name for each in entities if each is not None] == ["battery", "imu"]
+
+
+def test_a_name_without_a_namespace_is_that_of_the_header(tmp_path: Path) -> None:
+    (node,) = _read(tmp_path, STATES + HELPERS).nodes
+    assert [each.type for each in node.of("publishers")] == [
+        "power_msgs/msg/BatteryState",
+        "sensor_msgs/msg/Imu",
+    ]
+
+
+def test_code_that_is_not_there_and_gets_the_node_is_named(tmp_path: Path) -> None:
+    """What only reads parameters is not."""
+    facts = _read(tmp_path, STATES + HELPERS)
+    (line,) = [each for each in facts.unread if "gets the node" in each]
+    assert "vendor::Driver gets the node; its code is not in the folder" in line
+
+
+def test_a_camera_is_heard_and_its_callback_read(tmp_path: Path) -> None:
+    (node,) = _read(tmp_path, STATES + HELPERS).nodes
+    (heard,) = node.of("subscriptions")
+    assert (heard.name, heard.type) == ("image", "sensor_msgs/msg/Image")
+    seen = next(fact for fact in node.callbacks if fact.name == "seen")
+    assert [each.do for each in seen.effects] == ["thread", "throw", "destroy"]
+
+
+SYNCHRONIZED = """
+class Fusion : public rclcpp::Node {
+ public:
+  Fusion() : Node("fusion"), left_(this, "left"), right_(this, "right", rmw_qos_profile_sensor_data) {
+    both_ = std::make_shared<message_filters::TimeSynchronizer<Image, Image>>(left_, right_, 10);
+    both_->registerCallback(std::bind(&Fusion::merged, this, _1, _2));
+    out_ = create_publisher<sensor_msgs::msg::Image>("out", 1);
+  }
+  void merged(const Image::ConstSharedPtr & left, const Image::ConstSharedPtr & right) { out_->publish(left); }
+  message_filters::Subscriber<sensor_msgs::msg::Image> left_;
+  message_filters::Subscriber<sensor_msgs::msg::Image> right_;
+};
+"""
+
+
+def test_a_synchronizer_has_one_callback_for_its_inputs(tmp_path: Path) -> None:
+    (node,) = _read(tmp_path, SYNCHRONIZED).nodes
+    left, right = node.of("subscriptions")
+    assert {each.callbacks["callback"].name for each in (left, right)} == {"merged"}
+    assert (left.details["depth"], left.details["reliability"]) == (10, "reliable")
+    assert (right.details["depth"], right.details["reliability"]) == (5, "best_effort")
+
+
+THREADED = """
+void script(std::shared_ptr<Asker> asker) { asker->ask(); }
+int main() {
+  auto asker = std::make_shared<Asker>();
+  auto done = std::async(std::launch::async, script, asker);
+  rclcpp::spin(asker);
+}
+"""
+ASKER = """
+class Asker : public rclcpp::Node {
+ public:
+  Asker() : Node("asker") { client_ = create_client<std_srvs::srv::Empty>("reset"); }
+  void ask() { client_->wait_for_service(); client_->async_send_request(request_); }
+  rclcpp::Client<std_srvs::srv::Empty>::SharedPtr client_;
+};
+"""
+
+
+def test_a_thread_of_the_main_function_belongs_to_the_node_that_it_uses(tmp_path: Path) -> None:
+    (node,) = _read(tmp_path, ASKER + THREADED).nodes
+    (thread,) = [fact for fact in node.callbacks if fact.kind == "thread"]
+    assert [each.do for each in thread.effects] == ["wait_for_service", "call"]
+
+
+CHANGES = """
+class Turn {
+ public:
+  Turn(rclcpp_action::Client<Dock>::SharedPtr client) : client_(client) {}
+  void begin() {
+    auto options = rclcpp_action::Client<Dock>::SendGoalOptions();
+    options.goal_response_callback = [this](const GoalHandle & handle) { is_ready_ = true; };
+    client_->async_send_goal(goal_, options);
+  }
+  void end() { if (is_ready_) client_->async_cancel_goal(handle_); }
+  bool is_ready_{false};
+  rclcpp_action::Client<Dock>::SharedPtr client_;
+};
+class Docker : public rclcpp::Node {
+ public:
+  Docker() : Node("docker") {
+    client_ = rclcpp_action::create_client<nav::action::Dock>(this, "dock");
+    timer_ = create_wall_timer(1s, std::bind(&Docker::tick, this));
+  }
+  void tick() { turn_ = std::make_shared<Turn>(client_); turn_->begin(); turn_->end(); }
+  std::shared_ptr<Turn> turn_;
+};
+"""
+
+
+def test_what_an_answer_gives_to_a_member_counts_in_other_methods(tmp_path: Path) -> None:
+    (node,) = _read(tmp_path, CHANGES).nodes
+    tick = next(fact for fact in node.callbacks if fact.kind == "timer")
+    assert [each.do for each in tick.effects] == ["send_goal", "cancel_goal"]

@@ -1,0 +1,264 @@
+"""Calls in C++: of routines of the folder, of lambdas, of libraries; and how routines begin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from dineros.sources.cpp.expressions import Expressions, named
+from dineros.sources.cpp.index import ClassInfo, Routine, function_of, parameters_of
+from dineros.sources.cpp.machine import MOST_CALLS, coerced
+from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
+from dineros.sources.cpp.values import Either, Frame, Lambda, Made, Method, Obj, Open, Value, node_in, options
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+
+_HARMLESS = {
+    *("ParamListener", "CreateTimerROS", "shared_from_this", "Buffer", "Clock", "TimeSource", "make_pair"),
+    *("declare_parameter_if_not_declared", "declare_parameter", "get_logger", "weak_ptr", "Bond", "Rate"),
+    *("emplace", "emplace_back", "push_back", "insert", "swap", "get_child", "set_parameter", "what"),
+    *(
+        "RequiredInterfaces",
+        "NodeInterfaces",
+        "ClassLoader",
+        "get_parameter",
+        "add_node",
+        "remove_node",
+        "static_cast",
+        "dynamic_cast",
+    ),
+}
+"""Functions and classes of libraries that get a node, and make no ports of it that a model has."""
+_HARMLESS_SPACES = (
+    "std::",
+    "rclcpp::",
+    "rclcpp_",
+    "rcl_",
+    "RCLCPP_",
+    "builtin",
+    "tf2::",
+    "RCUTILS_",
+    "fmt::",
+)
+
+
+class Call:
+    """A call as it stands in the code: what is called, on what, with what."""
+
+    def __init__(
+        self,
+        node: Node,
+        frame: Frame,
+        path: str,
+        args: list[Value],
+        on: Value | None = None,
+        name: Node | None = None,
+    ) -> None:
+        self.node, self.frame, self.path, self.args, self.on, self.named = node, frame, path, args, on, name
+        self.last = path.rpartition("::")[2]
+        inner = node.child_by_field_name("arguments") or node.child_by_field_name("value")
+        self.nodes = named(inner)
+
+
+class Library(Protocol):
+    """What libraries do."""
+
+    def call(self, call: Call) -> Value | None:
+        """Return what a call of a library returns; None: it is none that is known."""
+
+    def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
+        """Make an object a node."""
+
+
+class Calls(Expressions):
+    """Evaluates calls."""
+
+    library: Library
+
+    def _new_expression(self, node: Node, frame: Frame) -> Value:
+        args = self.values(node.child_by_field_name("arguments"), frame)
+        return self.make(node.child_by_field_name("type"), args, node, frame)
+
+    def _compound_literal_expression(self, node: Node, frame: Frame) -> Value:
+        args = self.values(node.child_by_field_name("value"), frame)
+        return self.make(node.child_by_field_name("type"), args, node, frame)
+
+    def make(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
+        """Return an object of a type."""
+        name = self.type_text(kind, frame)
+        cls = self.class_of(name, frame)
+        if cls is not None:
+            types = [self.template_text(each, frame) for each in arguments_of(kind)]
+            return self.construct(cls, args, types, node, frame)
+        call = Call(node, frame, name, args, name=kind)
+        found = self.library.call(call)
+        if found is None:
+            self.escapes(call)
+        return found if found is not None else Made(name, args, node=node)
+
+    def _call_expression(self, node: Node, frame: Frame) -> Value:
+        function = node.child_by_field_name("function")
+        inner = node.child_by_field_name("arguments")
+        assert function is not None
+        if function.type == "field_expression":
+            on = self.value(function.child_by_field_name("argument"), frame)
+            field = function.child_by_field_name("field")
+            args = self.values(inner, frame)
+            found = [self._on(Call(node, frame, path_of(field), args, each, field)) for each in options(on)]
+            return found[0] if len(found) == 1 else Either(tuple(found))
+        args = self.values(inner, frame)
+        if function.type in ("identifier", "template_function", "qualified_identifier"):
+            return self._plain(Call(node, frame, path_of(function), args, name=function))
+        called = self.value(function, frame)
+        return self.invoke(called, args, node, frame)
+
+    def _on(self, call: Call) -> Value:
+        """Call a method of an object."""
+        on = call.on
+        if isinstance(on, Obj):
+            routines = self.methods(on.cls, call.last) if on.cls is not None else []
+            if routines:
+                return self.run(routines, call.args, on, call.node, self._types(call))
+            if isinstance(on.fields.get(call.last), (Lambda, Method)):
+                return self.invoke(on.fields[call.last], call.args, call.node, call.frame)
+        found = self.library.call(call)
+        if found is None:
+            self.escapes(call)
+        return found if found is not None else Open(text_of(call.node)[:60])
+
+    def _plain(self, call: Call) -> Value:
+        """Call a function, a method of this object, a lambda or a constructor."""
+        frame, path = call.frame, call.path
+        variable = self.lookup(path, frame) if "::" not in path else None
+        if variable is not None:
+            return self.invoke(variable, call.args, call.node, frame)
+        if frame.this is not None and frame.cls is not None:
+            scope = path.rpartition("::")[0]
+            owner = (
+                self.class_of(self.type_text(call.named.child_by_field_name("scope"), frame), frame)
+                if (scope and call.named is not None)
+                else frame.this.cls or frame.cls
+            )
+            if owner is not None and (not scope or owner in self.bases(frame.this.cls or frame.cls)):
+                routines = self.methods(owner, call.last)
+                if routines and call.last != owner.name:
+                    return self.run(routines, call.args, frame.this, call.node, self._types(call))
+        if call.named is not None and call.named.type != "identifier":
+            call.path = self._resolved(call.named, frame)
+        found = self.library.call(call)
+        if found is not None:
+            return found
+        scope = call.path.rpartition("::")[0]
+        cls = self.class_of(self.type_text(call.named, frame), frame) or None
+        if cls is not None:
+            types = [self.template_text(each, frame) for each in arguments_of(call.named)]
+            return self.construct(cls, call.args, types, call.node, frame)
+        owner = self.class_of(scope, frame) if scope else None
+        if owner is not None and self.methods(owner, call.last):
+            return self.run(self.methods(owner, call.last), call.args, None, call.node, self._types(call))
+        functions = self.index.find_functions(path, frame.path)
+        if functions and len({each.path for each in functions}) == 1:
+            return self.run(functions, call.args, None, call.node, self._types(call))
+        self.escapes(call)
+        return Made(call.path, call.args, node=call.node)
+
+    def _resolved(self, node: Node, frame: Frame) -> str:
+        if node.type == "qualified_identifier":
+            scope = node.child_by_field_name("scope")
+            rest = path_of(node).removeprefix(path_of(scope)).removeprefix("::")
+            return f"{self.type_text(scope, frame)}::{rest}" if scope is not None else rest
+        return path_of(node)
+
+    def _types(self, call: Call) -> list[str]:
+        return [self.template_text(each, call.frame) for each in arguments_of(call.named)]
+
+    def escapes(self, call: Call) -> None:
+        """Note that code that cannot be followed gets a node: it may do anything with its ports."""
+        nodes = [each for each in map(node_in, call.args) if each is not None]
+        if not nodes or call.last in _HARMLESS or call.path.startswith(_HARMLESS_SPACES):
+            return
+        self.fact.is_open = True
+        place, name = self.place(call.node, call.frame), call.path
+        self.unread.append(
+            f"{place}: {name} gets the node; its code is not in the folder, so its ports are not known"
+        )
+
+    def invoke(self, called: Value, args: list[Value], node: Node, frame: Frame) -> Value:
+        """Call what a value is."""
+        found: list[Value] = []
+        for each in options(called):
+            if isinstance(each, Lambda):
+                found.append(self._run_lambda(each, args, node))
+            elif isinstance(each, Method):
+                found.append(self.run(each.routines, [*each.args, *args], each.this, node, []))
+            else:
+                found.append(Open(text_of(node)[:60]))
+        return found[0] if len(found) == 1 else Either(tuple(found))
+
+    def _run_lambda(self, each: Lambda, args: list[Value], node: Node) -> Value:
+        declarator = each.node.child_by_field_name("declarator")
+        parameters = parameters_of(function_of(declarator) or declarator) if declarator is not None else []
+        frame = Frame(each.frame.path, each.frame.space, each.frame.this, each.frame.cls, outer=each.frame)
+        frame.values = {p.name: args[n] if n < len(args) else Open(p.name) for n, p in enumerate(parameters)}
+        return self._body(each.node.child_by_field_name("body"), frame, each.node)
+
+    def _body(self, body: Node | None, frame: Frame, called: Node) -> Value:
+        key = (called.id, id(frame.this))
+        if len(self.calls) >= MOST_CALLS or self.calls.count(key) > 0:
+            return Open("a call within itself")
+        self.calls.append(key)
+        self.frames.append(frame)
+        held, frame.level = len(self.holding), self.cond + self.loops
+        try:
+            self.run_block(body, frame)
+        finally:
+            self.calls.pop()
+            self.frames.pop()
+            del self.holding[held:]
+        return frame.result or Open("a result")
+
+    def run(
+        self, routines: list[Routine], args: list[Value], this: Obj | None, node: Node, types: list[str]
+    ) -> Value:
+        """Call a routine; the one of several that takes so many arguments."""
+        found = [each for each in routines if each.body is not None]
+        if not found:
+            return Open(text_of(node)[:60])
+        fitting = [each for each in found if len(each.parameters) == len(args)]
+        fitting = fitting or [each for each in found if len(each.parameters) > len(args)] or found
+        results = []
+        for each in fitting[:4]:
+            if len(fitting) > 1:
+                with self.perhaps():
+                    results.append(self._body(each.body, self.frame_of(each, args, this, types), each.node))
+            else:
+                results.append(self._body(each.body, self.frame_of(each, args, this, types), each.node))
+        return results[0] if len(results) == 1 else Either(tuple(results))
+
+    def frame_of(self, routine: Routine, args: list[Value], this: Obj | None, types: list[str]) -> Frame:
+        """Return the variables with which a routine begins."""
+        space = routine.cls.full if routine.cls is not None else routine.space
+        frame = Frame(routine.path, space, this, routine.cls)
+        frame.types = dict(zip(routine.templates, types, strict=False))
+        declared = routine.cls.defaults.get(routine.name, []) if routine.cls is not None else []
+        same = next((each for each in declared if len(each) == len(routine.parameters)), [])
+        for number_, each in enumerate(routine.parameters):
+            if number_ < len(args):
+                value = coerced(text_of(each.type), args[number_])
+            else:
+                default = each.default or (same[number_].default if number_ < len(same) else None)
+                value = self.value(default, frame) if default is not None else Open(each.name)
+            if each.name:
+                frame.values[each.name] = value
+            if each.type is not None and number_ < len(args):
+                text = path_of(each.type)
+                if text in routine.templates and isinstance(args[number_], Obj):
+                    cls = args[number_].cls  # type: ignore[attr-defined]
+                    if cls is not None:
+                        frame.types.setdefault(text, cls.full)
+        return frame
+
+    def construct(self, cls: ClassInfo, args: list[Value], types: list[str], node: Node, frame: Frame) -> Obj:
+        """Return a new object of a class of the folder."""
+        raise NotImplementedError

@@ -1,0 +1,149 @@
+"""What ports do: publish, call, send goals, wait, and what of libraries hears messages."""
+
+from __future__ import annotations
+
+from dineros.sources.cpp.calls import Call
+from dineros.sources.cpp.making import Maker
+from dineros.sources.cpp.parsing import text_of
+from dineros.sources.cpp.quality import PRESETS
+from dineros.sources.cpp.statements import Statements
+from dineros.sources.cpp.values import Const, Made, Obj, Open, Port, Value, constant, options
+from dineros.sources.facts import CallbackFact
+
+SELF = {
+    *("get", "c_str", "str", "data", "value", "lock", "shared_from_this", "share", "get_future", "count"),
+    *("as_string", "as_double", "as_int", "as_bool", "get_value", "get_parameter_value", "as_string_array"),
+    *("get_node_base_interface", "get_node_timers_interface", "get_node_topics_interface"),
+    *("get_node_services_interface", "get_node_clock_interface", "get_node_logging_interface"),
+    *("get_node_waitables_interface", "get_node_parameters_interface", "get_node_graph_interface"),
+    *("to_chrono", "at", "front", "period", "get_rmw_qos_profile"),
+}
+"""Methods that return what they are called on, for this reader."""
+
+
+class Ports:
+    """What methods of ports mean.
+
+    Parameters
+    ----------
+    machine : Statements
+        The interpreter.
+    """
+
+    def __init__(self, machine: Statements) -> None:
+        self.machine = machine
+        self.maker = Maker(machine)
+
+    def _port(self, call: Call, on: Port) -> Value | None:
+        entity, last, machine = on.entity, call.last, self.machine
+        known = on.methods.get(last)
+        if known is not None:
+            return self._known(call, on, known)
+        if last == "reset" and not _is_arrow(call):
+            if machine.role not in ("main", "constructor"):
+                machine.does("destroy", entity.port, call.node, call.frame, entity=entity)
+            return Const(None)
+        if entity.kind == "timers" and last in ("cancel", "reset"):
+            if machine.role not in ("main", "constructor"):
+                machine.does(f"{last}_timer", entity.port, call.node, call.frame, entity=entity)
+            return Const(None)
+        if last in ("on_parameter_event", "registerCallback", "add_parameter_event_callback"):
+            return self._listens(call, on)
+        if last in SELF:
+            return on
+        if entity.kind == "publishers" and last == "publish":
+            machine.does("publish", entity.port, call.node, call.frame, entity=entity)
+        elif entity.kind == "clients" and last in ("async_send_request", "call_async", "prune_requests"):
+            return self._request(call, on) if last != "prune_requests" else Const(None)
+        elif entity.kind == "clients" and last == "call":  # rclcpp has none: helpers of libraries wait
+            how = "blocks, with a time-out that is open"
+            machine.does("call", entity.port, call.node, call.frame, how, entity)
+        elif entity.kind in ("clients", "action_clients") and last in (
+            "wait_for_service",
+            "wait_for_action_server",
+        ):
+            return self._wait_for(call, on)
+        elif entity.kind == "action_clients" and last == "async_send_goal":
+            return self._goal(call, on)
+        elif entity.kind == "action_clients" and last.startswith("async_cancel"):
+            machine.does("cancel_goal", entity.port, call.node, call.frame, entity=entity)
+        elif entity.kind == "action_clients" and last == "async_get_result":
+            effect = machine.does("get_result", entity.port, call.node, call.frame, "async", entity)
+            return Made("future", effect=effect)
+        return Open(f"{entity.port}.{last}")
+
+    def _listens(self, call: Call, on: Port) -> Value:
+        """Give a callback to what a library hears: a filter of messages, or events of parameters."""
+        heard = on
+        if call.last == "on_parameter_event":
+            entity = self.machine.entity_of("subscriptions", on.entity.port, call.node, call.frame, on.owner)
+            entity.name, entity.type = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
+            entity.details |= {**PRESETS["ParameterEventsQoS"], "group": "default", "via": "parameter client"}
+            heard = Port(entity, on.owner)
+        if call.args and heard.entity.kind == "subscriptions":
+            self.maker.callback(heard.entity, "callback", "subscription", call.args[0], heard.owner)
+        return Open(call.last)
+
+    def _known(self, call: Call, on: Port, known: dict[str, object]) -> Value:
+        number = known.get("entity", 0)
+        entity = on.extra[number] if isinstance(number, int) and number < len(on.extra) else on.entity
+        if known.get("do") == "wait_for_service":
+            return self._wait_for(call, on)
+        how = "async" if known.get("do") == "call" else ""
+        effect = self.machine.does(str(known.get("do", "")), entity.port, call.node, call.frame, how, entity)
+        return Made("future", effect=effect)
+
+    def _wait_for(self, call: Call, on: Port) -> Value:
+        seconds = constant(call.args[0]) if call.args else None
+        how = f"time-out {seconds} s" if seconds is not None else "without time-out"
+        how = "time-out that is open" if call.args and seconds is None else how
+        do = "wait_for_server" if on.entity.kind == "action_clients" else "wait_for_service"
+        self.machine.does(do, on.entity.port, call.node, call.frame, how, on.entity, seconds)
+        return Open(do)
+
+    def _request(self, call: Call, on: Port) -> Value:
+        effect = self.machine.does("call", on.entity.port, call.node, call.frame, "async", on.entity)
+        if len(call.args) > 1:
+            effect.then = self._done(call.args[1], on, call)
+        future = Made("future", effect=effect)
+        future.fields["future"] = future
+        return future
+
+    def _done(self, target: Value, on: Port, call: Call) -> CallbackFact:
+        holder = self.machine.entity_of("done", "answer", call.node, call.frame, Obj(None))
+        return self.maker.callback(holder, "callback", "done callback", target, on.owner)
+
+    def _goal(self, call: Call, on: Port) -> Value:
+        machine = self.machine
+        effect = machine.does("send_goal", on.entity.port, call.node, call.frame, "async", on.entity)
+        given = next((each for each in call.args if isinstance(each, Made) and each.fields), None)
+        for name, target in (given.fields if given is not None else {}).items():
+            if name.endswith("_callback") and name != "feedback_callback":
+                holder = machine.entity_of("done", name, call.node, call.frame, Obj(None))
+                fact = self.maker.callback(holder, "callback", "done callback", target, on.owner)
+                if name == "result_callback" or effect.then is None:
+                    effect.then = fact
+        future = Made("future", effect=effect)
+        future.fields["future"] = future
+        return future
+
+    def _await(self, call: Call, future: Value | None, rest: list[Value], how: str) -> Value:
+        seconds = constant(rest[0]) if rest else None
+        bound = f"time-out {seconds} s" if seconds is not None else "without time-out"
+        bound = "time-out that is open" if rest and seconds is None else bound
+        found = [
+            each.effect for each in options(future) if isinstance(each, Made) and each.effect is not None
+        ]
+        for effect in found:
+            if effect in self.machine.fact.effects:
+                effect.how, effect.timeout = f"{how}, {bound}", seconds
+        if not any(effect in self.machine.fact.effects for effect in found):
+            what = text_of(call.node)[:40]
+            self.machine.does("wait", what, call.node, call.frame, f"{how}, {bound}", timeout=seconds)
+        return Open("a result")
+
+
+def _is_arrow(call: Call) -> bool:
+    """Tell whether a method is called through a pointer; with a point, it is one of the pointer itself."""
+    function = call.node.child_by_field_name("function")
+    return function is not None and text_of(function.child_by_field_name("operator")) == "->"
