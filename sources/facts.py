@@ -254,6 +254,8 @@ class NodeFact:
         That a launch file gives.
     started : str
         Line of the launch file that starts it.
+    plugin : str
+        Of a component: its class, as launch files name it.
     """
 
     cls: str
@@ -272,6 +274,7 @@ class NodeFact:
     home: str = ""
     remappings: dict[str, str] = field(default_factory=dict)
     started: str = ""
+    plugin: str = ""
 
     def of(self, kind: str) -> list[Entity]:
         """Return the entities of a kind."""
@@ -321,11 +324,17 @@ class Facts:
     unread: list[str] = field(default_factory=list)
     files: int = 0
 
+    @property
+    def _language(self) -> str:
+        """Of the nodes: ``cpp``, ``python``, or both."""
+        found = {"python" if each.at.file.endswith(".py") else "cpp" for each in self.nodes}
+        return " and ".join(sorted(found)) or "python"
+
     def to_json(self) -> dict[str, Any]:
         """Return all facts in their schema."""
         return {
             "name": self.name,
-            "language": "python",
+            "language": self._language,
             "nodes": [node.to_json() for node in self.nodes],
             "launch": self.launch,
             "unread": self.unread,

@@ -13,6 +13,7 @@ from dineros.sources.cpp.programs import CppPrograms
 from dineros.sources.facts import Facts, NodeFact, is_open
 from dineros.sources.folders import CPP, open_folder
 from dineros.sources.language.modules import Modules
+from dineros.sources.launch.containers import ALONE, container_of, executor_in
 from dineros.sources.launch.description import Started, full
 from dineros.sources.launch.reading import LaunchFiles
 from dineros.sources.libraries.idioms import known_idioms, read_idioms
@@ -72,26 +73,37 @@ def read_source(root: Path, tables: Sequence[Path] = (), launch: Launch | None =
                 given.setdefault(f"{each.package}/{each.executable}", []).append(found)
     reading = Reading(folder, packages, idioms, {key: _agreed(found) for key, found in given.items()})
     facts = read_programs(reading, modules)
-    _add_cpp(facts, reading)
+    programs = _add_cpp(facts, reading)
+    _compose(facts, [started for _, started in descriptions])
     _complete(facts, descriptions)
     if launch is not None:
-        facts.nodes = _launched(launch, files, reading, modules, facts)
+        facts.nodes = _launched(launch, files, reading, modules, facts, programs)
     facts.unread = sorted(dict.fromkeys(folder.unread))
     return facts
 
 
-def _add_cpp(facts: Facts, reading: Reading) -> None:
-    """Add the nodes in C++, if a parser is there."""
+def _add_cpp(facts: Facts, reading: Reading) -> CppPrograms | None:
+    """Add the nodes in C++, if a parser is there; return their programs."""
     folder = reading.folder
     count = sum(path.endswith(CPP) for path in folder.files)
     if not count:
-        return
+        return None
     if not is_there():
         folder.unread.append(f"{counted(count, 'file')} in C++: pip install 'dineros[sources]' reads them")
-        return
+        return None
     programs = CppPrograms(folder, reading.packages, reading.idioms)
     facts.nodes += programs.nodes(reading.given)
     facts.files += len(programs.files)
+    return programs
+
+
+def _compose(facts: Facts, descriptions: list[list[Started]]) -> None:
+    """Give components the executor of their container, if all launch files agree on it."""
+    for node in facts.nodes:
+        loaded = [(each, all_) for all_ in descriptions for each in all_ if each.plugin == node.plugin != ""]
+        found = {executor_in(each, all_) for each, all_ in loaded}
+        if len(found) == 1 and (executor := found.pop()) is not None:
+            node.executor, node.threads = executor
 
 
 def _complete(facts: Facts, descriptions: list[tuple[dict[str, Any], list[Started]]]) -> None:
@@ -106,7 +118,12 @@ def _complete(facts: Facts, descriptions: list[tuple[dict[str, Any], list[Starte
 
 
 def _launched(
-    launch: Launch, files: LaunchFiles, reading: Reading, modules: Modules, facts: Facts
+    launch: Launch,
+    files: LaunchFiles,
+    reading: Reading,
+    modules: Modules,
+    facts: Facts,
+    cpp: CppPrograms | None,
 ) -> list[NodeFact]:
     """Return the nodes that a launch file starts, with their names, remappings and parameters."""
     path = files.named(launch.file)
@@ -126,20 +143,36 @@ def _launched(
             continue
         name = each.name or defaults.get(program, each.executable)
         values = files.parameters(each, full(name, each.namespace)) if not is_open(name) else {}
+        if each.kind == "container":
+            continue
         nodes = run_program(program, replace(reading, given={program: values}, is_launched=True), modules)
+        if nodes is None and cpp is not None:
+            nodes = cpp.run([each.plugin or program], values)
         if nodes is None:
-            facts.unread.append(
-                f"{each.at}: {each.plugin or program} is not among the programs in Python of this folder"
-            )
+            facts.unread.append(f"{each.at}: {each.plugin or program} is not in this folder")
         for node in nodes or ():
             if each.name and len(nodes or ()) == 1:
                 node.name = each.name
             node.namespace = each.namespace or node.namespace
             node.remappings = each.remappings
             node.started = str(each.at)
-            node.pool += 1000 * (len(found) + 1) if node.pool else 0
+            if each.kind == "component":
+                _load(node, each, started)
+            elif node.pool:
+                node.pool += 1000 * (len(found) + 1)
             found.append(node)
     return found
+
+
+def _load(node: NodeFact, component: Started, started: list[Started]) -> None:
+    """Let a component run in its container, whose executor it shares unless it is alone there."""
+    container, executor = container_of(component, started), executor_in(component, started)
+    if container is None or executor is None:
+        node.executor, node.threads = "open: its container is not known", "open"
+        return
+    node.executor, node.threads = executor
+    if container.executable != ALONE:
+        node.program, node.pool = f"container {container.name}", 1
 
 
 def _agreed(found: list[dict[str, Any]]) -> dict[str, Any]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from dineros.sources.cmake import Component
 from dineros.sources.cpp.doing import Ros
 from dineros.sources.cpp.index import ClassInfo, Index, Routine
 from dineros.sources.cpp.machine import TooLong
@@ -18,6 +19,7 @@ from dineros.sources.cpp.statements import Statements
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
 from dineros.sources.facts import CallbackFact, NodeFact, Place
 from dineros.sources.folders import CPP, SourceFolder
+from dineros.sources.launch.containers import THREADS
 from dineros.sources.libraries.idioms import Idiom, read_idioms
 from dineros.sources.packages import Package
 
@@ -65,7 +67,7 @@ class CppPrograms:
         found: list[NodeFact] = []
         with _deep():
             for routine in self.index.functions.get("main", []):
-                found += self._run(PurePosixPath(routine.path).stem, routine, None, given or {})
+                found += self._run(self._program(routine.path), routine, None, given or {})
             made = {each.cls for each in found}
             wanted = [
                 cls
@@ -74,13 +76,63 @@ class CppPrograms:
             ]
             for cls in dict.fromkeys([*wanted, *self._classes()]):
                 if cls.name not in made:
-                    found += self._run(cls.full, None, cls, given or {})
+                    found += self._run(self._component_name(cls), None, cls, given or {})
         unique: dict[tuple[str, str], NodeFact] = {}
         for node in found:  # of several programs that make a node, the first is kept
             other = unique.setdefault((str(node.at), node.name), node)
             if other is not node and other.program != node.program:
                 other.also_in = list(dict.fromkeys([*other.also_in, node.program]))
         return sorted(unique.values(), key=lambda node: (node.at.file, node.at.line))
+
+    def run(self, names: Sequence[str], values: Mapping[str, Any]) -> list[NodeFact] | None:
+        """Return the nodes of a program, or of a component, with values of its parameters.
+
+        Parameters
+        ----------
+        names : sequence of str
+            How it may be called: ``package/executable``, the class of a component.
+        values : mapping
+            Values of parameters.
+
+        Returns
+        -------
+        list of NodeFact or None
+            None: it is not in the folder.
+        """
+        with _deep():
+            for routine in self.index.functions.get("main", []):
+                name = self._program(routine.path)
+                if self._full(name, routine.path) in names:
+                    return self._run(name, routine, None, {self._full(name, routine.path): values})
+            for plugin, path in self.index.components:
+                cls = self.index.find_class(plugin, path, "")
+                if cls is not None:
+                    name = self._component_name(cls)
+                    if {cls.full, self._full(name, cls.path)} & set(names):
+                        return self._run(name, None, cls, {self._full(name, cls.path): values})
+        return None
+
+    def _program(self, path: str) -> str:
+        """Return the executable of a file with a main function."""
+        package = self._package_at(path)
+        for name, sources in package.sources.items() if package is not None else ():
+            if path in sources:
+                return name
+        return PurePosixPath(path).stem
+
+    def _component(self, cls: ClassInfo) -> Component | None:
+        package = self._package_at(cls.path)
+        found = package.components if package is not None else []
+        return next((each for each in found if each.plugin == cls.full), None)
+
+    def _component_name(self, cls: ClassInfo) -> str:
+        """Return the executable of a component, if it has one; else its class."""
+        component = self._component(cls)
+        return component.executable if component is not None and component.executable else cls.full
+
+    def _full(self, name: str, path: str) -> str:
+        package = self._package_at(path)
+        return name if package is None else f"{package.name}/{name}"
 
     def _classes(self) -> Iterator[ClassInfo]:
         """Yield the classes of nodes that no other class of the folder extends."""
@@ -91,16 +143,15 @@ class CppPrograms:
             if cls not in extended and not cls.templates and machine.node_kind(cls) is not None:
                 yield cls
 
-    def _package(self, path: str) -> str:
+    def _package_at(self, path: str) -> Package | None:
         inside = [each for each in self._packages if each.path == "." or path.startswith(f"{each.path}/")]
-        return max(inside, key=lambda each: len(each.path)).name if inside else ""
+        return max(inside, key=lambda each: len(each.path)) if inside else None
 
     def _run(
         self, name: str, main: Routine | None, cls: ClassInfo | None, given: Mapping[str, Mapping[str, Any]]
     ) -> list[NodeFact]:
         path = main.path if main is not None else cls.path if cls is not None else ""
-        package = self._package(path)
-        program = f"{package}/{name}" if package else name
+        program = self._full(name, path)
         machine = Statements(self.index, program, self._idioms)
         machine.library = Ros(machine)
         machine.given = given.get(program, {})
@@ -124,7 +175,7 @@ class CppPrograms:
         self._folder.unread += machine.unread
         _share(machine)
         for node in machine.nodes:
-            _finish(node, start, cls)
+            _finish(node, start, cls, None if cls is None else self._component(cls))
             if is_cut:
                 for callback in node.callbacks:
                     callback.is_open = True
@@ -180,7 +231,7 @@ def _node_of(target: Value) -> Any:
     return None
 
 
-def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None) -> None:
+def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None, component: Component | None) -> None:
     """Complete a node: what the main function does with its ports, and who spins it."""
     node.entities = [each for each in node.entities if each.kind not in ("done", "threads")]
     own = set(node.entities)
@@ -191,7 +242,11 @@ def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None) -> None:
     if used.effects:
         used.is_open = False
         node.callbacks.append(used)
-    if node.threads == "not spun":
+    node.plugin = "" if cls is None else cls.full
+    if node.threads == "not spun" and component is not None and component.executable:
+        node.executor = component.executor.rpartition("::")[2]
+        node.threads = THREADS.get(node.executor, "open")
+    elif node.threads == "not spun":
         node.threads = "open"
         words = "a component: its container decides" if cls is not None else "no spin was seen"
         node.executor = f"open: {words}"
