@@ -193,6 +193,8 @@ class ObservedSystem:
         What was seen and cannot be asked about or held by a model, in words.
     watched : Watched or None
         How a running graph was watched.
+    is_partial : bool
+        Whether there may be other nodes, as beside those of a package.
     """
 
     source: str
@@ -203,6 +205,7 @@ class ObservedSystem:
     services: tuple[RecordedService, ...] = ()
     left_out: tuple[str, ...] = ()
     watched: Watched | None = field(default=None, compare=False)
+    is_partial: bool = field(default=False, compare=False)
 
     def publishers(self) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:
         """Yield each publisher and its node."""

@@ -180,6 +180,8 @@ class CallbackFact:
         Whether it is an ``async def``.
     is_open : bool
         Whether it may do more than its effects say: the reader could not follow it.
+    is_apart : bool
+        Whether it runs on a thread of its own, which is none of the executor's.
     """
 
     name: str
@@ -188,6 +190,7 @@ class CallbackFact:
     effects: list[Effect] = field(default_factory=list)
     is_async: bool = False
     is_open: bool = False
+    is_apart: bool = False
 
     def to_json(self) -> dict[str, Any]:
         """Return the callback in the schema of the facts."""
@@ -201,6 +204,8 @@ class CallbackFact:
             found["async"] = True
         if self.is_open:
             found["open"] = True
+        if self.is_apart:
+            found["thread"] = "its own"
         return found
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
-from dineros.metamodel.elements import node_net_of
+from dineros.metamodel.elements import is_unseen, node_net_of
 
 WHY = "if callbacks take long enough; the code does not say how long they take"
 
@@ -39,10 +39,15 @@ def _as_note(finding: Finding) -> Finding:
 def _depends(channel: sym.Channel | None) -> bool:
     ends = [[node_net_of(place) for place in places] for places in _places(channel)]
     nodes = [node for end in ends for node in end]
-    if not nodes or not all(node is not None and node.sourceLine for node in nodes):
+    if not nodes or not all(_is_of_code(node) for node in nodes):
         return False
     writers, readers = ({id(node) for node in end} for end in ends)
     return not writers & readers
+
+
+def _is_of_code(node: sym.NodeNet | None) -> bool:
+    """Tell whether a node is of source code, or stands for other nodes that may use its channels."""
+    return node is not None and (bool(node.sourceLine) or is_unseen(node))
 
 
 def _places(channel: sym.Channel | None) -> tuple[list[pn.Place], list[pn.Place]]:

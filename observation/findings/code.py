@@ -79,7 +79,9 @@ def _holds_others_up(callback: CallbackFact, node: NodeFact) -> bool:
     """Tell whether other callbacks wait while one runs; work on goals is in no group, and needs a thread."""
     if node.threads == "not spun":
         return False
-    return callback.kind in _CALLED or (callback.kind == "execute" and node.threads == 1)
+    return callback.kind in _CALLED or (
+        callback.kind == "execute" and node.threads == 1 and not callback.is_apart
+    )
 
 
 def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:

@@ -66,7 +66,7 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
     channels.ids.new(id)
     model = sym.SystemModel(id=id, middleware="ros2")
     for node in found.nodes:
-        builder = NodeBuilder(node, given, channels, node.name in found.unseen)
+        builder = NodeBuilder(node, given, channels, node.name in found.unseen, system.is_partial)
         model.pages.append(builder.build())
         assumed += builder.assumed
     model.channels.extend(channels.all())

@@ -73,7 +73,8 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     apart = ObservedSystem(source, tuple(nodes[name] for name in sorted(nodes)))
     share_executors(kept, nodes, given, taken)
     ordered = tuple(nodes[name] for name in sorted(nodes))
-    return Coded(ObservedSystem(source, ordered), Given(given), tuple(dict.fromkeys(taken)), apart)
+    system = ObservedSystem(source, ordered, is_partial=True)
+    return Coded(system, Given(given), tuple(dict.fromkeys(taken)), apart)
 
 
 def merged(code: Given, people: Given) -> Given:

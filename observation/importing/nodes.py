@@ -66,16 +66,27 @@ class NodeBuilder:
     channels : Channels
         Takes the ports.
     is_unseen : bool
-        Whether nobody has seen it, and it stands for others: its servers never answer.
+        Whether nobody has seen it, and it stands for others.
+    is_partial : bool
+        Whether the system may have other nodes. Then a server that nobody has seen answers; else it never
+        does.
     """
 
-    def __init__(self, node: ObservedNode, given: Given, channels: Channels, is_unseen: bool) -> None:
+    def __init__(
+        self,
+        node: ObservedNode,
+        given: Given,
+        channels: Channels,
+        is_unseen: bool,
+        is_partial: bool = False,
+    ) -> None:
         self._node = node
         self._given = given
         self._said = given.node(node.name)
         self._channels = channels
         self._ids = channels.ids
         self._is_unseen = is_unseen
+        self._is_silent = is_unseen and not is_partial
         self._asked: set[str] = set()
         self.assumed: list[Assumed] = []
 
@@ -179,7 +190,7 @@ class NodeBuilder:
         body = self._page(endpoint.name, f"serves_{flat(endpoint.name)}", "server", at=endpoint.at)
         entry, answer, begin = body.place("request"), body.place("response"), body.transition("begins")
         flow(entry, begin)
-        if self._is_unseen:
+        if self._is_silent:
             flow(begin, body.place("unanswered"))
         else:
             body.end(body.run(begin, self._steps(endpoint.name)), answer)
@@ -262,7 +273,7 @@ class NodeBuilder:
             kind=kind,
             page=self._net,
             timer=timer,
-            awaits=said.awaits,
+            awaits=said.awaits or (self._is_unseen and kind == "goal"),
             sourceLine=said.at or at or None,
         )
         if kind != "client":

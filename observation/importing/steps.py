@@ -83,7 +83,9 @@ class Behaviour:
 
     @staticmethod
     def gives_back(fact: CallbackFact) -> bool:
-        """Tell whether a callback gives its thread back while it waits: it awaits, or spins itself."""
+        """Tell whether a callback gives its thread back while it waits: it awaits, spins itself, or has its own."""
+        if fact.is_apart:
+            return True
         calls = [effect.how for effect in fact.effects if effect.do == "call"]
         waits = [how for how in calls if how.startswith(_WAITS)]
         return bool(waits) and all(how.startswith(("await", "spin-until")) for how in waits)

@@ -77,7 +77,7 @@ def whole(system: ObservedSystem, given: Given) -> Whole:
     types = _types(kept)
     kept = [_of_one_type(node, types, left_out) for node in kept]
     kept = list(_one_server(kept, left_out))
-    kept += _servers_of_the_unserved(kept)
+    kept += [*_servers_of_the_unserved(kept), *(_callers_of_the_uncalled(kept) if system.is_partial else ())]
     return Whole(
         tuple(sorted(kept, key=lambda node: node.name)),
         frozenset(node.name for node in kept if node.name not in seen),
@@ -202,3 +202,24 @@ def _servers_of_the_unserved(nodes: Iterable[ObservedNode]) -> list[ObservedNode
             ports: dict[str, Any] = {role: (Endpoint(name, type),)}
             found.append(ObservedNode(f"/unseen/{role.removesuffix('s')}{name}", **ports))
     return found
+
+
+def _callers_of_the_uncalled(nodes: Iterable[ObservedNode]) -> list[ObservedNode]:
+    """Return a node for each topic, service and action that nobody uses: another package may, at any time."""
+    wanted: dict[tuple[str, str], TopicEndpoint | Endpoint] = {}
+    used: dict[str, set[str]] = defaultdict(set)
+    for node in nodes:
+        for role, other in _CALLERS.items():
+            used[role].update(name_of(each) for each in getattr(node, role))
+            for each in getattr(node, other):
+                wanted.setdefault((role, name_of(each)), each)
+    found = []
+    for (role, name), each in wanted.items():
+        if name not in used[role]:
+            ports: dict[str, Any] = {role: (replace(each, at=""),)}
+            found.append(ObservedNode(f"/unseen/{role.removesuffix('s')}{full_name(name)}", **ports))
+    return found
+
+
+_CALLERS = {"publishers": "subscribers", "clients": "servers", "action_clients": "action_servers"}
+"""What uses the other end, by kind."""

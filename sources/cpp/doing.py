@@ -182,7 +182,7 @@ class Ros(Ports):
         if machine.role not in ("main", "constructor"):
             machine.does("thread", getattr(target, "name", "a thread"), call.node, call.frame)
         if machine.entity is not None and machine.role == "accepted":
-            self.maker.callback(machine.entity, "execute", "execute", target, owner)
+            self.maker.callback(machine.entity, "execute", "execute", target, owner).is_apart = True
         elif machine.role != "execute":
             holder = machine.entity_of("threads", "thread", call.node, call.frame, Obj(None))
             self.maker.callback(holder, "callback", "thread", target, owner)

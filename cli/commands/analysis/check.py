@@ -144,6 +144,7 @@ def check(
     start_quickly()
     from dineros.analysis.checks.check import check as check_model
     from dineros.analysis.consequences.durations import left_to_durations
+    from dineros.analysis.consequences.unseen import about_seen
     from dineros.analysis.timed_checks.faults import TIMED_FAULTS
     from dineros.analysis.witnesses.findings import Report, Unknown
 
@@ -190,7 +191,7 @@ def check(
 
     def accepted(report: Report) -> Report:
         found = replace(report, findings=[*report.findings, *of_code])
-        return acceptance.apply(left_to_durations(net, found))
+        return acceptance.apply(about_seen(net, left_to_durations(net, found)))
 
     def so_far(ending: str) -> int:
         rest = replace(report, unknown=[*report.unknown, Unknown("everything else", ending)])

@@ -1,0 +1,25 @@
+"""Findings about nodes that nobody has seen: they stand for the other ends of channels."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from dineros.analysis.witnesses.findings import Finding, Report
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import is_unseen, node_net_of, node_nets, nodes
+
+
+def about_seen(model: pn.Net, report: Report) -> Report:
+    """Return a report without the findings that are about invented nodes only."""
+    if not isinstance(model, sym.SystemModel):
+        return report
+    invented = {node.id for node in node_nets(model) if is_unseen(node)}
+    if not invented:
+        return report
+    owners = {each.id: node_net_of(each) for each in nodes(model)}
+
+    def is_kept(finding: Finding) -> bool:
+        known = [each for each in finding.elements if each in invented or each in owners]
+        return not known or not all(each in invented or is_unseen(owners.get(each)) for each in known)
+
+    return replace(report, findings=[each for each in report.findings if is_kept(each)])
