@@ -83,7 +83,7 @@ class Behaviour:
 
     @staticmethod
     def gives_back(fact: CallbackFact) -> bool:
-        """Tell whether a callback gives its thread back while it waits: it awaits, spins itself, or has its own."""
+        """Tell whether a callback gives its thread back while it waits: it awaits, spins, or has its own."""
         if fact.is_apart:
             return True
         calls = [effect.how for effect in fact.effects if effect.do == "call"]

@@ -180,7 +180,7 @@ class Fusion : public rclcpp::Node {
     both_->registerCallback(std::bind(&Fusion::merged, this, _1, _2));
     out_ = create_publisher<sensor_msgs::msg::Image>("out", 1);
   }
-  void merged(const Image::ConstSharedPtr & left, const Image::ConstSharedPtr & right) { out_->publish(left); }
+  void merged(const Image::ConstSharedPtr & left, const Image::ConstSharedPtr &) { out_->publish(left); }
   message_filters::Subscriber<sensor_msgs::msg::Image> left_;
   message_filters::Subscriber<sensor_msgs::msg::Image> right_;
 };
