@@ -8,7 +8,7 @@ number of times; or it ends.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
@@ -38,11 +38,14 @@ class Possible:
         Makes the client of a call for a page, with what it needs: page, step, seconds until it gives up.
     calls : tuple of Step
         The calls that the node can make.
+    waits : mapping of Step to place
+        Places from which a step takes a token: of messages and results that other callbacks have taken.
     """
 
     puts: Mapping[Step, tuple[pn.Place, ...]]
     call: Callable[[sym.CallbackPage, Step, float | None], Call]
     calls: tuple[Step, ...]
+    waits: Mapping[Step, pn.Place] = field(default_factory=dict)
 
     def steps(self) -> tuple[Step, ...]:
         """Return all that a callback may do, any number of times."""
@@ -111,6 +114,18 @@ class Body:
             state = after
         return state
 
+    def store(self, state: pn.Place, kept: pn.Place | None) -> pn.Place:
+        """Let the callback say that it was here to those that wait for that; return the place after it."""
+        if kept is None:
+            return state
+        after, here = self.place("stored"), self._here(kept)
+        first, again = self.transition("stores"), self.transition("stores_again")
+        flow(state, first, after)
+        flow(first, here)
+        flow(state, again, after)
+        flow(here, again, here)
+        return after
+
     def end(self, state: pn.Place, exit: pn.Place | None = None) -> None:
         """Let the callback end: with a token on a place, a server's answer, or with nothing."""
         if exit is None:
@@ -129,6 +144,12 @@ class Body:
             flow(call.response, self.transition(f"has_{name}", at=step.at), after)
             if call.timed_out is not None:
                 flow(call.timed_out, self.transition(f"gives_up_{name}", at=step.at), after)
+            return
+        kept = self._possible.waits.get(Step(step.verb, step.name))
+        if kept is not None:
+            waits = self.transition(f"waits_for_{name}", at=step.at)
+            flow(before, waits, after)
+            flow(self._here(kept), waits)
             return
         for place in self._possible.puts[Step(step.verb, step.name)]:  # any of them, where there are several
             does = self.transition(f"{_VERBS[step.verb]}_{name}", at=step.at)

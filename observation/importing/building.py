@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from dineros.metamodel import sym
+from dineros.observation.importing.assuming import Assumed
 from dineros.observation.importing.channels import Channels
 from dineros.observation.importing.given import Given
-from dineros.observation.importing.nodes import Assumed, NodeBuilder
+from dineros.observation.importing.nodes import NodeBuilder
 from dineros.observation.importing.whole import whole
 from dineros.observation.systems import ObservedSystem
 

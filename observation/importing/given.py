@@ -11,7 +11,7 @@ It is TOML. Everything in it may be left out; what is there replaces what would 
     lifecycle = ["deactivates"]             # what may happen to a managed node, but for coming up
 
     [node."/mapper".callback."/scan"]       # by the name of topic, service, action or timer
-    does = ["call /pose", "publish /map ?"] # in this order; ?: or not, *: any number of times
+    does = ["call /pose", "wait /scan", "sleep 0.1", "publish /map ?"]  # in this order; ?: or not
     group = "answers"                       # of a service that is called: of its client
     awaits = true
     takes = [0.01, 0.08]                    # seconds of one run, without what it waits for
@@ -47,9 +47,10 @@ class Step:
 
     Attributes
     ----------
-    verb : {"publish", "call", "send", "goal", "cancel"}
+    verb : {"publish", "call", "send", "goal", "cancel", "wait", "result"}
         Publish a message; call a service and wait for the answer; send a request and continue; send a goal;
-        ask to cancel it.
+        ask to cancel it; wait until the callback of a subscription has taken a message; wait until the
+        result of a goal is there.
     name : str
         Full name of the topic, service or action.
     times : {"", "?", "*"}
@@ -169,7 +170,8 @@ def read_given(path: Path) -> Given:
     return _Reading(path).given(decode_toml(read_bytes(path, MOST_BYTES), path))
 
 
-_STEP = re.compile(r"(publish|call|send|goal|cancel)\s+(\S+?)(?:\s*([?*]))?")
+_STEP = re.compile(r"(publish|call|send|goal|cancel|wait|result)\s+(\S+?)(?:\s*([?*]))?")
+_SLEEP = re.compile(r"sleep\s+(\d{1,8}(?:\.\d{1,9})?)(?:\s*(\?))?")
 
 
 class _Reading:
@@ -233,14 +235,25 @@ class _Reading:
         if group is not None:
             self._one_of(table, "group", at, tuple(groups), "is not a callback group of its node")
         awaits = self._truth(table, "awaits", at) if "awaits" in table else False
-        steps = (
-            tuple(self._step(text, at) for text in self._texts(table, "does", at))
-            if "does" in table
-            else None
-        )
-        return GivenCallback(
-            steps, group, awaits, takes=self._interval(table, "takes", at) if "takes" in table else None
-        )
+        takes: tuple[float, float | None] | None = None
+        if "takes" in table:
+            takes = self._interval(table, "takes", at)
+        if "does" not in table:
+            return GivenCallback(None, group, awaits, takes=takes)
+        steps: list[Step] = []
+        least, most, sleeps = 0.0, 0.0, False
+        for text in self._texts(table, "does", at):
+            sleep = _SLEEP.fullmatch(text.strip())
+            if sleep is None:
+                steps.append(self._step(text, at))
+                continue
+            sleeps = True
+            least += 0.0 if sleep[2] else float(sleep[1])
+            most += float(sleep[1])
+        if sleeps:  # it works besides: for a time that nobody has said, unless it is in `takes`
+            end = None if takes is None or takes[1] is None else round(takes[1] + most, 9)
+            takes = (round((takes[0] if takes is not None else 0.0) + least, 9), end)
+        return GivenCallback(tuple(steps), group, awaits, takes=takes)
 
     def _step(self, text: str, at: str) -> Step:
         match = _STEP.fullmatch(text.strip())
@@ -248,7 +261,7 @@ class _Reading:
             raise self._wrong(
                 f"{at}.does",
                 f"{text!r} is not a step",
-                "write it like 'publish /map', 'call /pose ?', 'goal /go *'",
+                "write it like 'publish /map', 'call /pose ?', 'goal /go *', 'wait /scan', 'sleep 0.5'",
             )
         return Step(match[1], match[2], match[3] or "")
 

@@ -3,58 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, seconds
 from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.observation.importing.abilities import Abilities
+from dineros.observation.importing.assuming import TIMER, USUAL_PERIOD, of_client, quoted
 from dineros.observation.importing.bodies import Body, Call, Possible
-from dineros.observation.importing.channels import Channels
-from dineros.observation.importing.given import LIFE, Given, GivenCallback, Step
+from dineros.observation.importing.given import LIFE, GivenCallback, Step
 from dineros.observation.importing.names import flat, split
-from dineros.observation.systems import ALL_KEPT, Endpoint, ObservedNode, TopicEndpoint
-
-USUAL_DEPTH = 10
-"""Messages that a history keeps where nobody has said it; the commonest number in programs."""
-USUAL_PERIOD = 1.0
-"""Seconds of a timer that nobody has seen; no answer depends on it."""
-TIMER = "timer"
-"""Name of the timer that stands for all that a node does of itself."""
+from dineros.observation.systems import Endpoint, TopicEndpoint
 
 
-Marked = sym.NodeNet | sym.CallbackPage | sym.TopicPort
-"""What says what of it is assumed."""
-
-
-@dataclass(frozen=True)
-class Assumed:
-    """Something that a source does not tell, and that is taken.
-
-    Attributes
-    ----------
-    node : str
-        Full name of the node.
-    key, value : str
-        How it would be said in the file of what is given, under the node: ``depths."/scan"``, ``10``.
-    words : str
-        What is taken, for people.
-    """
-
-    node: str
-    key: str
-    value: str
-    words: str
-
-    @property
-    def kind(self) -> str:
-        """What it is about: ``depths``, ``threads``, ``timers``, ``lifecycle``, or what callbacks do."""
-        return "what callbacks do" if self.key.startswith("callback.") else self.key.partition(".")[0]
-
-    def __str__(self) -> str:
-        return f"node {self.node}: {self.words}"
-
-
-class NodeBuilder:
+class NodeBuilder(Abilities):
     """Makes the node net of a node.
 
     Parameters
@@ -71,24 +32,6 @@ class NodeBuilder:
         Whether the system may have other nodes. Then a server that nobody has seen answers; else it never
         does.
     """
-
-    def __init__(
-        self,
-        node: ObservedNode,
-        given: Given,
-        channels: Channels,
-        is_unseen: bool,
-        is_partial: bool = False,
-    ) -> None:
-        self._node = node
-        self._given = given
-        self._said = given.node(node.name)
-        self._channels = channels
-        self._ids = channels.ids
-        self._is_unseen = is_unseen
-        self._is_silent = is_unseen and not is_partial
-        self._asked: set[str] = set()
-        self.assumed: list[Assumed] = []
 
     def build(self) -> sym.NodeNet:
         """Return the node net; its ports are in the channels."""
@@ -108,6 +51,7 @@ class NodeBuilder:
             {**self._publishers(), **self._goals(), **self._requests()},
             self._call,
             tuple(Step("call", client.name) for client in self._node.clients),
+            self._waits(),
         )
         for subscriber in self._node.subscribers:
             self._subscription(subscriber)
@@ -139,7 +83,7 @@ class NodeBuilder:
             return
         life = self._said.lifecycle
         if life is None:
-            value = f"[{', '.join(map(_quoted, LIFE))}]"
+            value = f"[{', '.join(map(quoted, LIFE))}]"
             words = "may be stopped at any time, or fail to start"
             self._assume(self._net, "lifecycle", "lifecycle", value, words)
         self._net.lifecycle = sym.Lifecycle()
@@ -166,7 +110,8 @@ class NodeBuilder:
         body = self._page(name, f"on_{flat(name)}", "subscriber", at=endpoint.at)
         place, begin = body.place("message", sourceLine=endpoint.at or None), body.transition("begins")
         flow(place, begin)
-        body.end(body.run(begin, self._steps(name)))
+        state = body.run(begin, self._steps(name))
+        body.end(body.store(state, self._possible.waits.get(Step("wait", name))))
         limit, is_taken = self._depth(endpoint)
         port = self._channels.subscribe(endpoint, place, limit)
         if is_taken:
@@ -181,7 +126,7 @@ class NodeBuilder:
         elif not self._is_unseen and (limit == 1 or endpoint.quality.durability == "transientLocal"):
             port.newestOnly = True
             key, words = (
-                f"newest.{_quoted(endpoint.topic)}",
+                f"newest.{quoted(endpoint.topic)}",
                 f"needs only the newest message of {endpoint.topic}",
             )
             self._assume(port, "newestOnly", key, "true", words)
@@ -244,7 +189,8 @@ class NodeBuilder:
         for client in self._node.action_clients:
             name = client.name
             key = self._key(name)
-            ended = self._answer(key, f"on_result_of_{flat(name)}", self._steps(key))
+            kept = self._possible.waits.get(Step("result", name))
+            ended = self._answer(key, f"on_result_of_{flat(name)}", self._steps(key), kept)
             port = sym.ActionClientPort(
                 client=self._net.id,
                 goal=self._possible.puts[Step("goal", name)][0],
@@ -257,11 +203,13 @@ class NodeBuilder:
             )
             self._channels.want(client, port)
 
-    def _answer(self, name: str, word: str, steps: tuple[Step, ...] | None) -> sym.Place:
+    def _answer(
+        self, name: str, word: str, steps: tuple[Step, ...] | None, kept: pn.Place | None = None
+    ) -> sym.Place:
         body = self._page(name, word, "client")
         place, begin = body.place("answer"), body.transition("begins")
         flow(place, begin)
-        body.end(body.run(begin, steps))
+        body.end(body.store(body.run(begin, steps), kept))
         return place
 
     def _page(self, name: str, word: str, kind: str, timer: float | None = None, at: str = "") -> Body:
@@ -280,8 +228,8 @@ class NodeBuilder:
             page.group = self._group(name)
             page.duration = seconds(*said.takes) if said.takes is not None else None
         if said.does is None and self._possible.steps() and not self._is_unseen:
-            steps = ", ".join(_quoted(str(each)) for each in self._possible.steps())
-            key = f"callback.{_quoted(name)}.does"
+            steps = ", ".join(quoted(str(each)) for each in self._possible.steps())
+            key = f"callback.{quoted(name)}.does"
             words = f"may, on {name}, in any order: {', '.join(map(str, self._possible.steps()))}"
             self._assume(page, "behaviour", key, f"[{steps}]", words)
         return Body(page, self._ids, self._possible)
@@ -295,7 +243,7 @@ class NodeBuilder:
             The node cannot do that.
         """
         steps = self._said.callbacks.get(name, GivenCallback()).does
-        able = {Step(step.verb, step.name) for step in self._possible.steps()}
+        able = {Step(step.verb, step.name) for step in self._possible.steps()} | set(self._possible.waits)
         if (
             steps is not None
         ):  # what code does to ports that the model has not, is said where they are left out
@@ -306,60 +254,6 @@ class NodeBuilder:
                 hint = near_matches(step.name, names) or f"it can {_listed(able)}"
                 raise self._wrong(f"callback.{name}.does", f"the node does not {step.verb} {step.name}", hint)
         return steps
-
-    # ---------------------------------------------------------------------------------------- what it can do
-
-    def _publishers(self) -> dict[Step, tuple[pn.Place, ...]]:
-        found: dict[Step, tuple[pn.Place, ...]] = {}
-        for endpoint in self._node.publishers:
-            name = endpoint.topic
-            id = self._ids.new(f"{self._net.id}.{flat(name)}")
-            place = sym.Place(id=id, page=self._net, sourceLine=endpoint.at or None)
-            limit, is_taken = self._depth(endpoint)
-            port = self._channels.publish(endpoint, place, limit)
-            if is_taken:
-                self._assume_depth(port, name, limit)
-            step = Step("publish", name)
-            found[step] = (*found.get(step, ()), place)
-        return found
-
-    def _goals(self) -> dict[Step, tuple[pn.Place, ...]]:
-        return {
-            Step(verb, client.name): (self._single(f"{verb}s_{flat(client.name)}"),)
-            for client in self._node.action_clients
-            for verb in ("goal", "cancel")
-        }
-
-    def _requests(self) -> dict[Step, tuple[pn.Place, ...]]:
-        """Return where requests are put whose responses no callback waits for.
-
-        A callback that is open may send any; otherwise there are those that are given.
-        """
-        said = {step for callback in self._said.callbacks.values() for step in callback.does or ()}
-        sent = {step.name for step in said if step.verb == "send"}
-        return {
-            Step("send", client.name): (self._bare(f"asks_{flat(client.name)}"),)
-            for client in self._node.clients
-            if client.name in sent or self._is_open()
-        }
-
-    def _is_open(self) -> bool:
-        """Tell whether nothing is said of what a callback of the node does."""
-        node = self._node
-        names = [each.topic for each in node.subscribers]
-        for endpoints in (node.servers, node.action_servers, node.action_clients):
-            names += [each.name for each in endpoints]
-        names += [TIMER] if self._said.timers is None else self._said.timers
-        said = self._said.callbacks
-        return not self._is_unseen and any(said.get(name, GivenCallback()).does is None for name in names)
-
-    def _bare(self, word: str) -> sym.Place:
-        """Return a place of the node."""
-        return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net)
-
-    def _single(self, word: str) -> sym.Place:
-        """Return a place for one token at a time: nothing bounds how often a callback puts one there."""
-        return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net, capacity=1)
 
     def _call(self, page: sym.CallbackPage, step: Step, timeout: float | None) -> Call:
         service = step.name
@@ -388,26 +282,7 @@ class NodeBuilder:
         group = self._said.callbacks.get(name, GivenCallback()).group
         return None if group is None else self._groups[group]
 
-    def _depth(self, endpoint: TopicEndpoint) -> tuple[int, bool]:
-        """Return the depth of a history, and whether it is taken for lack of knowledge."""
-        said = self._said.depths.get(endpoint.topic)
-        known = endpoint.depth if said is None else said
-        if known is None:
-            return USUAL_DEPTH, True
-        return known or ALL_KEPT, False
-
-    # ------------------------------------------------------------------------------------- what is not known
-
-    def _assume_depth(self, port: sym.TopicPort, topic: str, limit: int) -> None:
-        self._assume(
-            port, "limit", f"depths.{_quoted(topic)}", str(limit), f"keeps {limit} messages of {topic}"
-        )
-
-    def _assume(self, element: Marked, mark: str, key: str, value: str, words: str) -> None:
-        if self._is_unseen:
-            return
-        element.assumed = f"{element.assumed} {mark}" if element.assumed else mark
-        self.assumed.append(Assumed(self._node.name, key, value, words))
+    # ------------------------------------------------------------------------------------- what is refused
 
     def _refuse_unknown(self) -> None:
         """Refuse what is given of callbacks and topics that the node does not have."""
@@ -430,14 +305,5 @@ class NodeBuilder:
         return DinerosError(said, location=Location(self._given.path), hint=hint)
 
 
-def of_client(name: str) -> str:
-    """Return the key of what a client does with answers, in a node that also serves what it calls."""
-    return f"{name} (client)"
-
-
 def _listed(things: Iterable[object]) -> str:
     return ", ".join(sorted(map(str, things))) or "nothing of the kind"
-
-
-def _quoted(text: str) -> str:
-    return f'"{text}"'

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.observation.explaining import TOLERANCE, RecordingVerdict, explain
+from dineros.observation.importing.assuming import TIMER, USUAL_PERIOD
 from dineros.observation.importing.building import Imported, to_model
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
-from dineros.observation.importing.nodes import TIMER, USUAL_PERIOD
 from dineros.observation.narrowing.calling import verbs_of
 from dineros.observation.narrowing.proposals import Proposal, Verbs
 from dineros.observation.systems import ObservedNode, ObservedSystem, RecordedTopic, named

@@ -1,0 +1,131 @@
+"""What a node can do: the places of what it publishes, sends and wants, and of what it waits for."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.observation.importing.assuming import TIMER, USUAL_DEPTH, Assumed, Marked, quoted
+from dineros.observation.importing.channels import Channels
+from dineros.observation.importing.given import Given, GivenCallback, Step
+from dineros.observation.importing.names import flat
+from dineros.observation.systems import ALL_KEPT, ObservedNode, TopicEndpoint
+
+
+class Abilities:
+    """Knows what a node can do, and says what is assumed of it.
+
+    Parameters
+    ----------
+    node : ObservedNode
+        What was seen.
+    given : Given
+        What is said of all nodes.
+    channels : Channels
+        Takes the ports.
+    is_unseen : bool
+        Whether nobody has seen it, and it stands for others.
+    is_partial : bool
+        Whether the system may have other nodes. Then a server that nobody has seen answers; else it never
+        does.
+    """
+
+    def __init__(
+        self,
+        node: ObservedNode,
+        given: Given,
+        channels: Channels,
+        is_unseen: bool,
+        is_partial: bool = False,
+    ) -> None:
+        self._node = node
+        self._given = given
+        self._said = given.node(node.name)
+        self._channels = channels
+        self._ids = channels.ids
+        self._is_unseen = is_unseen
+        self._is_silent = is_unseen and not is_partial
+        self._asked: set[str] = set()
+        self._net: sym.NodeNet
+        self.assumed: list[Assumed] = []
+
+    def _publishers(self) -> dict[Step, tuple[pn.Place, ...]]:
+        found: dict[Step, tuple[pn.Place, ...]] = {}
+        for endpoint in self._node.publishers:
+            name = endpoint.topic
+            id = self._ids.new(f"{self._net.id}.{flat(name)}")
+            place = sym.Place(id=id, page=self._net, sourceLine=endpoint.at or None)
+            limit, is_taken = self._depth(endpoint)
+            port = self._channels.publish(endpoint, place, limit)
+            if is_taken:
+                self._assume_depth(port, name, limit)
+            step = Step("publish", name)
+            found[step] = (*found.get(step, ()), place)
+        return found
+
+    def _goals(self) -> dict[Step, tuple[pn.Place, ...]]:
+        return {
+            Step(verb, client.name): (self._single(f"{verb}s_{flat(client.name)}"),)
+            for client in self._node.action_clients
+            for verb in ("goal", "cancel")
+        }
+
+    def _requests(self) -> dict[Step, tuple[pn.Place, ...]]:
+        """Return where requests are put whose responses no callback waits for.
+
+        A callback that is open may send any; otherwise there are those that are given.
+        """
+        said = {step for callback in self._said.callbacks.values() for step in callback.does or ()}
+        sent = {step.name for step in said if step.verb == "send"}
+        return {
+            Step("send", client.name): (self._bare(f"asks_{flat(client.name)}"),)
+            for client in self._node.clients
+            if client.name in sent or self._is_open()
+        }
+
+    def _waits(self) -> dict[Step, pn.Place]:
+        """Return what says that a message or a result is there, of those that a callback waits for."""
+        said = {step for callback in self._said.callbacks.values() for step in callback.does or ()}
+        topics = {each.topic for each in self._node.subscribers}
+        actions = {each.name for each in self._node.action_clients}
+        return {
+            Step(step.verb, step.name): self._single(f"{word}_{flat(step.name)}")
+            for verb, names, word in (("wait", topics, "message_of"), ("result", actions, "result_of"))
+            for step in sorted({Step(each.verb, each.name) for each in said}, key=str)
+            if step.verb == verb and step.name in names
+        }
+
+    def _is_open(self) -> bool:
+        """Tell whether nothing is said of what a callback of the node does."""
+        node = self._node
+        names = [each.topic for each in node.subscribers]
+        for endpoints in (node.servers, node.action_servers, node.action_clients):
+            names += [each.name for each in endpoints]
+        names += [TIMER] if self._said.timers is None else self._said.timers
+        said = self._said.callbacks
+        return not self._is_unseen and any(said.get(name, GivenCallback()).does is None for name in names)
+
+    def _bare(self, word: str) -> sym.Place:
+        """Return a place of the node."""
+        return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net)
+
+    def _single(self, word: str) -> sym.Place:
+        """Return a place for one token at a time: nothing bounds how often a callback puts one there."""
+        return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net, capacity=1)
+
+    def _depth(self, endpoint: TopicEndpoint) -> tuple[int, bool]:
+        """Return the depth of a history, and whether it is taken for lack of knowledge."""
+        said = self._said.depths.get(endpoint.topic)
+        known = endpoint.depth if said is None else said
+        if known is None:
+            return USUAL_DEPTH, True
+        return known or ALL_KEPT, False
+
+    def _assume_depth(self, port: sym.TopicPort, topic: str, limit: int) -> None:
+        self._assume(
+            port, "limit", f"depths.{quoted(topic)}", str(limit), f"keeps {limit} messages of {topic}"
+        )
+
+    def _assume(self, element: Marked, mark: str, key: str, value: str, words: str) -> None:
+        if self._is_unseen:
+            return
+        element.assumed = f"{element.assumed} {mark}" if element.assumed else mark
+        self.assumed.append(Assumed(self._node.name, key, value, words))
