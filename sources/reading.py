@@ -149,7 +149,7 @@ def _launched(
         if nodes is None and cpp is not None:
             nodes = cpp.run([each.plugin or program], values)
         if nodes is None:
-            facts.unread.append(f"{each.at}: {each.plugin or program} is not in this folder")
+            reading.folder.unread.append(f"{each.at}: {each.plugin or program} is not in this folder")
         for node in nodes or ():
             if each.name and len(nodes or ()) == 1:
                 node.name = each.name
@@ -161,6 +161,8 @@ def _launched(
             elif node.pool:
                 node.pool += 1000 * (len(found) + 1)
             found.append(node)
+    if not found:
+        reading.folder.unread.append(f"{path}: it starts no node whose code is in this folder")
     return found
 
 

@@ -6,21 +6,15 @@ import ast
 import copy
 from collections.abc import Callable
 
+from dineros.sources.language.assigning import Assignments
 from dineros.sources.language.endings import why_endless
-from dineros.sources.language.gathering import put
-from dineros.sources.language.importing import Imports
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
 from dineros.sources.language.values import (
     Class,
     Const,
     Frame,
     Future,
-    Holder,
     Items,
-    Made,
-    Mapping,
-    ModuleValue,
-    Object,
     Open,
     Value,
     join,
@@ -30,7 +24,7 @@ from dineros.sources.language.values import (
 _LEAVES = {RETURNS, RAISES, BREAKS, CONTINUES}
 
 
-class Statements(Imports):
+class Statements(Assignments):
     """The half of the interpreter that runs statements."""
 
     def execute(self, body: list[ast.stmt], frame: Frame) -> set[str]:
@@ -90,66 +84,6 @@ class Statements(Imports):
             found = Open(ast.unparse(node.target))
         self.assign(node.target, found, frame)
         return {FALLS}
-
-    def assign(self, target: ast.expr, value: Value, frame: Frame) -> None:
-        """Give a target a value; ports and groups learn their names."""
-        if isinstance(target, ast.Name):
-            self._name(value, target.id)
-            self.assign_variable(target.id, value, frame)
-        elif isinstance(target, ast.Attribute):
-            self._name(value, ast.unparse(target))
-            for holder in options(self.evaluate(target.value, frame)):
-                if isinstance(holder, Holder):
-                    self.write_slot(holder, target.attr, value)
-                elif isinstance(holder, Class):
-                    before = holder.names.get(target.attr)
-                    holder.names[target.attr] = join([before, value]) if before is not None else value
-                elif isinstance(holder, ModuleValue):
-                    outer = self.holder_of(self.module_frame(holder.module))
-                    if outer is not None:
-                        self.write_slot(outer, target.attr, value)
-        elif isinstance(target, ast.Subscript):
-            self._name(value, f"{ast.unparse(target.value)}[...]")
-            key = self.evaluate(target.slice, frame)
-            for each in options(self.evaluate(target.value, frame)):
-                if isinstance(each, Mapping):
-                    put(each, key, value)
-                elif isinstance(each, Items):
-                    each.items.append(value)
-                    each.is_open = True
-        elif isinstance(target, (ast.Tuple, ast.List)):
-            self._unpack(target.elts, value, frame)
-        elif isinstance(target, ast.Starred):
-            self.assign(target.value, Items([value], is_open=True), frame)
-
-    def _unpack(self, targets: list[ast.expr], value: Value, frame: Frame) -> None:
-        for index, each in enumerate(targets):
-            found = []
-            for option in options(value):
-                if isinstance(option, Items) and not option.is_open and len(option.items) == len(targets):
-                    found.append(option.items[index])
-                elif isinstance(option, Items) and option.items:
-                    found += option.items
-                else:
-                    found.append(Open(ast.unparse(each)))
-            self.assign(each, join(found), frame)
-
-    def _name(self, value: Value, name: str) -> None:
-        if isinstance(value, Made) and not value.name:
-            value.name = name
-            if value.entity is not None:
-                value.entity.port = name
-        elif isinstance(value, Object) and not value.name:
-            value.name = name
-            if value.made is not None and value.made.entity is not None:
-                value.made.entity.port = name
-        elif hasattr(value, "entity") and value.entity is not None:
-            if value.entity.port == "(no variable)":
-                value.entity.port = name
-        elif isinstance(value, Items):
-            for each in value.items[:50]:
-                if not isinstance(each, Items):
-                    self._name(each, name)
 
     def _run_Delete(self, node: ast.Delete, frame: Frame) -> set[str]:  # noqa: N802
         return {FALLS}

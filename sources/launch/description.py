@@ -126,6 +126,7 @@ class Walker(Substitutions):
         self._include = include
         self._call = call
         self._depth = 0
+        self.including: list[str] = []
 
     def walk(self, value: Value | None, scope: Scope) -> None:
         """Walk through an action, or a list of them."""
@@ -202,10 +203,8 @@ class Walker(Substitutions):
                 value = known_or_open(text)
             if value is not None:
                 scope.values[name] = value
-        if scope.file == (self._top or scope.file):
+        if scope.file == (self.including or [scope.file])[0]:
             self.arguments[name] = hole(scope.values.get(name)) if name in scope.values else "open"
-
-    _top = ""
 
     def _set(self, made: Made, scope: Scope) -> None:
         text = self.text(made.argument(1, "value"), scope)
@@ -256,8 +255,11 @@ class Walker(Substitutions):
         if self.follows and self._depth < DEEPEST and "{" not in text:
             self._depth += 1
             actions = self._include(text, inner)
-            for action in actions or ():
-                self.walk(action, inner)
+            if actions is not None:
+                self.including.append(inner.file)
+                for action in actions:
+                    self.walk(action, inner)
+                self.including.pop()
             self._depth -= 1
 
     def _node(self, made: Made, scope: Scope, kind: str = "node") -> None:

@@ -24,6 +24,9 @@ from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.library import RosLibrary
 from dineros.sources.packages import Package
 
+MOST_INCLUDES = 1000
+"""Files that a launch file includes, each as often as it does."""
+
 
 @dataclass(frozen=True)
 class _CalledAt(Place):
@@ -63,6 +66,7 @@ class LaunchFiles:
         self._folder, self._packages, self._modules, self._idioms = folder, packages, modules, idioms
         self._machines: dict[str, Interpreter] = {}
         self._scopes: list[tuple[Walker, Scope]] = []
+        self._includes = 0
 
     def all(self) -> list[str]:
         """Return the paths of all launch files."""
@@ -98,7 +102,8 @@ class LaunchFiles:
         """
         walker = Walker(given, self._included, self._call)
         walker.follows = follows
-        walker._top = path
+        walker.including = [path]
+        self._includes = 0
         scope = Scope(file=path)
         self._scopes = [(walker, scope)]
         for action in self._actions(path, scope) or ():
@@ -109,6 +114,14 @@ class LaunchFiles:
     def _included(self, text: str, scope: Scope) -> list[Value] | None:
         path = self.path(text, scope.file)
         if path is None:
+            return None
+        walker = self._scopes[0][0]
+        if path in walker.including:
+            self._folder.unread.append(f"{path}: it is included by itself, and is not read again")
+            return None
+        self._includes += 1
+        if self._includes > MOST_INCLUDES:
+            self._folder.unread.append(f"{path}: left out: more than {MOST_INCLUDES} includes")
             return None
         scope.file = path
         self._scopes[0] = (self._scopes[0][0], scope)

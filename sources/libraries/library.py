@@ -15,7 +15,6 @@ from dineros.sources.language.values import (
     Frame,
     Future,
     Goal,
-    Holder,
     Items,
     Made,
     Mapping,
@@ -29,12 +28,12 @@ from dineros.sources.language.values import (
     Text,
     Value,
     constant,
-    hole,
     join,
     options,
     text_of,
 )
 from dineros.sources.libraries.applying import Idioms
+from dineros.sources.libraries.built_ins import BuiltIns
 from dineros.sources.libraries.doing import Doer, Keys, seconds
 from dineros.sources.libraries.executors import Executors
 from dineros.sources.libraries.idioms import Idiom
@@ -62,6 +61,7 @@ class RosLibrary:
         self.doer = Doer(self.maker)
         self.executors = Executors(self.doer)
         self.idioms = Idioms(self.doer, idioms)
+        self.built_ins = BuiltIns(machine)
         self.substitute: Callable[[Value], Value] = lambda value: Open(text_of(value))
         self.load: Callable[[str], Value | None] = lambda path: None
 
@@ -79,7 +79,7 @@ class RosLibrary:
             if found is not None:
                 return found
         if path.startswith("builtins."):
-            return self._built_in(last, args, keys, node, frame)
+            return self.built_ins.call(last, args, keys, node, frame)
         found = self._standard(path, last, made, node, frame)
         return made if found is None else found
 
@@ -172,75 +172,6 @@ class RosLibrary:
         if name in _ALWAYS_SET or is_open(name):
             return Open(f"environment {name}")
         return Const(default.value, f"environment {name}") if isinstance(default, Const) else default
-
-    def _built_in(self, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> Value:
-        first = args[0] if args else None
-        found = call_built_in(name, args, name)
-        if found is not None:
-            return found
-        if name in ("list", "tuple", "set", "sorted", "reversed", "iter"):
-            if first is None:
-                return Items([], kind=name)
-            values, is_exact = self.machine.turns(first)
-            values = list(reversed(values)) if name == "reversed" else list(values)
-            return Items(values, not is_exact or name == "sorted")
-        if name == "dict":
-            found_items = Mapping(dict(keys))
-            if isinstance(first, Mapping):
-                found_items = Mapping({**first.items, **keys}, list(first.rest), first.is_open)
-            elif first is not None:
-                found_items.is_open = True
-            return found_items
-        if name == "enumerate" and first is not None:
-            values, is_exact = self.machine.turns(first)
-            return Items([Items([Const(i), v], kind="tuple") for i, v in enumerate(values)], not is_exact)
-        if name == "zip" and args:
-            turns = [self.machine.turns(each) for each in args]
-            pairs: list[Value] = [
-                Items(list(each), kind="tuple") for each in zip(*(t[0] for t in turns), strict=False)
-            ]
-            return Items(pairs, not all(t[1] for t in turns))
-        if name == "range":
-            numbers = [constant(each) for each in args]
-            if numbers and all(isinstance(n, int) for n in numbers):
-                try:
-                    turns_of = range(*numbers)[:65]
-                except (TypeError, ValueError):
-                    return Open("range")
-                return Items([Const(n) for n in turns_of], len(turns_of) > 64)
-            return Items([], is_open=True)
-        if name == "len" and isinstance(first, Items) and not first.is_open:
-            return Const(len(first.items), "variable")
-        if name == "getattr" and len(args) > 1 and isinstance(args[1], Const):
-            return self.machine.attribute(
-                args[0], str(args[1].value), f"getattr({args[1].value})", node, frame
-            )
-        if name == "setattr" and len(args) > 2 and isinstance(args[1], Const):
-            for each in options(args[0]):
-                if isinstance(each, Holder):
-                    self.machine.write_slot(each, str(args[1].value), args[2])
-            return NONE
-        if name == "setattr":
-            self.machine.activity.fact.is_open = True
-            return NONE
-        if name == "open":
-            return Made("builtins.open", args, keys, self.machine.place(node, frame))
-        if name == "input":
-            self.machine.effect("input", "terminal", node, frame)
-        if name == "map" and len(args) > 1:
-            values, is_exact = self.machine.turns(args[1])
-            with self.machine.perhaps(is_loop=True):
-                return Items(
-                    [self.machine.call(args[0], [each], {}, node, frame) for each in values], not is_exact
-                )
-        if name == "str" and first is not None:
-            return Text(hole(first)) if isinstance(first, Text) else Open(hole(first)[1:-1])
-        if name in ("int", "float") and isinstance(first, Open):
-            return Open(first.text)
-        if name == "next" and first is not None:
-            values, _ = self.machine.turns(first)
-            return join(values) if values else Open("next")
-        return Open(name)
 
     # ------------------------------------------------------------------------------------------------ methods
 

@@ -151,7 +151,7 @@ FOLDERS = {
             "expressions",
             "importing",
         ),
-        *("statements", "calls"),
+        *("assigning", "statements", "calls"),
     ],
     "observation": [
         *(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import time
+import tracemalloc
 from pathlib import Path
 
 import pytest
 
 from dineros.metamodel.errors import DinerosError
-from dineros.sources.reading import read_source
+from dineros.sources.reading import Launch, read_source
 from tests.sources.support import HEAD, facts_of, written
 
 BROKEN = {
@@ -53,6 +55,65 @@ def test_links_out_of_the_folder_are_not_followed(tmp_path: Path) -> None:
     (inside / "again").symlink_to(".")
     facts = read_source(inside)
     assert facts.nodes == [] and facts.unread == ["link.py: it is a link out of the folder"]
+
+
+def test_pipes_and_links_to_nothing_are_left_alone(tmp_path: Path) -> None:
+    for name in ("pipe.py", "pipe", "pipe.launch.xml"):
+        os.mkfifo(tmp_path / name)
+    (tmp_path / "gone.py").symlink_to("nowhere.py")
+    facts = facts_of(tmp_path, 'rclpy.init()\nNode("there")\n')
+    assert [node.name for node in facts.nodes] == ["there"] and facts.unread == []
+
+
+def test_files_of_50_megabytes_are_not_read(tmp_path: Path) -> None:
+    for name in ("big.py", "big.launch.xml", "big.launch.yaml", "package.xml", "CMakeLists.txt"):
+        with (tmp_path / name).open("wb") as file:
+            file.truncate(50 << 20)
+    tracemalloc.start()
+    facts = facts_of(tmp_path, 'rclpy.init()\nNode("there")\n')
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert [node.name for node in facts.nodes] == ["there"]
+    assert {line.partition(": ")[0] for line in facts.unread} >= {"big.py", "big.launch.xml"}
+    assert most < 60 << 20
+
+
+INCLUDE = "launch.actions.IncludeLaunchDescription"
+CIRCLES = {
+    "python": {
+        f"{name}.launch.py": "import launch, launch.actions\ndef generate_launch_description():\n"
+        f'    twice = [{INCLUDE}("{other}.launch.py"), {INCLUDE}("{other}.launch.py")]\n'
+        "    return launch.LaunchDescription(twice)\n"
+        for name, other in (("a", "b"), ("b", "a"))
+    },
+    "xml": {"a.launch.xml": '<launch><include file="a.launch.xml"/><include file="a.launch.xml"/></launch>'},
+    "yaml": {
+        "a.launch.yaml": "launch:\n- include: {file: a.launch.yaml}\n- include: {file: a.launch.yaml}\n"
+    },
+}
+
+
+@pytest.mark.parametrize("kind", CIRCLES)
+def test_launch_files_that_include_each_other_end_in_one_line(tmp_path: Path, kind: str) -> None:
+    for name, text in CIRCLES[kind].items():
+        (tmp_path / name).write_text(text)
+    written(tmp_path, program=f'{HEAD}\nrclpy.init()\nNode("there")\n')
+    first = next(iter(CIRCLES[kind]))
+    facts = read_source(tmp_path, launch=Launch(first))
+    assert facts.nodes == []
+    assert facts.unread == [
+        f"{first}: it is included by itself, and is not read again",
+        f"{first}: it starts no node whose code is in this folder",
+    ]
+
+
+def test_launch_files_that_include_very_much_end(tmp_path: Path) -> None:
+    for level in range(8):
+        text = f'<include file="f{level + 1}.launch.xml"/>' * 10
+        (tmp_path / f"f{level}.launch.xml").write_text(f"<launch>{text}</launch>")
+    (tmp_path / "f8.launch.xml").write_text("<launch/>")
+    facts = read_source(tmp_path, launch=Launch("f0.launch.xml"))
+    assert any("more than 1000 includes" in line for line in facts.unread)
 
 
 def test_a_program_that_never_ends_is_followed_for_a_while(tmp_path: Path) -> None:

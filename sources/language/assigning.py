@@ -1,0 +1,86 @@
+"""Giving values to variables, attributes and elements; ports and groups learn their names from it."""
+
+from __future__ import annotations
+
+import ast
+
+from dineros.sources.language.gathering import put
+from dineros.sources.language.importing import Imports
+from dineros.sources.language.values import (
+    Class,
+    Frame,
+    Holder,
+    Items,
+    Made,
+    Mapping,
+    ModuleValue,
+    Object,
+    Open,
+    Value,
+    join,
+    options,
+)
+
+
+class Assignments(Imports):
+    """The part of the interpreter that gives values to targets."""
+
+    def assign(self, target: ast.expr, value: Value, frame: Frame) -> None:
+        """Give a target a value; ports and groups learn their names."""
+        if isinstance(target, ast.Name):
+            self._name(value, target.id)
+            self.assign_variable(target.id, value, frame)
+        elif isinstance(target, ast.Attribute):
+            self._name(value, ast.unparse(target))
+            for holder in options(self.evaluate(target.value, frame)):
+                if isinstance(holder, Holder):
+                    self.write_slot(holder, target.attr, value)
+                elif isinstance(holder, Class):
+                    before = holder.names.get(target.attr)
+                    holder.names[target.attr] = join([before, value]) if before is not None else value
+                elif isinstance(holder, ModuleValue):
+                    outer = self.holder_of(self.module_frame(holder.module))
+                    if outer is not None:
+                        self.write_slot(outer, target.attr, value)
+        elif isinstance(target, ast.Subscript):
+            self._name(value, f"{ast.unparse(target.value)}[...]")
+            key = self.evaluate(target.slice, frame)
+            for each in options(self.evaluate(target.value, frame)):
+                if isinstance(each, Mapping):
+                    put(each, key, value)
+                elif isinstance(each, Items):
+                    each.items.append(value)
+                    each.is_open = True
+        elif isinstance(target, (ast.Tuple, ast.List)):
+            self._unpack(target.elts, value, frame)
+        elif isinstance(target, ast.Starred):
+            self.assign(target.value, Items([value], is_open=True), frame)
+
+    def _unpack(self, targets: list[ast.expr], value: Value, frame: Frame) -> None:
+        for index, each in enumerate(targets):
+            found = []
+            for option in options(value):
+                if isinstance(option, Items) and not option.is_open and len(option.items) == len(targets):
+                    found.append(option.items[index])
+                elif isinstance(option, Items) and option.items:
+                    found += option.items
+                else:
+                    found.append(Open(ast.unparse(each)))
+            self.assign(each, join(found), frame)
+
+    def _name(self, value: Value, name: str) -> None:
+        if isinstance(value, Made) and not value.name:
+            value.name = name
+            if value.entity is not None:
+                value.entity.port = name
+        elif isinstance(value, Object) and not value.name:
+            value.name = name
+            if value.made is not None and value.made.entity is not None:
+                value.made.entity.port = name
+        elif hasattr(value, "entity") and value.entity is not None:
+            if value.entity.port == "(no variable)":
+                value.entity.port = name
+        elif isinstance(value, Items):
+            for each in value.items[:50]:
+                if not isinstance(each, Items):
+                    self._name(each, name)

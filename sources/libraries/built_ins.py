@@ -1,0 +1,108 @@
+"""What the built-in functions of Python do, as far as it matters."""
+
+from __future__ import annotations
+
+import ast
+
+from dineros.sources.language.constants import call_built_in
+from dineros.sources.language.machine import Machine
+from dineros.sources.language.values import (
+    NONE,
+    Const,
+    Frame,
+    Holder,
+    Items,
+    Made,
+    Mapping,
+    Open,
+    Text,
+    Value,
+    constant,
+    hole,
+    join,
+    options,
+)
+from dineros.sources.libraries.doing import Keys
+
+
+class BuiltIns:
+    """The functions of Python itself.
+
+    Parameters
+    ----------
+    machine : Machine
+        The interpreter that calls them.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+
+    def call(self, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> Value:
+        """Call a function by its name."""
+        first = args[0] if args else None
+        found = call_built_in(name, args, name)
+        if found is not None:
+            return found
+        if name in ("list", "tuple", "set", "sorted", "reversed", "iter"):
+            if first is None:
+                return Items([], kind=name)
+            values, is_exact = self.machine.turns(first)
+            values = list(reversed(values)) if name == "reversed" else list(values)
+            return Items(values, not is_exact or name == "sorted")
+        if name == "dict":
+            found_items = Mapping(dict(keys))
+            if isinstance(first, Mapping):
+                found_items = Mapping({**first.items, **keys}, list(first.rest), first.is_open)
+            elif first is not None:
+                found_items.is_open = True
+            return found_items
+        if name == "enumerate" and first is not None:
+            values, is_exact = self.machine.turns(first)
+            return Items([Items([Const(i), v], kind="tuple") for i, v in enumerate(values)], not is_exact)
+        if name == "zip" and args:
+            turns = [self.machine.turns(each) for each in args]
+            pairs: list[Value] = [
+                Items(list(each), kind="tuple") for each in zip(*(t[0] for t in turns), strict=False)
+            ]
+            return Items(pairs, not all(t[1] for t in turns))
+        if name == "range":
+            numbers = [constant(each) for each in args]
+            if numbers and all(isinstance(n, int) for n in numbers):
+                try:
+                    turns_of = range(*numbers)[:65]
+                except (TypeError, ValueError):
+                    return Open("range")
+                return Items([Const(n) for n in turns_of], len(turns_of) > 64)
+            return Items([], is_open=True)
+        if name == "len" and isinstance(first, Items) and not first.is_open:
+            return Const(len(first.items), "variable")
+        if name == "getattr" and len(args) > 1 and isinstance(args[1], Const):
+            return self.machine.attribute(
+                args[0], str(args[1].value), f"getattr({args[1].value})", node, frame
+            )
+        if name == "setattr" and len(args) > 2 and isinstance(args[1], Const):
+            for each in options(args[0]):
+                if isinstance(each, Holder):
+                    self.machine.write_slot(each, str(args[1].value), args[2])
+            return NONE
+        if name == "setattr":
+            self.machine.activity.fact.is_open = True
+            return NONE
+        if name == "open":
+            return Made("builtins.open", args, keys, self.machine.place(node, frame))
+        if name == "input":
+            self.machine.effect("input", "terminal", node, frame)
+        if name == "map" and len(args) > 1:
+            values, is_exact = self.machine.turns(args[1])
+            with self.machine.perhaps(is_loop=True):
+                return Items(
+                    [self.machine.call(args[0], [each], {}, node, frame) for each in values], not is_exact
+                )
+        if name == "str" and first is not None:
+            return Text(hole(first)) if isinstance(first, Text) else Open(hole(first)[1:-1])
+        if name in ("int", "float") and isinstance(first, Open):
+            return Open(first.text)
+        if name == "next" and first is not None:
+            values, _ = self.machine.turns(first)
+            return join(values) if values else Open("next")
+        return Open(name)
