@@ -132,12 +132,15 @@ FOLDERS = {
         "wheels",
     ],
     "sources": [
-        *("facts", "folders", "packages", "language", "libraries", "cpp", "launch", "programs", "reading"),
+        *("facts", "folders", "cmake", "packages", "language", "libraries", "launch", "cpp"),
+        *("programs", "reading"),
     ],
-    "sources/launch": [*("yaml_text", "parameters", "substitutions", "description", "markup", "reading")],
+    "sources/launch": [
+        *("yaml_text", "parameters", "substitutions", "description", "containers", "markup", "reading")
+    ],
     "sources/cpp": [
-        *("parsing", "index", "values", "operations", "machine", "expressions", "statements", "quality"),
-        *("making", "doing", "programs"),
+        *("parsing", "index", "values", "operations", "machine", "expressions", "calls"),
+        *("statements", "quality", "making", "ports", "doing", "programs"),
     ],
     "sources/language": [
         *(
