@@ -14,8 +14,14 @@ from __future__ import annotations
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
-from dineros.metamodel.callbacks.groups import group_or_node, runs_callbacks, threads_of, works_on_goals
-from dineros.metamodel.elements import channels, node_net_of, pages, transitions
+from dineros.metamodel.callbacks.groups import (
+    group_or_node,
+    is_awaited,
+    runs_callbacks,
+    threads_of,
+    works_on_goals,
+)
+from dineros.metamodel.elements import channels, node_net_of, node_nets, pages, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import quality_of
 
@@ -95,6 +101,19 @@ def latency_of_calls(client: sym.ClientPort) -> pn.TimeInterval | None:
         if each is not None and each.latency is not None:
             return each.latency
     return default_times(client).latency
+
+
+def gives_up_in_time(client: sym.ClientPort) -> bool:
+    """Tell whether it is known when a client gives up, at the earliest: it has one request under way.
+
+    A callback that awaits needs a thread to give up; where nodes are managed, a server may not be there.
+    """
+    if not (client.timeout or 0) > 0 or client.outstanding not in (None, 1) or is_awaited(client):
+        return False
+    model = client.eContainer()
+    while model is not None and not isinstance(model, sym.SystemModel):
+        model = model.eContainer()
+    return model is not None and not any(node.lifecycle for node in node_nets(model))
 
 
 def reaction_of(node: sym.NodeNet) -> pn.TimeInterval | None:

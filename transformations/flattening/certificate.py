@@ -29,7 +29,7 @@ from dineros.transformations.rules import (
 )
 from dineros.transformations.rules.actions import goals, slots
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
-from dineros.transformations.rules.times import latencies, orders, strikes
+from dineros.transformations.rules.times import latencies, orders, strikes, time_outs
 from dineros.transformations.rules.times.clocks import Clock
 
 
@@ -51,7 +51,18 @@ def add_certificate(
     """Add to a net the invariants of what the rules made; return them."""
     kinds = (
         *(_queues, _bounds, _instances, _clients, _requests, _slots, _goals),
-        *(_signals, _disjunctions, _timers, _clocks, _executors, _orders, _groups, _managed, _kept),
+        *(
+            _signals,
+            _disjunctions,
+            _timers,
+            _clocks,
+            _executors,
+            _orders,
+            _time_outs,
+            _groups,
+            _managed,
+            _kept,
+        ),
     )
     certificate = [_invariant(each, made) for kind in kinds for each in kind(engine)]
     net.certificate.extend(certificate)
@@ -227,6 +238,15 @@ def _orders(engine: Engine) -> Iterator[_Sum]:
         yield _Sum(f"{_id(results[0])} or the other", 1, [(each, 1) for each in results])
     for counter, places in waiting.items():
         yield _Sum(f"{_id(counter)} counts", 0, [(counter, 1), *((each, -1) for each in places)])
+
+
+def _time_outs(engine: Engine) -> Iterator[_Sum]:
+    """The time of a client runs exactly while it is not ready."""
+    for application in engine.applications_of(time_outs.D8):
+        client = next(source for source in application.sources if isinstance(source, sym.ClientPort))
+        (call,) = engine.applications_of(services.S1, [client])
+        asks, ready = application.made["asks"], call.made["ready"]
+        yield _Sum(f"{_id(ready)} or its time runs", 1, [(ready, 1), (asks, 1)])
 
 
 def _groups(engine: Engine) -> Iterator[_Sum]:

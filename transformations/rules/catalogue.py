@@ -35,7 +35,14 @@ from dineros.transformations.rules.phases import (
     StandardRule,
     in_order,
 )
-from dineros.transformations.rules.times import latencies, orders, strikes, work
+from dineros.transformations.rules.times import (
+    latencies,
+    orders,
+    reactions,
+    strikes,
+    time_outs,
+    work,
+)
 
 
 @dataclass(frozen=True)
@@ -152,9 +159,9 @@ FAMILIES = (
     ),
     _family(
         "times",
-        "Times of ROS 2: strikes, work, messages on their way, orders of executors",
+        "Times of ROS 2: strikes, work, messages on their way, reactions, time-outs, orders",
         "",
-        (strikes, work, latencies, orders),
+        (strikes, work, latencies, reactions, time_outs, orders),
         "They run where the middleware is `ros2` and a question asks about time.",
     ),
     _family(

@@ -8,7 +8,9 @@ from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.times.given import (
+    default_times,
     duration_of,
+    gives_up_in_time,
     latency_between,
     latency_of_calls,
     reaction_of,
@@ -196,7 +198,10 @@ class CallLatency(Query):
 
 
 class CallsOnTheWay(Query):
-    """How many requests of a client have clocks; 0 if it gives up, or has any number under way."""
+    """How many requests of a client have clocks; 0 if nothing bounds their latency, or their number.
+
+    A client that gives up has them if each of its requests has arrived by then.
+    """
 
     datatype = WHOLE
     _words = "requests of {} on their way"
@@ -204,21 +209,69 @@ class CallsOnTheWay(Query):
     @staticmethod
     def _answer(client: sym.ClientPort) -> int:
         latency = latency_of_calls(client)
-        if latency is None or latency.latest is None or (client.timeout or 0) > 0:
+        if latency is None or latency.latest is None:
+            return 0
+        if (client.timeout or 0) > 0 and not (gives_up_in_time(client) and latency.latest <= client.timeout):
             return 0
         # Flattening has filled in how many a client has under way; any number is below 0.
         return max(client.outstanding or 1, 0)
 
 
-class Reaction(Query):
-    """How long the engine of a node takes to fire; absent where that is open."""
+class GivesUpInTime(Query):
+    """Whether the rules know when a client gives up, at the earliest."""
+
+    datatype = TRUTH
+    _words = "{} gives up after its time-out"
+    _answer = staticmethod(gives_up_in_time)
+
+
+class TimeOut(Query):
+    """The time-out of a client, as an interval."""
 
     eclass = pn.TimeInterval
-    _words = "reaction of {}"
+    _words = "[time-out of {0}, time-out of {0}]"
 
     @staticmethod
-    def _answer(node: sym.NodeNet) -> pn.TimeInterval | None:
-        return _copied(reaction_of(node))
+    def _answer(client: sym.ClientPort) -> pn.TimeInterval:
+        return pn.TimeInterval(earliest=client.timeout, latest=client.timeout)
+
+
+class ReactsFrom(Query):
+    """How long the engine of a node takes to fire, at least."""
+
+    datatype = REAL
+    _words = "earliest reaction of {}"
+
+    @staticmethod
+    def _answer(node: sym.NodeNet) -> float:
+        found = reaction_of(node)
+        return 0.0 if found is None else found.earliest
+
+
+class ReactsUntil(Query):
+    """How long it takes at most; absent where that is open."""
+
+    datatype = REAL
+    _words = "latest reaction of {}"
+
+    @staticmethod
+    def _answer(node: sym.NodeNet) -> float | None:
+        found = reaction_of(node)
+        return None if found is None else found.latest
+
+
+class Reacts(Query):
+    """Whether a transition fires within the reaction of its node: without an interval or a duration."""
+
+    datatype = TRUTH
+    _words = "{1} fires within the reaction of {0}"
+
+    @staticmethod
+    def _answer(node: sym.NodeNet, transition: pn.Transition) -> bool:
+        if runs_callbacks(node) or reaction_of(node) is None or transition.interval is not None:
+            return False
+        has_handler = isinstance(transition, sym.Transition)
+        return not has_handler or (transition.duration is None and default_times(node).duration is None)
 
 
 class Seconds(Query):

@@ -1,0 +1,54 @@
+"""How long the engine of a node takes to fire, and to take what has arrived (rule D7)."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.language.creation import New
+from dineros.transformations.language.expressions import Path
+from dineros.transformations.language.functions import ancestor
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.rules.histories import R3
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.times import CallsOnTheWay, Reacts, ReactsFrom, ReactsUntil
+from dineros.transformations.rules.services import S1
+
+
+class D7(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """A transition without an interval fires within its node's reaction, unless its handler takes time."""
+
+    move = Node(sym.Transition)
+    node = Node(sym.NodeNet, of=ancestor(move, sym.NodeNet))
+
+    reaction = New(pn.TimeInterval, into=move.interval, earliest=ReactsFrom(node), latest=ReactsUntil(node))
+
+    where = [Reacts(node, move)]
+
+
+class D7Take(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """So an engine takes a message that has arrived, if it has room for it."""
+
+    reader = Node(sym.SubscriberPort)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    queue = Made(R3.queue, of=reader)
+    move = Node(pn.Transition, of=queue.leave)
+
+    reaction = New(
+        pn.TimeInterval, into=Path(move, "interval"), earliest=ReactsFrom(node), latest=ReactsUntil(node)
+    )
+
+    where = [Reacts(node, move)]
+
+
+class D7Response(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """So it takes a response, if responses have clocks while they are on their way."""
+
+    client = Node(sym.ClientPort)
+    node = Node(sym.NodeNet, of=ancestor(client.response, sym.NodeNet))
+    taken = Made(S1.t_res, of=client)
+    move = Node(pn.Transition, of=taken)
+
+    reaction = New(
+        pn.TimeInterval, into=Path(move, "interval"), earliest=ReactsFrom(node), latest=ReactsUntil(node)
+    )
+
+    where = [CallsOnTheWay(client) > 0, Reacts(node, move)]

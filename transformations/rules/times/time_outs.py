@@ -1,0 +1,93 @@
+"""When clients give up (rule D8): not before their time-out, and at any time from then on."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.records import GiveUp
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.rules.notation import arc, inhibit, place, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.times import CallsOnTheWay, GivesUpInTime, TimeOut
+from dineros.transformations.rules.requests import StopsWaiting
+from dineros.transformations.rules.services import S1
+from dineros.transformations.rules.times.latencies import REQUEST, D6BackClock
+
+
+class D8(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """The time of a client with a time-out runs from its request on, until it has a response or gives up."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    t_req = Made(S1.t_req, of=client)
+    t_res = Made(S1.t_res, of=client)
+
+    asks = place(REQUEST + ".asks", means=Meaning("{client} waits for service {service}"))
+    over = place(REQUEST + ".over", means=Meaning("the time-out of {client} of service {service} is over"))
+    ring = transition(
+        REQUEST + ".ring",
+        means=Meaning("the time-out of {client} of service {service} is over"),
+        within=TimeOut(client),
+    )
+    forget = transition(
+        REQUEST + ".forget",
+        means=Meaning("the time-out of {client} of service {service} counts no more"),
+        at_once=True,
+    )
+    arcs = [
+        arc(t_req, asks),
+        inhibit(over, t_req),
+        arc(asks, t_res),
+        read(asks, ring),
+        inhibit(over, ring),
+        arc(ring, over),
+        arc(over, forget),
+        inhibit(asks, forget),
+    ]
+
+    where = [GivesUpInTime(client)]
+
+
+class D8Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It may give up while a response is on its way, which is gone then."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    asks = Made(D8.asks, of=client)
+    over = Made(D8.over, of=client)
+    ready = Made(S1.ready, of=client)
+    number = Index(upto=CallsOnTheWay(client))
+    clock = Made(D6BackClock.clock, of=[client, number])
+
+    give_up = transition(
+        REQUEST + ".giveUp.back[{number}]",
+        means=Meaning("{client} gives up waiting for service {service}", step=GiveUp),
+    )
+    arcs = [
+        arc(clock.busy, give_up),
+        arc(give_up, clock.free),
+        arc(give_up, ready),
+        arc(asks, give_up),
+        arc(over, give_up),
+    ]
+
+
+class D8BackPlace(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Then it tells its node, too, where it names a place for that."""
+
+    client = Node(sym.ClientPort)
+    told = Node(pn.Place, of=client.timedOut)
+    give_up = Made(D8Back.give_up, of=client)
+
+    tells = arc(give_up, told)
+
+
+class D8GiveUp(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It gives up only when its time-out is over."""
+
+    client = Node(sym.ClientPort)
+    asks = Made(D8.asks, of=client)
+    over = Made(D8.over, of=client)
+    given = Made(StopsWaiting, of=client)
+
+    arcs = [arc(asks, given.give_up), arc(over, given.give_up)]
