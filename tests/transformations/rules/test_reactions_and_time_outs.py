@@ -10,6 +10,9 @@ from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, node_net, place, seconds, step
 from dineros.metamodel.constraints import validate
+from dineros.metamodel.elements import transitions
+from dineros.transformations.flattening.flatten import flatten
+from tests.support.ros2_systems.deserted_services import Asking, ask
 from tests.transformations.rules.test_times import explored
 
 
@@ -73,6 +76,21 @@ def test_a_second_request_has_its_own_time_out() -> None:
     top = dict(zip(found.net.untimed.places, found.markings.max(axis=0).tolist(), strict=True))
     assert gives_up(found)
     assert top["Late"] == 1
+
+
+@pytest.mark.parametrize("server", [None, sym.Lifecycle()], ids=["there", "managed"])
+@pytest.mark.parametrize("asking", ["once", "waits", "gives up", "engine", "engine gives up"])
+@pytest.mark.parametrize("latency", [None, (0.0, 0.1), (0.5, 1.5)])
+def test_all_kinds_of_clients_have_certificates(
+    server: sym.Lifecycle | None, asking: Asking, latency: tuple[float, float] | None
+) -> None:
+    """Flattening checks them; a hand-written client that does not wait has any number of requests under way."""
+    model = ask(server, [asking, "gives up"], times=2)
+    model.channels[0].latency = None if latency is None else seconds(*latency)
+    net = flatten(model, "none", times=True).net
+    names = {each.id for each in transitions(net)}
+    has_ring = "Ask.client.c0.ring" in names
+    assert has_ring == (asking == "engine gives up" and server is None)
 
 
 @pytest.mark.parametrize(("latest", "is_bounded"), [(0.002, True), (None, False)])

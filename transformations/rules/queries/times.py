@@ -211,7 +211,8 @@ class CallsOnTheWay(Query):
         latency = latency_of_calls(client)
         if latency is None or latency.latest is None:
             return 0
-        if (client.timeout or 0) > 0 and not (gives_up_in_time(client) and latency.latest <= client.timeout):
+        patience = client.timeout or 0.0
+        if patience > 0.0 and not (gives_up_in_time(client) and latency.latest <= patience):
             return 0
         # Flattening has filled in how many a client has under way; any number is below 0.
         return max(client.outstanding or 1, 0)
@@ -267,11 +268,13 @@ class Reacts(Query):
     _words = "{1} fires within the reaction of {0}"
 
     @staticmethod
-    def _answer(node: sym.NodeNet, transition: pn.Transition) -> bool:
+    def _answer(node: sym.NodeNet, transition: pn.Node) -> bool:
+        assert isinstance(transition, pn.Transition)
         if runs_callbacks(node) or reaction_of(node) is None or transition.interval is not None:
             return False
-        has_handler = isinstance(transition, sym.Transition)
-        return not has_handler or (transition.duration is None and default_times(node).duration is None)
+        if not isinstance(transition, sym.Transition):
+            return True
+        return transition.duration is None and default_times(node).duration is None
 
 
 class Seconds(Query):
