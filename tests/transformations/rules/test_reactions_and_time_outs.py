@@ -84,7 +84,7 @@ def test_a_second_request_has_its_own_time_out() -> None:
 def test_all_kinds_of_clients_have_certificates(
     server: sym.Lifecycle | None, asking: Asking, latency: tuple[float, float] | None
 ) -> None:
-    """Flattening checks them; a hand-written client that does not wait has any number of requests under way."""
+    """Flattening checks them; a client that does not wait has any number of requests under way."""
     model = ask(server, [asking, "gives up"], times=2)
     model.channels[0].latency = None if latency is None else seconds(*latency)
     net = flatten(model, "none", times=True).net
