@@ -13,13 +13,13 @@ def about_seen(model: pn.Net, report: Report) -> Report:
     """Return a report without the findings that are about invented nodes only."""
     if not isinstance(model, sym.SystemModel):
         return report
-    invented = {node.id for node in node_nets(model) if is_unseen(node)}
-    if not invented:
+    nets = list(node_nets(model))
+    if not any(map(is_unseen, nets)):
         return report
-    owners = {each.id: node_net_of(each) for each in nodes(model)}
+    owners = {each.id: node_net_of(each) for each in (*nodes(model), *nets)}
 
     def is_kept(finding: Finding) -> bool:
-        known = [each for each in finding.elements if each in invented or each in owners]
-        return not known or not all(each in invented or is_unseen(owners.get(each)) for each in known)
+        known = [owners[each] for each in finding.elements if each in owners]
+        return not known or not all(map(is_unseen, known))
 
     return replace(report, findings=[each for each in report.findings if is_kept(each)])
