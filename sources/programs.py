@@ -366,10 +366,11 @@ def _classes_of_nodes(folder: SourceFolder, modules: Modules) -> Iterator[tuple[
         if "test" in PurePosixPath(path).parts or "tests" in PurePosixPath(path).parts:
             continue
         module = modules.module(path)
+        others = _other_names(module) if module is not None else {}
         for node in ast.walk(module.tree) if module is not None else ():
             if isinstance(node, ast.ClassDef):
                 bases = [ast.unparse(base) for base in node.bases]
-                extended |= {base.rpartition(".")[2] for base in bases}
+                extended |= {others.get(base, base.rpartition(".")[2]) for base in bases}
                 if node in module.tree.body and (  # type: ignore[union-attr]
                     any(base.rpartition(".")[2].endswith("Node") for base in bases) or _makes_a_node(node)
                 ):
@@ -377,6 +378,17 @@ def _classes_of_nodes(folder: SourceFolder, modules: Modules) -> Iterator[tuple[
     for path, node in found:
         if node.name not in extended:
             yield path, node.lineno, node.name
+
+
+def _other_names(module: Module) -> dict[str, str]:
+    """Return the names of what a module imports under others."""
+    return {
+        each.asname: each.name
+        for node in ast.walk(module.tree)
+        if isinstance(node, ast.ImportFrom)
+        for each in node.names
+        if each.asname is not None
+    }
 
 
 def _makes_a_node(node: ast.ClassDef) -> bool:

@@ -17,6 +17,8 @@ from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, 
 
 PROCESSORS = 4
 """Threads of an executor that takes as many as the machine has."""
+_MIDDLEWARE = ("system default", "best available")
+"""Qualities that the middleware decides."""
 MAIN = "main"
 """Name of the timer that stands for what a node does outside of callbacks."""
 
@@ -194,7 +196,7 @@ class _Node:
     def _quality(self, entity: Entity) -> Quality:
         reliability, durability = entity.details.get("reliability"), entity.details.get("durability")
         for key, value in (("reliability", reliability), ("durability", durability)):
-            if is_open(value):
+            if is_open(value) or value in _MIDDLEWARE:
                 usual = "reliable" if key == "reliability" else "volatile"
                 self._taken.append(
                     f"{self.at(entity.at)}: the {key} of {entity.name} is {value}; {usual} is taken"

@@ -161,6 +161,8 @@ class Operations(Machine):
             except TypeError:
                 return Open(short(node))
         if isinstance(op, (ast.In, ast.NotIn)) and isinstance(left, Const):
+            if isinstance(right, Outside) and right.path == "sys.argv" and str(left.value).startswith("-"):
+                return Const(isinstance(op, ast.NotIn), "environment command line")  # without options
             known = right.items if isinstance(right, Items) and not right.is_open else None
             if known is not None and all(isinstance(each, Const) for each in known):
                 is_in = any(same(left, each) for each in known)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from dineros.sources.facts import is_open
 from tests.sources.support import facts_of, node_of, one
 
 
@@ -383,3 +384,46 @@ def test_nodes_of_functions_and_of_objects(tmp_path: Path) -> None:
     assert (held["class"], held["namespace"], held["timers"][0]["callback"]) == ("Holder", "arm", "tick")
     assert (plain["class"], plain["name"]) == ("main", "plain")
     assert plain["callbacks"][0]["effects"][0]["do"] == "publish"
+
+
+def test_a_class_that_is_extended_under_another_name_is_no_node_of_its_own(tmp_path: Path) -> None:
+    base = """
+    from rclpy.node import Node
+    class Base(Node):
+        def __init__(self, name): super().__init__(name)
+    """
+    text = """
+    from base import Base as Common
+    class Robot(Common):
+        def __init__(self): super().__init__("robot")
+    rclpy.init()
+    rclpy.spin(Robot())
+    """
+    assert [node.name for node in facts_of(tmp_path, text, base=base).nodes] == ["robot"]
+
+
+@pytest.mark.parametrize("name", ["open_gripper", "opened", "gripper/open"])
+def test_names_that_begin_with_open_are_known(tmp_path: Path, name: str) -> None:
+    node = node_of(
+        tmp_path,
+        f"""
+        def __init__(self):
+            super().__init__("open_robot")
+            self.create_publisher(String, "{name}", 1)
+        """,
+    )
+    assert (node["name"], node["publishers"][0]["name"]) == ("open_robot", name)
+    assert not is_open(node["name"]) and not is_open(name)
+
+
+def test_options_of_the_command_line_are_absent_by_default(tmp_path: Path) -> None:
+    node = node_of(
+        tmp_path,
+        """
+        def __init__(self):
+            super().__init__("robot")
+            self.create_publisher(String, "fixed" if "--fixed" in sys.argv else "usual", 1)
+        """,
+        before="import sys",
+    )
+    assert node["publishers"][0]["name"] == "usual"
