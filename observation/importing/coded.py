@@ -87,6 +87,7 @@ def merged(code: Given, people: Given) -> Given:
         nodes[name] = replace(
             known,
             threads=said.threads if said.threads is not None else known.threads,
+            order=said.order if said.order is not None else known.order,
             groups={**known.groups, **said.groups},
             depths={**known.depths, **said.depths},
             timers=said.timers if said.timers is not None else known.timers,

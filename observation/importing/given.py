@@ -4,6 +4,7 @@ It is TOML. Everything in it may be left out; what is there replaces what would 
 
     [node."/mapper"]
     threads = 2                             # of a multi-threaded executor
+    order = "rclpy"                         # in which its executor takes callbacks: any, rclcpp, rclpy
     groups = {answers = "reentrant"}        # callback groups
     depths = {"/scan" = 5, "/map" = 1}      # of histories; 0: all is kept
     newest = {"/map" = true}                # whether a reader needs the newest message only
@@ -39,6 +40,9 @@ from dineros.metamodel.files.toml import decode_toml
 
 LIFE = ("deactivates", "cleansUp", "shutsDown", "configureFails", "activateFails")
 """What may happen to a managed node, as `dineros.metamodel.sym.Lifecycle` has it."""
+
+ORDERS = ("any", "rclcpp", "rclpy")
+"""In which order an executor takes callbacks, as `dineros.metamodel.sym.CallbackOrder` has it."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,13 @@ class GivenCallback:
 
 @dataclass(frozen=True)
 class GivenNode:
-    """What is said of a node; None, or absent: nothing."""
+    """What is said of a node; None, or absent: nothing.
+
+    Attributes
+    ----------
+    is_shared : bool
+        Whether it stands for several nodes that share an executor.
+    """
 
     threads: int | None = None
     groups: Mapping[str, str] = field(default_factory=dict)
@@ -112,6 +122,8 @@ class GivenNode:
     callbacks: Mapping[str, GivenCallback] = field(default_factory=dict)
     newest: Mapping[str, bool] = field(default_factory=dict)
     at: str = field(default="", compare=False)
+    is_shared: bool = field(default=False, compare=False)
+    order: str | None = None
 
 
 @dataclass(frozen=True)
@@ -198,7 +210,10 @@ class _Reading:
         )
 
     def _node(self, table: Mapping[str, Any], at: str) -> GivenNode:
-        self._known(table, at, ("threads", "groups", "depths", "newest", "timers", "lifecycle", "callback"))
+        known = ("threads", "order", "groups", "depths", "newest", "timers", "lifecycle", "callback")
+        self._known(table, at, known)
+        if "order" in table:
+            self._one_of(table, "order", at, ORDERS)
         groups = self._table(table, "groups", at)
         for name in groups:
             self._one_of(groups, name, f"{at}.groups", ("exclusive", "reentrant"))
@@ -212,6 +227,7 @@ class _Reading:
                 raise self._wrong(f"{at}.lifecycle", f"{each!r} is none of {', '.join(LIFE)}")
         return GivenNode(
             threads=self._number(table, "threads", at, 1, 1000) if "threads" in table else None,
+            order=table.get("order"),
             groups=dict(groups),
             depths={name: self._number(depths, name, f"{at}.depths", 0, 1_000_000) for name in depths},
             newest=dict(newest),

@@ -72,6 +72,13 @@ class NodeBuilder(Abilities):
         if self._is_unseen:
             self._net.assumed = "node"
             return
+        if self._said.order is not None:
+            if self._said.is_shared and self._said.order == "rclpy":
+                raise DinerosError(
+                    f"node {self._node.name} stands for several, whose callbacks rclpy takes node by node",
+                    hint="leave its order out: then all orders are explored",
+                )
+            self._net.order = self._said.order  # type: ignore[assignment]
         threads = self._said.threads
         if threads is not None:
             self._net.executor, self._net.threads = ("multi" if threads > 1 else "single"), threads  # type: ignore[assignment]

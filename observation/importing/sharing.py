@@ -60,7 +60,7 @@ def _join(
         role: tuple(port for name in names for port in getattr(nodes[name], role))
         for role in ("publishers", "subscribers", "servers", "clients", "action_servers", "action_clients")
     }
-    joined = GivenNode(at=given[first].at, threads=given[first].threads)
+    joined = GivenNode(at=given[first].at, threads=given[first].threads, is_shared=True)
     groups: dict[str, str] = {}
     timers: dict[str, float] = {}
     callbacks: dict[str, GivenCallback] = {}

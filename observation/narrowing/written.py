@@ -21,6 +21,7 @@ def given_text(given: Given) -> str:
 def _node(name: str, said: GivenNode) -> Iterator[str]:
     lines = {
         "threads": None if said.threads is None else str(said.threads),
+        "order": None if said.order is None else _text(said.order),
         "groups": _inline(said.groups) if said.groups else None,
         "depths": _inline(said.depths) if said.depths else None,
         "newest": _inline(said.newest) if said.newest else None,
@@ -33,10 +34,15 @@ def _node(name: str, said: GivenNode) -> Iterator[str]:
 
 
 def _callback(said: GivenCallback) -> dict[str, str | None]:
+    least, most = said.takes or (0.0, None)
+    does = None if said.does is None else [*map(str, said.does)]
+    if does is not None and most is None and least:  # it sleeps, and works for a time that nobody has said
+        does.append(f"sleep {least:.9f}")
     return {
-        "does": None if said.does is None else _list(map(str, said.does)),
+        "does": None if does is None else _list(does),
         "group": None if said.group is None else _text(said.group),
         "awaits": "true" if said.awaits else None,
+        "takes": None if most is None else json.dumps([least, most]),
     }
 
 

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from dineros.cli.main import main
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
-from dineros.metamodel.elements import elements
+from dineros.metamodel.elements import elements, node_nets
 from dineros.metamodel.files import load
 from dineros.observation.importing.building import to_model
 from dineros.observation.importing.coded import Coded, coded
@@ -216,14 +216,16 @@ def test_groups_threads_and_waits(tmp_path: Path) -> None:
     }
 
 
+BOTH = BATTERY.replace(
+    "def main():\n    rclpy.init()\n    rclpy.spin(Battery())",
+    MONITOR.replace("GROUP", "").partition("def main")[0]
+    + "def main():\n    rclpy.init()\n    e = SingleThreadedExecutor()\n"
+    "    for n in (Battery(), Monitor()): e.add_node(n)\n    e.spin()",
+)
+
+
 def test_nodes_that_share_an_executor_are_one_node_net(tmp_path: Path) -> None:
-    both = BATTERY.replace(
-        "def main():\n    rclpy.init()\n    rclpy.spin(Battery())",
-        MONITOR.replace("GROUP", "").partition("def main")[0]
-        + "def main():\n    rclpy.init()\n    e = SingleThreadedExecutor()\n"
-        "    for n in (Battery(), Monitor()): e.add_node(n)\n    e.spin()",
-    )
-    found = read(files(tmp_path, both=both))
+    found = read(files(tmp_path, both=BOTH))
     (node,) = found.system.nodes
     assert found.given.nodes[node.name].groups == {"of_battery": "exclusive", "of_monitor": "exclusive"}
     assert {name: each.group for name, each in found.given.nodes[node.name].callbacks.items()} == {
@@ -390,6 +392,28 @@ def test_sleeps_and_what_people_say_are_durations(tmp_path: Path) -> None:
     assert tick is not None and (tick.earliest, tick.latest) == (0.2, None)
     assert level is not None and (level.earliest, level.latest) == (0.01, 0.5)
     given.write_text('[node."/battery"]\ncallback."/level".takes = [2, 1]\n')
+    assert run("import", "-q", "--source", source, "-o", model)[0] == 2
+
+
+def test_people_say_in_which_order_an_executor_takes_callbacks(tmp_path: Path) -> None:
+    source = files(tmp_path, battery=BATTERY, monitor=MONITOR.replace("GROUP", ""))
+    model, given = tmp_path / "robot.sym.xmi", tmp_path / "robot.given.toml"
+    given.write_text('[node."/battery"]\norder = "rclpy"\n')
+    assert run("import", "-q", "--source", source, "-o", model)[0] == 0
+    orders = {net.name or net.id: str(net.order) for net in node_nets(load(model))}
+    assert orders == {"battery": "rclpy", "monitor": "any"}
+    given.write_text('[node."/battery"]\norder = "fifo"\n')
+    assert run("import", "-q", "--source", source, "-o", model)[0] == 2
+
+
+def test_nodes_on_one_executor_have_no_order_of_rclpy(tmp_path: Path) -> None:
+    """It takes the callbacks node by node, which an order of the joined nodes does not say."""
+    source = files(tmp_path, both=BOTH)
+    (name,) = [node.name for node in read(source).system.nodes]
+    model, given = tmp_path / "robot.sym.xmi", tmp_path / "robot.given.toml"
+    given.write_text(f'[node."{name}"]\norder = "rclcpp"\n')
+    assert run("import", "-q", "--source", source, "-o", model)[0] == 0
+    given.write_text(f'[node."{name}"]\norder = "rclpy"\n')
     assert run("import", "-q", "--source", source, "-o", model)[0] == 2
 
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from dineros.observation.importing.given import (
     LIFE,
+    ORDERS,
     Given,
     GivenCallback,
     GivenNode,
@@ -28,19 +29,31 @@ STEPS = st.builds(
 GROUPS = st.dictionaries(NAMES, st.sampled_from(["exclusive", "reentrant"]), max_size=2)
 
 
+TENTHS = st.integers(1, 50).map(lambda number: number / 10)
+
+
+def callbacks(group: st.SearchStrategy[str | None]) -> st.SearchStrategy[GivenCallback]:
+    """Return callbacks; one that sleeps takes at least some time, and says what it does."""
+    steps = st.lists(STEPS, max_size=3).map(tuple)
+    takes = st.one_of(st.none(), st.tuples(TENTHS, st.integers(6, 9).map(float)))
+    sleeps = st.tuples(TENTHS, st.none())
+    works = st.builds(GivenCallback, st.one_of(st.none(), steps), group, st.booleans(), takes=takes)
+    return st.one_of(works, st.builds(GivenCallback, steps, group, st.booleans(), takes=sleeps))
+
+
 @st.composite
 def nodes(draw: st.DrawFn) -> GivenNode:
     groups = draw(GROUPS)
     group = st.sampled_from([None, *groups])
-    does = st.one_of(st.none(), st.lists(STEPS, max_size=3).map(tuple))
     return GivenNode(
         draw(st.one_of(st.none(), st.integers(1, 1000))),
         groups,
         draw(st.dictionaries(NAMES, st.integers(0, 1_000_000), max_size=2)),
         draw(st.one_of(st.none(), st.dictionaries(NAMES, st.floats(1e-3, 1e3), max_size=2))),
         draw(st.one_of(st.none(), st.lists(st.sampled_from(LIFE)).map(tuple))),
-        draw(st.dictionaries(NAMES, st.builds(GivenCallback, does, group, st.booleans()), max_size=2)),
+        draw(st.dictionaries(NAMES, callbacks(group), max_size=2)),
         draw(st.dictionaries(NAMES, st.booleans(), max_size=2)),
+        order=draw(st.sampled_from([None, *ORDERS])),
     )
 
 
