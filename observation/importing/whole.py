@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from dineros.metamodel.ros_names import hidden_part
 from dineros.observation.importing.given import Given, GivenService
 from dineros.observation.importing.names import is_type
 from dineros.observation.systems import (
@@ -130,7 +131,11 @@ def _named(node: ObservedNode, left_out: list[str]) -> ObservedNode:
     changed: dict[str, Any] = {}
     for role, kind in _KINDS.items():
         ports = getattr(node, role)
-        fit = tuple(each for each in ports if _has_name(each) and is_type(each.type, kind))
+        fit = tuple(
+            each
+            for each in ports
+            if _has_name(each) and is_type(each.type, kind) and hidden_part(name_of(each)) is None
+        )
         for each in ports:
             if each not in fit:
                 left_out.append(

@@ -35,6 +35,8 @@ _SAME = {
     *("move", "forward", "ref", "cref", "dynamic_pointer_cast", "static_pointer_cast"),
     *("const_pointer_cast", "shared_ptr", "unique_ptr", "as_const", "string", "string_view"),
 }
+_OF_THIS = {"shared_from_this", "weak_from_this"}
+"""Methods of a node that return it; so do those for its interfaces."""
 _LOCKS = {"lock_guard", "unique_lock", "scoped_lock", "shared_lock"}
 _GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
 
@@ -87,6 +89,9 @@ class Ros(Ports):
     def _function(self, call: Call) -> Value | None:
         path, last, args = call.path, call.last, call.args
         given = arguments_of(call.named)
+        this = call.frame.this
+        if this is not None and this.node is not None and (last in _OF_THIS or last.startswith("get_node_")):
+            return this
         if last in ("make_shared", "make_unique"):
             if path.startswith(("std::", "make_")) and given:
                 return self.machine.make(given[0], args, call.node, call.frame)

@@ -43,6 +43,7 @@ _MAKES = {
     "create_callback_group": "groups",
     "create_server": "action_servers",
 }
+_DECLARE_OR_GET = ("declare_or_get_parameter", "declare_parameter_if_not_declared")
 TRANSITIONS = ("on_configure", "on_activate", "on_deactivate", "on_cleanup", "on_shutdown", "on_error")
 """Methods of a node with a lifecycle that its transitions call."""
 
@@ -277,12 +278,24 @@ class Maker:
     def parameter(self, call: Call) -> Value | None:
         """Return what a call that declares or gets parameters returns; None: it does something else."""
         on = call.on if call.on is not None else call.frame.this
-        if not isinstance(on, Obj) or on.node is None or not call.args:
+        args = call.args
+        if call.last in _DECLARE_OR_GET:  # of nav2: the node, or parts of it, may stand before the name
+            first = next((at for at, each in enumerate(args) if isinstance(constant(each), str)), len(args))
+            given = [each for each in map(node_in, args[:first]) if each is not None]
+            on, args = (given[0] if given else on), args[first:]
+        if not isinstance(on, Obj) or on.node is None:
             return None
-        name = shown(call.args[0])
-        if call.last in ("declare_parameter", "add_parameter"):
+        if call.last in ("get_name", "get_fully_qualified_name") and not call.args:
+            return Const(on.node.name) if not is_open(on.node.name) else Open("the name of the node")
+        if not args:
+            return None
+        name = shown(args[0])
+        if call.last == "has_parameter":
+            return Const(name in on.parameters)
+        if call.last in ("declare_parameter", "add_parameter", *_DECLARE_OR_GET):
             value = self.machine.given.get(name, None)
-            default = call.args[1] if len(call.args) > 1 else Open(f"parameter {name}")
+            default = args[1] if len(args) > 1 else Open(f"parameter {name}")
+            default = on.parameters.get(name, default) if call.last in _DECLARE_OR_GET else default
             if isinstance(default, Made) and default.path.endswith("ParameterValue") and default.args:
                 default = default.args[0]
             default = default if value is None else Const(value)

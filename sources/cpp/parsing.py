@@ -147,6 +147,8 @@ def path_of(node: Node | None) -> str:
         return path_of(node.child_by_field_name("name"))
     if node.type == "type_descriptor":
         return path_of(node.child_by_field_name("type"))
+    if node.type == "dependent_name":  # value.template get<int>()
+        return path_of(node.named_children[0]) if node.named_children else ""
     if node.type == "dependent_type":
         return path_of(node.named_children[0]) if node.named_children else ""
     return re.sub(r"\s+", "", text_of(node))

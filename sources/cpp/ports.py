@@ -11,7 +11,19 @@ from dineros.sources.cpp.values import Const, Made, Obj, Open, Port, Value, cons
 from dineros.sources.facts import CallbackFact
 
 SELF = {
-    *("get", "c_str", "str", "data", "value", "lock", "shared_from_this", "share", "get_future", "count"),
+    *(
+        "get",
+        "c_str",
+        "str",
+        "data",
+        "value",
+        "lock",
+        "shared_from_this",
+        "weak_from_this",
+        "share",
+        "get_future",
+        "count",
+    ),
     *("as_string", "as_double", "as_int", "as_bool", "get_value", "get_parameter_value", "as_string_array"),
     *("get_node_base_interface", "get_node_timers_interface", "get_node_topics_interface"),
     *("get_node_services_interface", "get_node_clock_interface", "get_node_logging_interface"),

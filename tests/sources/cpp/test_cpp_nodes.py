@@ -248,3 +248,28 @@ def test_what_an_answer_gives_to_a_member_counts_in_other_methods(tmp_path: Path
     (node,) = _read(tmp_path, CHANGES).nodes
     tick = next(fact for fact in node.callbacks if fact.kind == "timer")
     assert [each.do for each in tick.effects] == ["send_goal", "cancel_goal"]
+
+
+PLAIN_CALLS = """
+class Helper {
+ public:
+  Helper(rclcpp::Node::SharedPtr node) { pub_ = node->create_publisher<std_msgs::msg::String>("help", 1); }
+  rclcpp::Publisher<std_msgs::msg::String>::SharedPtr pub_;
+};
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot") {
+    auto period = nav2::declare_or_get_parameter(this, "period", 0.5);
+    helper_ = std::make_unique<Helper>(shared_from_this());
+    timer_ = create_wall_timer(std::chrono::duration<double>(period), []() {});
+    srv_ = create_service<std_srvs::srv::Empty>(std::string(get_name()) + "/reset", [](auto, auto) {});
+  }
+};
+"""
+
+
+def test_a_node_is_what_its_own_methods_return(tmp_path: Path) -> None:
+    (node,) = _read(tmp_path, PLAIN_CALLS).nodes
+    assert [each.name for each in node.of("publishers")] == ["help"]
+    assert [each.name for each in node.of("services")] == ["robot/reset"]
+    assert [each.details["period"] for each in node.of("timers")] == [0.5]
