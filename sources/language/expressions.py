@@ -70,6 +70,9 @@ class Expressions(Collections):
             here = here.outer
         if name in _BUILT_IN:
             return Outside(f"builtins.{name}")
+        stars = self.stars.get(frame.module.path, ())
+        if len(stars) == 1 and name[:1].isupper():  # ``from geometry_msgs.msg import *``
+            return Outside(f"{stars[0]}.{name}")
         return None
 
     def assign_variable(self, name: str, value: Value, frame: Frame) -> None:

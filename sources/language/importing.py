@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import ast
+import sys
 
 from dineros.sources.language.expressions import Expressions
 from dineros.sources.language.machine import FALLS
 from dineros.sources.language.modules import Module
 from dineros.sources.language.values import Frame, ModuleValue, Open, Outside, Value
+
+_LIBRARIES = ("rclpy", "launch", "launch_ros", "numpy", "math")
+_INTERFACES = ("_msgs", "_msg", "_interfaces", "_srvs", "_actions")
+"""How packages of interfaces end."""
 
 
 class Imports(Expressions):
@@ -42,6 +47,8 @@ class Imports(Expressions):
         for alias in node.names:
             if alias.name == "*":
                 self._star(module, frame)
+                if module is None and not node.level:
+                    self._outside_star(name, node, frame)
                 continue
             found: Value | None = None
             if module is not None:
@@ -61,6 +68,17 @@ class Imports(Expressions):
                 found = Outside(f"{start}.{alias.name}") if module is None else Open(alias.name)
             self.assign_variable(alias.asname or alias.name, found, frame)
         return {FALLS}
+
+    def _outside_star(self, name: str, node: ast.ImportFrom, frame: Frame) -> None:
+        """Note that all names of a module are imported that is not in the folder."""
+        stars = self.stars.setdefault(frame.module.path, [])
+        top = name.partition(".")[0]
+        if name not in stars and top not in sys.stdlib_module_names:
+            stars.append(name)
+        if not (top in sys.stdlib_module_names or top in _LIBRARIES or top.endswith(_INTERFACES)):
+            self.modules.unread(
+                f"{frame.module.path}:{node.lineno}: takes all names of {name}, which is not in the folder"
+            )
 
     def _star(self, module: Module | None, frame: Frame) -> None:
         holder = self.holder_of(self.module_frame(module)) if module is not None else None

@@ -127,6 +127,7 @@ class Machine:
         self.steps = 0
         self.pools = 0
         self.home = ""
+        self.stars: dict[str, list[str]] = {}  # of modules outside of the folder, by the file
         self.library: Library
 
     # -------------------------------------------------------------------------------------------- where it is

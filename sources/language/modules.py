@@ -60,6 +60,10 @@ class Modules:
             for name in self._names(path, roots):
                 self._named[name].append(path)
 
+    def unread(self, line: str) -> None:
+        """Say what was left out."""
+        self._folder.unread.append(line)
+
     def module(self, path: str) -> Module | None:
         """Return a module by its path; None: it cannot be read."""
         if path not in self.all:

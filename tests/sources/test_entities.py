@@ -427,3 +427,35 @@ def test_options_of_the_command_line_are_absent_by_default(tmp_path: Path) -> No
         before="import sys",
     )
     assert node["publishers"][0]["name"] == "usual"
+
+
+def test_all_names_of_a_package_of_interfaces(tmp_path: Path) -> None:
+    node = node_of(
+        tmp_path,
+        """
+        def __init__(self):
+            super().__init__("robot")
+            self.create_publisher(Twist, "cmd_vel", 1)
+        """,
+        before="from geometry_msgs.msg import *",
+    )
+    assert node["publishers"][0]["type"] == "geometry_msgs/msg/Twist"
+
+
+def test_all_names_of_two_packages_are_open(tmp_path: Path) -> None:
+    node = node_of(
+        tmp_path,
+        """
+        def __init__(self):
+            super().__init__("robot")
+            self.create_publisher(Twist, "cmd_vel", 1)
+        """,
+        before="from geometry_msgs.msg import *\nfrom sensor_msgs.msg import *",
+    )
+    assert is_open(node["publishers"][0]["type"])
+
+
+def test_all_names_of_a_module_that_is_not_there_are_said_to_be_missing(tmp_path: Path) -> None:
+    facts = facts_of(tmp_path, 'from real import *\nrclpy.init()\nNode("there")\n')
+    assert facts.unread == ["program.py:6: takes all names of real, which is not in the folder"]
+    assert [node.name for node in facts.nodes] == ["there"]
