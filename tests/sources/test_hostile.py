@@ -180,6 +180,6 @@ class Robot{i}(Node):
     )
     main = "def main():\n    rclpy.init()\n    rclpy.spin(Robot1())\nif __name__ == '__main__': main()\n"
     written(tmp_path, **{f"package{n // 10}__module{n}": text + main for n in range(250)})
-    begin = time.monotonic()
+    begin = time.process_time()
     assert len(read_source(tmp_path).nodes) == 500
-    assert time.monotonic() - begin < 15  # 10 s on a free processor
+    assert time.process_time() - begin < 10
