@@ -102,9 +102,13 @@ class Calls(Expressions):
         inner = node.child_by_field_name("arguments")
         assert function is not None
         if function.type == "field_expression":
-            on = self.value(function.child_by_field_name("argument"), frame)
+            left = function.child_by_field_name("argument")
+            on = self.value(left, frame)
             field = function.child_by_field_name("field")
             args = self.values(inner, frame)
+            if text_of(field) == "reset" and len(args) == 1 and self._is_pointer(function, on):
+                self.assign(left, args[0], frame)
+                return Open("reset")
             found = [self._on(Call(node, frame, path_of(field), args, each, field)) for each in options(on)]
             return found[0] if len(found) == 1 else Either(tuple(found))
         args = self.values(inner, frame)
@@ -112,6 +116,13 @@ class Calls(Expressions):
             return self._plain(Call(node, frame, path_of(function), args, name=function))
         called = self.value(function, frame)
         return self.invoke(called, args, node, frame)
+
+    def _is_pointer(self, function: Node, on: Value) -> bool:
+        """Tell whether a method is that of a smart pointer, and not that of what it holds."""
+        kinds = [each.cls for each in options(on) if isinstance(each, Obj) and each.cls is not None]
+        return text_of(function.child_by_field_name("operator")) == "." and not any(
+            self.methods(each, "reset") for each in kinds
+        )
 
     def _on(self, call: Call) -> Value:
         """Call a method of an object."""
@@ -133,6 +144,8 @@ class Calls(Expressions):
         variable = self.lookup(path, frame) if "::" not in path else None
         if variable is not None:
             return self.invoke(variable, call.args, call.node, frame)
+        if path in ("shared_from_this", "weak_from_this") and frame.this is not None:
+            return frame.this
         if frame.this is not None and frame.cls is not None:
             scope = path.rpartition("::")[0]
             owner = (

@@ -122,6 +122,7 @@ class Ros(Ports):
                 call, Seconds(seconds * unit) if isinstance(seconds, (int, float)) else args[0]
             )
         if path in ("rclcpp::spin", "rclcpp::spin_some", "rclcpp::spin_all"):
+            self._names_vendor(call)
             return self._spin(
                 call, [each for each in args if isinstance(each, Obj)], "SingleThreadedExecutor", 1
             )
@@ -174,6 +175,21 @@ class Ros(Ports):
                 each.node.executor, each.node.threads = executor, threads
                 each.node.pool = self._pools if len(nodes) > 1 else 0
         return Const(None)
+
+    def _names_vendor(self, call: Call) -> None:
+        """Note a node whose class, or the base of it, is not in the folder."""
+        text = text_of(call.nodes[0]) if call.nodes else ""
+        is_item = "[" in text or ".at(" in text  # of a container of nodes, which were made elsewhere
+        is_asked = bool(call.args) and call.last != "add_callback_group" and not is_item
+        for each in options(call.args[0] if is_asked else None):
+            name = each.path if isinstance(each, Made) and each.effect is None else ""
+            if isinstance(each, Obj) and each.node is None and each.cls is not None:
+                name = each.cls.full
+            if name and not name.startswith(("std::", "rclcpp::")):
+                self.machine.unread.append(
+                    f"{self.machine.place(call.node, call.frame)}: {name} is spun as a node, but its code or "
+                    "that of its base is not in the folder, so its ports are not known"
+                )
 
     def _thread(self, call: Call, args: list[Value]) -> Value:
         target = _bound(args)
@@ -244,6 +260,7 @@ class Ros(Ports):
     def _executor(self, call: Call, on: Made) -> Value | None:
         last = call.last
         if last in ("add_node", "add_callback_group"):
+            self._names_vendor(call)
             nodes = [each for each in call.args if isinstance(each, Obj)]
             held = on.fields.setdefault("nodes", Items())
             if isinstance(held, Items):

@@ -69,14 +69,16 @@ class CppPrograms:
             for routine in self.index.functions.get("main", []):
                 found += self._run(self._program(routine.path), routine, None, given or {})
             made = {each.cls for each in found}
-            wanted = [
-                cls
-                for name, path in self.index.components
-                if (cls := self.index.find_class(name, path, "")) is not None
-            ]
+            wanted = list(self._components())
             for cls in dict.fromkeys([*wanted, *self._classes()]):
                 if cls.name not in made:
-                    found += self._run(self._component_name(cls), None, cls, given or {})
+                    nodes = self._run(self._component_name(cls), None, cls, given or {})
+                    found += nodes
+                    if cls in wanted and not nodes:
+                        self._folder.unread.append(
+                            f"{cls.path}: the component {cls.full} is no node that can be read, so its ports "
+                            "are not known"
+                        )
         unique: dict[tuple[str, str], NodeFact] = {}
         for node in found:  # of several programs that make a node, the first is kept
             other = unique.setdefault((str(node.at), node.name), node)
@@ -133,6 +135,17 @@ class CppPrograms:
     def _full(self, name: str, path: str) -> str:
         package = self._package_at(path)
         return name if package is None else f"{package.name}/{name}"
+
+    def _components(self) -> Iterator[ClassInfo]:
+        """Yield the classes of components; a line names those that are not there."""
+        for name, path in self.index.components:
+            cls = self.index.find_class(name, path, "")
+            if cls is not None:
+                yield cls
+            else:
+                self._folder.unread.append(
+                    f"{path}: the component {name} is not in the folder, so its ports are not known"
+                )
 
     def _classes(self) -> Iterator[ClassInfo]:
         """Yield the classes of nodes that no other class of the folder extends."""
@@ -235,12 +248,12 @@ def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None, componen
     """Complete a node: what the main function does with its ports, and who spins it."""
     node.entities = [each for each in node.entities if each.kind not in ("done", "threads")]
     own = set(node.entities)
-    used = CallbackFact(start.name, start.kind, start.at, is_open=start.is_open)
+    # Code of others that gets the node is named in a line; it cannot use the ports that a class holds.
+    used = CallbackFact(start.name, start.kind, start.at)
     used.effects = [each for each in start.effects if each.entity is None or each.entity in own]
     if cls is not None:
         used.name, used.kind, used.at = f"{cls.name} constructor", "constructor", node.at
     if used.effects:
-        used.is_open = False
         node.callbacks.append(used)
     node.plugin = "" if cls is None else cls.full
     if node.threads == "not spun" and component is not None and component.executable:

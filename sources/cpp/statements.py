@@ -243,6 +243,8 @@ class Statements(Calls):
         fitting = fitting or [each for each in found if len(each.parameters) > len(args)] or found
         routine = fitting[0] if fitting else None
         if routine is None:
+            if any(len(each) >= len(args) > 0 for each in cls.defaults.get(cls.name, [])):
+                self.escapes(Call(node, caller, cls.full, args))  # its constructor is not there
             frame = Frame(cls.path, cls.full, this, cls)
             self._bases(cls, this, {}, args, node, frame)
             self._members(cls, this, {}, frame)
@@ -323,6 +325,8 @@ class Statements(Calls):
                     self._construct(inner, this, given, node, frame)
                 finally:
                     self.calls.pop()
+            elif inner is None:
+                self.escapes(Call(node, frame, name, given))
 
     def _members(self, cls: ClassInfo, this: Obj, inits: dict[str, Node | None], frame: Frame) -> None:
         for name, (kind, default) in cls.fields.items():
