@@ -19,6 +19,7 @@ from tests.support.ros2_systems.executor_models import executor_models
 from tests.support.ros2_systems.history_models import history_models
 from tests.support.ros2_systems.lifecycle_models import lifecycle_models
 
+ORDERS = (sym.CallbackOrder.any, sym.CallbackOrder.rclcpp, sym.CallbackOrder.rclpy)
 TIMES = st.sampled_from([None, (0.0, 0.01), (0.1, 0.1), (0.5, 2.0), (0.1, None)])
 
 
@@ -37,7 +38,7 @@ def with_times(draw: st.DrawFn, model: sym.SystemModel) -> None:
                 page.jitter = draw(st.sampled_from([None, page.timer / 2]))
     for node in node_nets(model):
         some(node, "reaction")
-        node.order = draw(st.sampled_from(["any", "rclcpp", "rclpy"]))
+        node.order = draw(st.sampled_from(list(ORDERS)))
     for channel in model.channels:
         some(channel, "latency")
         if isinstance(channel, sym.ServiceChannel):
