@@ -76,12 +76,24 @@ def timed_subject_of(
     return TimedSubject(model, timed.untimed, flattened, timed=timed)
 
 
-def timed_base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> TimedSubject:
+def timed_base_subject(
+    model: pn.Net, overflow: OverflowVariant = "weighted", times: bool | None = None
+) -> TimedSubject:
     """Compile what a check asks about: the net without signals where these change nothing in time.
 
     A signal may change at any time. So a transition with a clause and without an interval or a priority fires
     at the same moments without signals. Where another transition has a clause, its clock starts and stops
     with the signals: then they are part of the net, and may change at any time (``fully-enabled``).
+
+    Parameters
+    ----------
+    model
+        The model.
+    overflow
+        How a full queue drops.
+    times
+        Whether the rules about times run. If not given, they run where the model says how long anything
+        takes.
 
     Raises
     ------
@@ -92,7 +104,8 @@ def timed_base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") ->
         return timed_subject_of(model)
     if signals_matter(model):
         return timed_subject_of(model, "fully-enabled", overflow)
-    flattened, blocked = flattened_without_signals(model, overflow, says_times(model))
+    has_times = says_times(model) if times is None else times
+    flattened, blocked = flattened_without_signals(model, overflow, has_times)
     timed = compile_timed_net(flattened.net)
     return TimedSubject(model, timed.untimed, flattened, blocked, timed=timed)
 

@@ -96,6 +96,7 @@ FOLDERS = {
         "requirements",
         "checks",
         "timed_checks",
+        "latencies",
         "suggestions",
         "consequences",
         "evidence",

@@ -1,0 +1,261 @@
+"""Response times and latencies of a system model, exact, and what they rest on.
+
+The response time of a callback goes from its release (a strike of its timer, or the arrival of a message or
+request) to its end. The latency of a chain goes from the release of its first callback, or the publication of
+its first topic, to the end of its last callback, or the publication of its last topic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.latencies.measuring import Bound, Measured, measured
+from dineros.analysis.latencies.observer import Observer
+from dineros.analysis.latencies.parts import Parts
+from dineros.analysis.latencies.paths import Path, callback_pages, paths_between, responses_of
+from dineros.analysis.timed.exploring import Explored, explore_timed
+from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subject
+from dineros.metamodel import sym
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import runs_callbacks
+from dineros.metamodel.elements import channels, label, node_net_of
+from dineros.metamodel.errors import DinerosError, near_matches
+from dineros.metamodel.times.given import duration_of, latency_between, runs_at_once, says_times
+from dineros.metamodel.times.rates import on_the_way
+
+End = sym.CallbackPage | sym.TopicChannel
+
+_RELEASED = {sym.CallbackKind.timer, sym.CallbackKind.subscriber, sym.CallbackKind.server}
+"""Callbacks that are released by what comes from outside of their node."""
+
+
+@dataclass(frozen=True)
+class Latency:
+    """How long something takes.
+
+    Attributes
+    ----------
+    least, greatest : Bound or None
+        In seconds. `least` is None if no instance ends; `greatest` also if nothing bounds it.
+    is_lost : bool
+        Whether an instance can be lost in a full history.
+    is_exact : bool
+        Whether the bounds are attained, or come as near as wanted; else they are safe.
+    reason : str
+        Why something is open; empty if nothing is.
+    states : int
+        State classes that were built.
+    """
+
+    least: Bound | None
+    greatest: Bound | None
+    is_lost: bool = False
+    is_exact: bool = True
+    reason: str = ""
+    states: int = 0
+
+    def to_dict(self) -> dict[str, object]:
+        """Return it for JSON: seconds."""
+        found: dict[str, object] = {
+            "least": None if self.least is None else float(self.least.value),
+            "greatest": None if self.greatest is None else float(self.greatest.value),
+            "lost": self.is_lost,
+            "exact": self.is_exact,
+        }
+        return found | ({"reason": self.reason} if self.reason else {})
+
+
+@dataclass(frozen=True)
+class Everything:
+    """All response times, histories and timers of a model.
+
+    Attributes
+    ----------
+    callbacks : dict of str to Latency
+        Response times by the id of a callback.
+    readers : dict of str to (int, bool)
+        By place of a subscriber: the greatest number of messages in its history, and whether it can
+        overflow.
+    timers : dict of str to bool
+        By the id of a timer's callback, whether it can lose ticks.
+    """
+
+    callbacks: dict[str, Latency] = field(default_factory=dict)
+    readers: dict[str, tuple[int, bool]] = field(default_factory=dict)
+    timers: dict[str, bool] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return it for JSON."""
+        return {
+            "callbacks": {
+                name: {key: value for key, value in each.to_dict().items() if key != "lost"}
+                for name, each in self.callbacks.items()
+            },
+            "readers": {
+                name: {"longest": longest, "overflow": overflow}
+                for name, (longest, overflow) in self.readers.items()
+            },
+            "timers": {name: {"lostTicks": loses} for name, loses in self.timers.items()},
+        }
+
+
+class Latencies:
+    """Answers how long data takes through a system model.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        A model of the middleware ``ros2``.
+    budget : Budget
+        Limits of all searches together.
+
+    Raises
+    ------
+    DinerosError
+        The model runs on another middleware, does not say how long anything takes, or says something of time
+        that no rule obeys.
+    """
+
+    def __init__(self, model: sym.SystemModel, budget: Budget) -> None:
+        if model.middleware != sym.Middleware.ros2:
+            hint = "set middleware to ros2"
+            raise DinerosError("latencies are those of ROS 2", hint=hint, element=model.id)
+        if not says_times(model):
+            hint = "give durations to callbacks, and latencies to topics and services"
+            raise DinerosError("the model does not say how long anything takes", hint=hint, element=model.id)
+        self._model = model
+        self._budget = budget.begun()
+        self._subject: TimedSubject = timed_base_subject(model, times=True)
+        self._explored: Explored = explore_timed(self._subject.timed, self._budget)
+        self._parts = Parts(self._subject)
+        self._is_exact = not any(map(_shares_clocks, callback_pages(model)))
+
+    @property
+    def reason(self) -> str:
+        """Why the markings are not all known, without which nothing is measured; empty if they are."""
+        return self._explored.reason
+
+    def between(self, first: End, last: End) -> Latency:
+        """Return how long data takes from a callback or topic to another one, on any way."""
+        paths = paths_between(self._model, first, last)
+        if not paths:
+            raise DinerosError(
+                f"no data goes from {_named(first)} to {_named(last)}",
+                hint="data goes from a callback over a topic to the callbacks that take its messages",
+            )
+        return self._measured(paths)
+
+    def response(self, page: sym.CallbackPage) -> Latency:
+        """Return the response time of a callback."""
+        return self._measured(responses_of(self._model, page))
+
+    def everything(self) -> Everything:
+        """Return all response times, and what can be lost."""
+        found = Everything()
+        if self.reason:
+            return found
+        for page in callback_pages(self._model):
+            node = node_net_of(page)
+            if runs_callbacks(node) and page.kind in _RELEASED:
+                found.callbacks[page.id] = self.response(page)
+        names = self._subject.timed.untimed.transitions
+        fired = {names[t] for t in self._explored.ways}
+        index = {name: at for at, name in enumerate(self._subject.timed.untimed.places)}
+        for reader, queue in self._parts.histories.items():
+            longest = int(self._explored.markings[:, index[queue.load]].max())
+            found.readers[reader.place.id] = longest, bool(fired & set(queue.drops))
+        for page, (tick, _) in self._parts.ticks.items():
+            found.timers[page.id] = f"{tick.removesuffix('.tick')}.miss" in fired
+        return found
+
+    def _measured(self, paths: list[Path]) -> Latency:
+        if self.reason:
+            return Latency(None, None, False, False, self.reason)
+        found: list[tuple[Measured, bool]] = []
+        for path in paths:
+            try:
+                observer = Observer(self._parts, self._explored, path)
+            except (KeyError, ValueError, AssertionError):
+                reason = "a part of the way is of a kind that is not followed"
+                return Latency(None, None, False, False, reason)
+            missing = next(_open(path), "")
+            answer = measured(observer, self._subject.timed, self._budget, missing)
+            found.append((answer, observer.is_exact))
+        least = [each.least for each, _ in found if each.least is not None]
+        greatest = [each.greatest for each, _ in found if each.greatest is not None]
+        is_bounded = all(each.is_complete and not each.reason for each, _ in found)
+        reason = next((each.reason for each, _ in found if each.reason), "")
+        return Latency(
+            min(least, key=lambda b: (b.value, not b.is_reached), default=None),
+            max(greatest, key=lambda b: (b.value, b.is_reached), default=None) if is_bounded else None,
+            any(each.is_lost for each, _ in found),
+            self._is_exact and all(is_exact for _, is_exact in found) and is_bounded,
+            reason,
+            sum(each.states for each, _ in found),
+        )
+
+
+def _open(path: Path) -> Iterator[str]:
+    """Yield what is not given on a path, one feature of one element each."""
+    for page in path.callbacks:
+        own = [page, *_beside(page)]
+        for each in own:
+            has_intervals = any(t.interval is not None for t in Body(each).transitions)
+            if has_intervals and _shares_clocks(each):
+                yield f"the duration of callback {label(each)} is not given, and its runs overlap"
+                continue
+            duration = duration_of(each)
+            if not has_intervals and (duration is None or duration.latest is None):
+                where = "" if each is page else f", which can run before {label(page)}"
+                yield f"the duration of callback {label(each)} is not given{where}"
+    for hop in path.hops:
+        topic = "" if hop.writer.channel is None else hop.writer.channel.topic
+        latency = latency_between(hop.writer, hop.reader)
+        if latency is None or latency.latest is None:
+            yield f"the latency of topic {topic} is not given"
+        elif not on_the_way(hop.writer, hop.reader):
+            yield f"nothing bounds how often topic {topic} is published"
+
+
+def _shares_clocks(page: sym.CallbackPage) -> bool:
+    """Tell whether runs of a callback would share the clocks of its transitions, which are left open."""
+    return runs_at_once(page) > 1 and any(each.interval is not None for each in Body(page).transitions)
+
+
+def _beside(page: sym.CallbackPage) -> Iterator[sym.CallbackPage]:
+    """Yield the other callbacks of a node."""
+    node = node_net_of(page)
+    for each in node.eAllContents() if node is not None else ():
+        if isinstance(each, sym.CallbackPage) and each is not page:
+            yield each
+
+
+def _named(end: End) -> str:
+    return f"topic {end.topic}" if isinstance(end, sym.TopicChannel) else f"callback {label(end)}"
+
+
+def end_of(model: sym.SystemModel, name: str) -> End:
+    """Return the callback or topic of a name: an id, the name of a callback, or a topic.
+
+    Raises
+    ------
+    DinerosError
+        There is none, or there are several.
+    """
+    found: list[End] = [page for page in callback_pages(model) if name in (page.id, page.name)]
+    topics = channels(model, sym.TopicChannel)
+    found += [topic for topic in topics if name in (topic.id, topic.topic, f"/{topic.topic}")]
+    exact = [each for each in found if each.id == name]
+    if len(exact) == 1:
+        return exact[0]
+    if len(found) == 1:
+        return found[0]
+    known = [each.id for each in callback_pages(model)] + [t.topic for t in topics]
+    if not found:
+        raise DinerosError(f"there is no callback or topic {name}", hint=near_matches(name, known))
+    raise DinerosError(
+        f"{name} names {len(found)} callbacks or topics",
+        hint="their ids are " + ", ".join(str(each.id) for each in found),
+    )

@@ -1,0 +1,363 @@
+"""An observer that follows one instance through a timed net, with a clock that measures how long it takes.
+
+The observer is part of the net: places say where the instance is, and transitions are split by that. So
+whatever explores time Petri nets can measure. The observer chooses any instance: a strike of a timer, or a
+message or request that arrives.
+
+Tokens of a history are alike, but messages have an order. So the observer counts the messages before the one
+that it follows: in a reader's history, and between a publisher and that history, where messages arrive in the
+order in which they were sent. A full history forgets its oldest message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from dineros.analysis.latencies.editing import PLAIN, Case, EditedNet, Firing
+from dineros.analysis.latencies.parts import Parts, Run
+from dineros.analysis.latencies.paths import Hop, Path
+from dineros.analysis.timed.exploring import Explored
+from dineros.analysis.timed.nets import Interval, TimedNet
+from dineros.metamodel import sym
+from dineros.metamodel.times.runs import most_put
+
+IDLE, WATCHING, DONE, LOST, OVER, GO = (
+    f"observer {word}" for word in ("idle", "watching", "done", "lost", "over", "go")
+)
+WATCH = "observer watch"
+NOW = Interval(latest=Fraction(0))
+
+
+class Observer:
+    """Adds an observer of a path to a net.
+
+    Parameters
+    ----------
+    parts : Parts
+        The net.
+    explored : Explored
+        Its markings: how many messages there can be.
+    path : Path
+        What is followed.
+    """
+
+    def __init__(self, parts: Parts, explored: Explored, path: Path) -> None:
+        self._parts, self._path, self._explored = parts, path, explored
+        self._net = EditedNet(parts.subject.timed)
+        for place in (WATCHING, DONE, LOST, OVER):
+            self._net.place(place)
+        self._net.place(IDLE, 1)
+        self._net.place(GO, 1)
+        self.is_exact = True
+        self._starts = {"take": {IDLE: 1}, "put": {WATCHING: 1}}
+        for number, page in enumerate(path.callbacks):
+            self._follow(number, page)
+
+    def net(self, limit: Fraction) -> TimedNet:
+        """Return the net, with a clock that ends after so long."""
+        self._net.cases.pop(WATCH, None)
+        self._net.add(
+            Firing(WATCH, {WATCHING: 1}, {OVER: 1}, {}, {}, Interval(limit, limit)),
+        )
+        return self._net.compiled((DONE, LOST, OVER, WATCHING), GO, (WATCH,))
+
+    def _follow(self, number: int, page: sym.CallbackPage) -> None:
+        path = self._path
+        is_first, is_last = number == 0, number == len(path.callbacks) - 1
+        sends = path.last if is_last else path.hops[number + path.begins_with_message].writer
+        runs = self._parts.runs_of(page)
+        mine = {id(run): self._net.place(f"observer {number} runs {at}") for at, run in enumerate(runs)}
+        unsent = self._net.place(f"observer {number} unsent")
+        begun = {id(run): {mine[id(run)]: 1, **({unsent: 1} if sends is not None else {})} for run in runs}
+        if page.kind == sym.CallbackKind.timer:
+            self._tick(number, page, runs[0], begun[id(runs[0])])
+        elif page.kind == sym.CallbackKind.server:
+            self._serve(number, page, begun)
+        else:
+            self._take(number, page, runs[0], begun[id(runs[0])], is_first)
+        for run in runs:
+            self._run(number, run, mine[id(run)], unsent, sends, is_last)
+        if sends is not None:
+            self._net.add(
+                Firing(
+                    f"observer {number} nothing sent",
+                    {unsent: 1, GO: 1, WATCHING: 1},
+                    {},
+                    {},
+                    dict.fromkeys(mine.values(), 1),
+                    NOW,
+                )
+            )
+            self._send(number, sends, None if is_last else path.hops[number + path.begins_with_message])
+
+    def _tick(self, number: int, page: sym.CallbackPage, run: Run, begun: dict[str, int]) -> None:
+        """Follow a timer from a strike to the beginning of its callback."""
+        tick, due = self._parts.ticks[page]
+        waits = self._net.place(f"observer {number} due")
+        self._net.split(tick, [PLAIN, Case(take={IDLE: 1}, put={WATCHING: 1, waits: 1})])
+        for begin in self._beginnings(run):
+            assert due in self._net.original(begin).take, begin
+            follows = self._case(run, take={waits: 1}, put=begun)
+            self._net.split(begin, [Case(inhibit={waits: 1}), follows])
+
+    def _serve(self, number: int, page: sym.CallbackPage, begun: dict[int, dict[str, int]]) -> None:
+        """Follow a request from its arrival to the beginning of the callback that serves it."""
+        (service,) = [each for each in self._parts.requests if each.server.page is page]
+        places = self._parts.requests[service]
+        self.is_exact &= len(places) == 1
+        for at, place in enumerate(places):
+            waits = self._net.place(f"observer {number} request {at}")
+            for producer in self._net.producers(place):
+                self._net.split(producer, [PLAIN, Case(take={IDLE: 1}, put={WATCHING: 1, waits: 1})])
+            for run in self._parts.runs_of(page):
+                for begin in self._beginnings(run):
+                    if place in self._net.original(begin).take:
+                        follows = Case(take={waits: 1}, put=begun[id(run)])
+                        self._net.split(begin, [Case(inhibit={waits: 1}), follows])
+
+    def _take(
+        self, number: int, page: sym.CallbackPage, run: Run, begun: dict[str, int], is_first: bool
+    ) -> None:
+        """Follow a message from its arrival, or its publication, to the beginning of its callback."""
+        path, net = self._path, self._net
+        is_released_here = is_first and not path.begins_with_message
+        hop = None if is_released_here else path.hops[number - (not path.begins_with_message)]
+        reader = path.reader if hop is None else hop.reader
+        assert reader is not None
+        queue = self._parts.histories[reader]
+        ahead, waits = net.place(f"observer {number} ahead"), net.place(f"observer {number} waits")
+        arrived = net.place(f"observer {number} arrived")
+        received = self._parts.received[reader]
+        if hop is not None:
+            self._pipe(number, hop, received, arrived, is_first)
+        comes = {IDLE: 1} if hop is None else {arrived: 1}
+        stays: dict[str, int] = {waits: 1, **({WATCHING: 1} if hop is None else {})}
+        first = PLAIN if hop is None else Case(inhibit={arrived: 1})
+        others = [] if hop is None else [Case(read={arrived: 1, received: 1})]
+        most = self._most(queue.load)
+        (entrance,) = queue.entrances
+        net.split(
+            entrance.enter,
+            [
+                first,
+                *others,
+                *(
+                    Case(take=comes, put=_some(stays, ahead, k), **_exactly(queue.load, k))
+                    for k in range(most + 1)
+                ),
+            ],
+        )
+        net.split(
+            entrance.drop,
+            [
+                Case(inhibit={waits: 1} if hop is None else {waits: 1, arrived: 1}),
+                *others,
+                Case(take=comes, put=_some(stays, ahead, reader.limit - 1)),
+                Case(read={waits: 1}, take={ahead: 1}),
+                Case(take={waits: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, inhibit={ahead: 1}),
+            ],
+        )
+        assert queue.leave is not None
+        (begin,) = [each for each in self._beginnings(run) if each == queue.leave]
+        net.split(
+            begin,
+            [
+                Case(inhibit={waits: 1}),
+                Case(read={waits: 1}, take={ahead: 1}),
+                self._case(run, take={waits: 1}, put=begun, inhibit={ahead: 1}),
+            ],
+        )
+
+    def _pipe(self, number: int, hop: Hop, received: str, arrived: str, is_first: bool) -> None:
+        """Follow a message on its way to a history; `_send` puts it on the way."""
+        net, pipe = self._net, self._parts.pipes[hop.writer, hop.reader]
+        sent, ahead = net.place(f"observer {number} on the way"), net.place(f"observer {number} sooner")
+        inside, landed = net.place(f"observer {number} sent"), net.place(f"observer {number} landed")
+        if is_first:
+            self._publish(hop, number, [({IDLE: 1}, {WATCHING: 1}, {})])
+        for producer in net.producers(pipe.written):
+            net.extend(producer, put={inside: 1})
+        for exit_ in pipe.exits:
+            net.redirect(exit_, received, landed)
+        arrives = Firing(
+            f"observer {number} arrives", {landed: 1, inside: 1}, {received: 1}, {}, {received: 1}, NOW
+        )
+        net.add(arrives)
+        net.split(
+            arrives.name,
+            [
+                Case(inhibit={sent: 1}),
+                Case(read={sent: 1}, take={ahead: 1}),
+                Case(take={sent: 1}, put={arrived: 1}, inhibit={ahead: 1}),
+            ],
+        )
+        loses = [
+            Case(inhibit={sent: 1}),
+            Case(read={sent: 1}, take={ahead: 1}),
+            Case(take={sent: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, inhibit={ahead: 1}),
+        ]
+        if pipe.is_on_the_way:
+            # Which message it is depends on how many are on their way; any of these is possible then.
+            loses += [
+                Case(read={sent: 1}),
+                Case(take={sent: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, read={ahead: 1}),
+            ]
+            names = self._explored.net.untimed.transitions
+            self.is_exact &= names.index(pipe.drop) not in self._explored.ways
+        net.split(pipe.drop, loses)
+        net.extend(pipe.drop, take={inside: 1})
+
+    def _send(self, number: int, writer: sym.PublisherPort, hop: Hop | None) -> None:
+        """Let a publication be followed that a run has put on the place of a publisher."""
+        for publish in self._parts.published[writer]:
+            (source,) = self._sources(publish, writer)
+            followed = f"observer {number} sends {source}"
+            if followed not in self._net.places:
+                continue
+            if hop is None:
+                ends = Case(take={GO: 1}, put={DONE: 1}, rename={source: followed})
+                self._net.split(publish, [PLAIN, ends])
+            else:
+                self._publish(hop, number + 1, [({}, {}, {source: followed})], publish)
+
+    def _publish(
+        self,
+        hop: Hop,
+        number: int,
+        ways: Sequence[tuple[dict[str, int], dict[str, int], dict[str, str]]],
+        only: str | None = None,
+    ) -> None:
+        """Put a message on its way to callback `number`, behind those that are on it."""
+        pipe = self._parts.pipes[hop.writer, hop.reader]
+        index = self._explored.net.untimed.places
+        inside = [index.index(place) for place in pipe.inside]
+        most = int(self._explored.markings[:, inside].sum(axis=1).max())
+        sent, ahead = f"observer {number} on the way", f"observer {number} sooner"
+        counted = f"observer {number} sent"
+        for publish in self._parts.published[hop.writer]:
+            if only in (None, publish):
+                cases = [
+                    Case(
+                        take=take,
+                        put=_some({**put, sent: 1}, ahead, k),
+                        rename=rename,
+                        **_exactly(counted, k),
+                    )
+                    for take, put, rename in ways
+                    for k in range(most + 1)
+                ]
+                self._net.split(publish, [PLAIN, *cases])
+
+    def _sources(self, publish: str, writer: sym.PublisherPort) -> list[str]:
+        """Return the places from which a publication takes its message."""
+        return list(self._net.original(publish).take)
+
+    def _run(
+        self,
+        number: int,
+        run: Run,
+        mine: str,
+        unsent: str,
+        sends: sym.PublisherPort | None,
+        is_last: bool,
+    ) -> None:
+        """Follow a run from its beginning to its end, or to what it publishes."""
+        net = self._net
+        sources: set[str] = set()
+        if sends is not None:
+            sources = {s for publish in self._parts.published[sends] for s in self._sources(publish, sends)}
+        ends = set(self._endings(run))
+        once = sends is None or most_put(run.page, sends.place) == 1
+        own = self._own(run)
+        touching = set(self._clock_moves(run)) if run.is_colored else set()
+        for name in list(net.cases):
+            if name.startswith("observer "):
+                continue
+            firing = net.original(name)
+            tells = [place for place in firing.put if place in sources] if name in run.moves else []
+            is_end = name in ends
+            needs = {*firing.take, *firing.read, *firing.inhibit}
+            is_inside = name not in touching and bool(own & needs)
+            if not (tells or is_end or is_inside):
+                continue
+            held = {} if run.is_colored else {mine: 1}
+            cases = [PLAIN if run.is_colored else Case(inhibit=held)]
+            take = {mine: 1} if is_end else {}
+            read = {} if is_end else held
+            stops = is_end and is_last and sends is None
+            ending = {"take": {**take, **({GO: 1} if stops else {})}, "put": {DONE: 1} if stops else {}}
+            if not tells:
+                cases.append(self._case(run, read=read, **ending))
+            else:
+                (told,) = tells
+                followed = f"observer {number} sends {told}"
+                if followed not in net.places:
+                    net.place(followed)
+                cases.append(self._case(run, read=read, take={**take, unsent: 1}, instead={told: followed}))
+                cases.append(self._case(run, read=read, take=take, inhibit={unsent: 1} if once else {}))
+            net.split(name, cases)
+        if run.is_colored and run.busy:
+            self._color_clock(run)
+
+    def _color_clock(self, run: Run) -> None:
+        """Give the run that is followed a clock of its own."""
+        for name in (run.clock_begin, run.clock_end):
+            free = frozenset({run.clock_free})
+            self._net.split(name, [PLAIN, self._case(run, drop=free)])
+
+    def _clock_moves(self, run: Run) -> set[str]:
+        return {run.clock_begin, run.clock_end, *run.other_clocks}
+
+    def _case(self, run: Run, **more: object) -> Case:
+        """Return a case of a transition of the run that is followed."""
+        names: dict[str, str] = {}
+        if run.is_colored:
+            for place in sorted(self._own(run)):
+                names[place] = f"observer of {place}"
+                if names[place] not in self._net.places:
+                    self._net.place(names[place])
+        return Case(rename=names, **more)  # type: ignore[arg-type]
+
+    def _own(self, run: Run) -> set[str]:
+        """Return the places that hold nothing but tokens of runs: they are empty where there is none."""
+        if not run.is_colored:
+            return set()
+        if run.known_own is None:
+            index = {name: at for at, name in enumerate(self._explored.net.untimed.places)}
+            markings = self._explored.markings
+            none = markings[markings[:, [index[place] for place in run.places]].sum(axis=1) == 0]
+            ports = {
+                source
+                for names in self._parts.published.values()
+                for publish in names
+                for source in self._net.original(publish).take
+            }
+            run.known_own = {
+                place for place in run.own if place not in ports and not none[:, index[place]].any()
+            }
+        return run.known_own
+
+    def _beginnings(self, run: Run) -> list[str]:
+        return [name for name in self._net.cases if self._begun(name, run) > 0]
+
+    def _endings(self, run: Run) -> list[str]:
+        return [name for name in self._net.cases if self._begun(name, run) < 0]
+
+    def _begun(self, name: str, run: Run) -> int:
+        firing = self._net.original(name)
+        return sum(firing.put.get(place, 0) - firing.take.get(place, 0) for place in run.places)
+
+    def _most(self, place: str) -> int:
+        at = self._explored.net.untimed.places.index(place)
+        return int(self._explored.markings[:, at].max())
+
+
+def _some(put: dict[str, int], place: str, number: int) -> dict[str, int]:
+    return {**put, place: number} if number else put
+
+
+def _exactly(place: str, number: int) -> dict[str, Any]:
+    """Return conditions that a place holds exactly so many tokens."""
+    return {"inhibit": {place: number + 1}, **({"read": {place: number}} if number else {})}

@@ -1,0 +1,122 @@
+"""Response times and latencies, against what an independent program counted in whole units of time."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.latencies.answers import Latencies, Latency, end_of
+from dineros.metamodel import sym
+from dineros.metamodel.elements import channels, find
+from dineros.metamodel.errors import DinerosError
+from tests.support.timed_systems.counted import COUNTED
+from tests.support.timed_systems.models import model_of
+
+RESPONSES: dict[int, dict[str, tuple[int, int]]] = {
+    1: {"tick": (0, 1), "log": (2, 5)},
+    2: {"log": (2, 15)},
+    3: {"log": (2, 7)},
+    4: {"log": (1, 7)},
+    5: {"log": (1, 2)},
+    6: {"log": (1, 4)},
+    7: {"fast": (1, 5), "slow": (2, 5)},
+    8: {"fast": (2, 24), "slow": (4, 21)},
+    9: {"fast": (1, 5), "slow": (2, 5)},
+    10: {"fast": (1, 2), "slow": (2, 3)},
+    12: {"filter": (3, 10), "other": (2, 10)},
+    14: {"see": (2, 4), "feel": (0, 4)},
+    15: {"look": (2, 4)},
+    16: {"look": (2, 7), "spin": (1, 7)},
+}
+CHAINS: dict[int, tuple[str, str, int, int, bool]] = {
+    1: ("tick", "log", 2, 7, False),
+    2: ("tick", "log", 2, 15, True),
+    3: ("tick", "log", 2, 7, False),
+    4: ("tick", "log", 1, 7, False),
+    5: ("tick", "log", 7, 8, False),
+    6: ("tick", "log", 3, 11, True),
+    11: ("sense", "act", 5, 11, False),
+    12: ("sense", "act", 5, 15, False),
+    13: ("sense", "act", 2, 11, False),
+    14: ("cam", "use", 4, 6, False),
+    15: ("ask", "found", 3, 8, False),
+    16: ("ask", "found", 3, 11, False),
+}
+
+
+def asked(model: sym.SystemModel) -> Latencies:
+    return Latencies(model, Budget(seconds=100))
+
+
+def units(found: Latency) -> tuple[object, object]:
+    """Return the bounds in hundredths of a second."""
+    assert found.is_exact and not found.reason
+    least, greatest = found.least, found.greatest
+    return (
+        None if least is None else least.value * 100,
+        None if greatest is None else greatest.value * 100,
+    )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", COUNTED)
+def test_counted_systems_have_their_times(number: int) -> None:
+    model = model_of(COUNTED[number].system, 0.01)
+    latencies = asked(model)
+    everything = latencies.everything()
+    for name, wanted in RESPONSES.get(number, {}).items():
+        assert units(everything.callbacks[name]) == wanted, name
+    longest = {name.partition(".")[0]: most for name, (most, _) in everything.readers.items()}
+    lost = {name.partition(".")[0] for name, (_, loses) in everything.readers.items() if loses}
+    assert longest == {name: most for name, most in COUNTED[number].longest.items() if name in longest}
+    assert lost == set(COUNTED[number].lost)
+    assert {name for name, loses in everything.timers.items() if loses} == set(COUNTED[number].missed)
+    if number in CHAINS:
+        first, last, least, greatest, loses = CHAINS[number]
+        found = latencies.between(end_of(model, first), end_of(model, last))
+        assert (*units(found), found.is_lost) == (least, greatest, loses)
+
+
+def test_from_and_to_topics() -> None:
+    model = model_of(COUNTED[11].system, 0.01)
+    latencies = asked(model)
+    found = latencies.between(end_of(model, "scan"), end_of(model, "/pose"))
+    assert units(found) == (3, 7), "the way of the scan, and the work of the filter"
+
+
+def test_what_is_missing_is_named() -> None:
+    model = model_of(COUNTED[11].system, 0.01)
+    page = find(model, "filter")
+    assert isinstance(page, sym.CallbackPage)
+    page.duration = None
+    found = asked(model).between(end_of(model, "sense"), end_of(model, "act"))
+    assert found.greatest is None and found.least is not None and found.least.value == Fraction(2, 100)
+    assert found.reason == "the duration of callback filter is not given"
+    model = model_of(COUNTED[11].system, 0.01)
+    (scan,) = [each for each in channels(model, sym.TopicChannel) if each.topic == "scan"]
+    scan.latency = None
+    found = asked(model).between(end_of(model, "sense"), end_of(model, "act"))
+    assert found.reason == "the latency of topic scan is not given"
+
+
+def test_a_callback_beside_it_without_a_duration_is_named() -> None:
+    model = model_of(COUNTED[7].system, 0.01)
+    page = find(model, "slow")
+    assert isinstance(page, sym.CallbackPage)
+    page.duration = None
+    fast = asked(model).everything().callbacks["fast"]
+    assert fast.greatest is None and "duration of callback slow is not given" in fast.reason
+
+
+def test_wrong_questions_are_refused() -> None:
+    model = model_of(COUNTED[1].system, 0.01)
+    with pytest.raises(DinerosError, match="no data goes from callback log to callback tick"):
+        asked(model).between(end_of(model, "log"), end_of(model, "tick"))
+    with pytest.raises(DinerosError, match="no callback or topic tock"):
+        end_of(model, "tock")
+    with pytest.raises(DinerosError, match="does not say how long anything takes"):
+        asked(sym.SystemModel(id="empty", middleware="ros2"))
+    with pytest.raises(DinerosError, match="those of ROS 2"):
+        asked(sym.SystemModel(id="empty", middleware="ros1"))

@@ -1,0 +1,83 @@
+"""``dineros latency``: bounds of chains and of everything, as text and as JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from dineros.metamodel import files, sym
+from dineros.metamodel.elements import find
+from tests.cli.conftest import Run
+from tests.support.timed_systems.counted import COUNTED
+from tests.support.timed_systems.models import model_of
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    """Return a timer of 4 hundredths of a second, whose messages a logger that is too slow loses."""
+    path = tmp_path / "robot.sym.xmi"
+    files.save(model_of(COUNTED[2].system, 0.01), path)
+    return path
+
+
+def test_a_chain(run: Run, robot: Path) -> None:
+    found = run("latency", robot, "--from", "tick", "--to", "log")
+    assert found.exit_code == 0
+    assert found.stdout.splitlines()[-1] == "tick to log: 0.02 to 0.15 s, an instance can be lost"
+    answer = json.loads(run("latency", robot, "--from", "tick", "--to", "log", "--json").stdout)
+    assert answer == {
+        "model": str(robot),
+        "least": 0.02,
+        "greatest": 0.15,
+        "lost": True,
+        "exact": True,
+    }
+
+
+def test_everything(run: Run, robot: Path) -> None:
+    answer = json.loads(run("latency", robot, "--json").stdout)
+    assert answer["callbacks"] == {
+        "tick": {"least": 0.0, "greatest": 0.01, "exact": True},
+        "log": {"least": 0.02, "greatest": 0.15, "exact": True},
+    }
+    assert answer["readers"] == {"log.heard": {"longest": 2, "overflow": True}}
+    assert answer["timers"] == {"tick": {"lostTicks": False}}
+    lines = run("latency", robot).stdout.splitlines()
+    assert "callback log: 0.02 to 0.15 s" in lines and "timer tick: loses no tick" in lines
+    assert "reader log.heard: at most 2 waiting, can overflow" in lines
+
+
+def test_what_is_open_ends_with_status_3(run: Run, tmp_path: Path) -> None:
+    model, path = model_of(COUNTED[1].system, 0.01), tmp_path / "open.sym.xmi"
+    page = find(model, "log")
+    assert isinstance(page, sym.CallbackPage)
+    page.duration = None
+    files.save(model, path)
+    found = run("latency", path, "--from", "tick", "--to", "log")
+    assert found.exit_code == 3
+    assert found.stdout.splitlines()[-2:] == [
+        "tick to log: at least 0 s, an instance can be lost",
+        "no bound for tick to log: the duration of callback log is not given",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--from", "tick"), "--from and --to go together"),
+        (("--from", "tick", "--to", "tock"), "there is no callback or topic tock"),
+        (("--from", "log", "--to", "tick"), "no data goes from callback log to callback tick"),
+    ],
+)
+def test_wrong_questions_end_in_a_line(run: Run, robot: Path, arguments: tuple[str, ...], words: str) -> None:
+    found = run("latency", robot, *arguments)
+    assert found.exit_code == 2 and words in found.output and "Traceback" not in found.output
+
+
+def test_a_model_without_times_is_refused(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "empty.net"
+    path.write_text("tr t p -> q\n")
+    found = run("latency", path)
+    assert found.exit_code == 2 and "those of a system model" in found.output
