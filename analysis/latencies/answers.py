@@ -8,11 +8,11 @@ its first topic, to the end of its last callback, or the publication of its last
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.latencies.measuring import Bound, Measured, measured
-from dineros.analysis.latencies.observer import Observer
+from dineros.analysis.latencies.observer import Asks, Observer
 from dineros.analysis.latencies.parts import Parts
 from dineros.analysis.latencies.paths import Path, callback_pages, paths_between, responses_of
 from dineros.analysis.timed.exploring import Explored, explore_timed
@@ -27,6 +27,8 @@ from dineros.metamodel.times.rates import on_the_way
 
 End = sym.CallbackPage | sym.TopicChannel
 
+_CHAIN_KEYS = ("lost", "reaction", "age")
+_OF_CHAINS: tuple[Asks, ...] = ("reaction", "age")
 _RELEASED = {sym.CallbackKind.timer, sym.CallbackKind.subscriber, sym.CallbackKind.server}
 """Callbacks that are released by what comes from outside of their node."""
 
@@ -47,6 +49,10 @@ class Latency:
         Why something is open; empty if nothing is.
     states : int
         State classes that were built.
+    reaction, age : Bound or None
+        Of a chain: the longest time until something that happens just after a release shows in an output,
+        and the longest time for which an output is the newest one. None if nothing bounds it, or if it is
+        not known.
     """
 
     least: Bound | None
@@ -55,16 +61,24 @@ class Latency:
     is_exact: bool = True
     reason: str = ""
     states: int = 0
+    reaction: Bound | None = None
+    age: Bound | None = None
 
     def to_dict(self) -> dict[str, object]:
         """Return it for JSON: seconds."""
         found: dict[str, object] = {
-            "least": None if self.least is None else float(self.least.value),
-            "greatest": None if self.greatest is None else float(self.greatest.value),
+            "least": _seconds(self.least),
+            "greatest": _seconds(self.greatest),
             "lost": self.is_lost,
+            "reaction": _seconds(self.reaction),
+            "age": _seconds(self.age),
             "exact": self.is_exact,
         }
         return found | ({"reason": self.reason} if self.reason else {})
+
+
+def _seconds(bound: Bound | None) -> float | None:
+    return None if bound is None else float(bound.value)
 
 
 @dataclass(frozen=True)
@@ -90,7 +104,7 @@ class Everything:
         """Return it for JSON."""
         return {
             "callbacks": {
-                name: {key: value for key, value in each.to_dict().items() if key != "lost"}
+                name: {key: value for key, value in each.to_dict().items() if key not in _CHAIN_KEYS}
                 for name, each in self.callbacks.items()
             },
             "readers": {
@@ -145,7 +159,19 @@ class Latencies:
                 f"no data goes from {_named(first)} to {_named(last)}",
                 hint="data goes from a callback over a topic to the callbacks that take its messages",
             )
-        return self._measured(paths)
+        found = self._measured(paths)
+        if found.reason or len(paths) > 1:
+            return found
+        reaction, age = (self._longest(paths[0], asks) for asks in _OF_CHAINS)
+        return replace(found, reaction=reaction, age=age)
+
+    def _longest(self, path: Path, asks: Asks) -> Bound | None:
+        """Return the longest reaction time or data age of a path; None if it is not known."""
+        observer = Observer(self._parts, self._explored, path, asks)
+        found = measured(observer, self._subject.timed, self._budget)
+        is_known = found.is_complete and not found.reason and observer.is_exact and not found.is_gone
+        # A reaction goes on with what is newer, but not where a publisher loses messages.
+        return found.greatest if is_known and not (asks == "reaction" and found.is_lost) else None
 
     def response(self, page: sym.CallbackPage) -> Latency:
         """Return the response time of a callback."""

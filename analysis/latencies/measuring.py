@@ -44,6 +44,8 @@ class Measured:
         Of all instances that end. `least` is None if none ends; `greatest` also if there is no bound.
     is_lost : bool
         Whether an instance can be lost.
+    is_gone : bool
+        Whether an instance can end before the path does: a callback does not publish.
     is_complete : bool
         Whether that holds for all instances.
     reason : str
@@ -58,6 +60,7 @@ class Measured:
     is_complete: bool
     reason: str = ""
     states: int = 0
+    is_gone: bool = False
 
 
 def measured(observer: Observer, base: TimedNet, budget: Budget, missing: str = "") -> Measured:
@@ -121,6 +124,7 @@ def _searched(net: TimedNet, limit: Fraction, budget: Budget, stops: bool = True
         search.is_done,
         "" if search.is_done else str(search.reason),
         search.classes,
+        bool((markings[:, [go, done, lost, over]].sum(axis=1) == 0).any()),
     )
 
 

@@ -7,13 +7,23 @@ message or request that arrives.
 Tokens of a history are alike, but messages have an order. So the observer counts the messages before the one
 that it follows: in a reader's history, and between a publisher and that history, where messages arrive in the
 order in which they were sent. A full history forgets its oldest message.
+
+To measure how old data is, the observer goes on until the next output replaces the one of the instance. To
+measure how fast a chain reacts, it starts the clock at a release and follows the next one: what happens just
+after a release is in that one. There, a message that is displaced leaves its place to the next one, which
+is newer.
+
+References
+----------
+M. Günzel et al., *On the equivalence of maximum reaction time and maximum data age for cause-effect chains*,
+ECRTS 2023.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, Literal
 
 from dineros.analysis.latencies.editing import PLAIN, Case, EditedNet, Firing
 from dineros.analysis.latencies.parts import Parts, Run
@@ -23,9 +33,10 @@ from dineros.analysis.timed.nets import Interval, TimedNet
 from dineros.metamodel import sym
 from dineros.metamodel.times.runs import most_put
 
-IDLE, WATCHING, DONE, LOST, OVER, GO = (
-    f"observer {word}" for word in ("idle", "watching", "done", "lost", "over", "go")
+IDLE, ARMED, WATCHING, SHOWN, DONE, LOST, OVER, GO = (
+    f"observer {word}" for word in ("idle", "armed", "watching", "shown", "done", "lost", "over", "go")
 )
+Asks = Literal["latency", "age", "reaction"]
 WATCH = "observer watch"
 NOW = Interval(latest=Fraction(0))
 
@@ -41,19 +52,34 @@ class Observer:
         Its markings: how many messages there can be.
     path : Path
         What is followed.
+    asks : {"latency", "age", "reaction"}
+        What is measured.
     """
 
-    def __init__(self, parts: Parts, explored: Explored, path: Path) -> None:
-        self._parts, self._path, self._explored = parts, path, explored
+    def __init__(self, parts: Parts, explored: Explored, path: Path, asks: Asks = "latency") -> None:
+        self._parts, self._path, self._explored, self._asks = parts, path, explored, asks
         self._net = EditedNet(parts.subject.timed)
-        for place in (WATCHING, DONE, LOST, OVER):
+        for place in (ARMED, WATCHING, SHOWN, DONE, LOST, OVER):
             self._net.place(place)
         self._net.place(IDLE, 1)
         self._net.place(GO, 1)
         self.is_exact = True
-        self._starts = {"take": {IDLE: 1}, "put": {WATCHING: 1}}
+        self._begins: dict[str, int] = {IDLE: 1}
+        self._measures: dict[str, int] = {WATCHING: 1}
+        self._plain, self._arms = PLAIN, list[Case]()
+        if asks == "reaction":
+            self._begins, self._measures = {ARMED: 1}, {}
+            self._plain = Case(inhibit={ARMED: 1})
+            self._arms = [Case(take={IDLE: 1}, put={WATCHING: 1, ARMED: 1})]
+        self._arrives: dict[str, Any] = {"take": {GO: 1}, "put": {DONE: 1}}
+        if asks == "age":
+            self._arrives = {"take": {}, "put": {SHOWN: 1}}
         for number, page in enumerate(path.callbacks):
             self._follow(number, page)
+        if asks == "age":
+            for name in self._outputs():
+                replaced = Case(take={SHOWN: 1, GO: 1}, put={DONE: 1})
+                self._net.split(name, [Case(inhibit={SHOWN: 1}), replaced])
 
     def net(self, limit: Fraction) -> TimedNet:
         """Return the net, with a clock that ends after so long."""
@@ -62,6 +88,12 @@ class Observer:
             Firing(WATCH, {WATCHING: 1}, {OVER: 1}, {}, {}, Interval(limit, limit)),
         )
         return self._net.compiled((DONE, LOST, OVER, WATCHING), GO, (WATCH,))
+
+    def _outputs(self) -> list[str]:
+        """Return the transitions by which the path ends, whatever their data is."""
+        if self._path.last is not None:
+            return list(self._parts.published[self._path.last])
+        return [name for run in self._parts.runs_of(self._path.callbacks[-1]) for name in self._endings(run)]
 
     def _follow(self, number: int, page: sym.CallbackPage) -> None:
         path = self._path
@@ -96,7 +128,8 @@ class Observer:
         """Follow a timer from a strike to the beginning of its callback."""
         tick, due = self._parts.ticks[page]
         waits = self._net.place(f"observer {number} due")
-        self._net.split(tick, [PLAIN, Case(take={IDLE: 1}, put={WATCHING: 1, waits: 1})])
+        follows = Case(take=self._begins, put={**self._measures, waits: 1})
+        self._net.split(tick, [self._plain, *self._arms, follows])
         for begin in self._beginnings(run):
             assert due in self._net.original(begin).take, begin
             follows = self._case(run, take={waits: 1}, put=begun)
@@ -106,7 +139,7 @@ class Observer:
         """Follow a request from its arrival to the beginning of the callback that serves it."""
         (service,) = [each for each in self._parts.requests if each.server.page is page]
         places = self._parts.requests[service]
-        self.is_exact &= len(places) == 1
+        self.is_exact &= len(places) == 1 and self._asks != "reaction"
         for at, place in enumerate(places):
             waits = self._net.place(f"observer {number} request {at}")
             for producer in self._net.producers(place):
@@ -132,10 +165,13 @@ class Observer:
         received = self._parts.received[reader]
         if hop is not None:
             self._pipe(number, hop, received, arrived, is_first)
-        comes = {IDLE: 1} if hop is None else {arrived: 1}
-        stays: dict[str, int] = {waits: 1, **({WATCHING: 1} if hop is None else {})}
-        first = PLAIN if hop is None else Case(inhibit={arrived: 1})
-        others = [] if hop is None else [Case(read={arrived: 1, received: 1})]
+        comes = self._begins if hop is None else {arrived: 1}
+        stays: dict[str, int] = {waits: 1, **(self._measures if hop is None else {})}
+        first = self._plain if hop is None else Case(inhibit={arrived: 1})
+        others = self._arms if hop is None else [Case(read={arrived: 1, received: 1})]
+        lost = Case(take={waits: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, inhibit={ahead: 1})
+        if self._asks == "reaction":
+            lost = Case(read={waits: 1}, inhibit={ahead: 1})
         most = self._most(queue.load)
         (entrance,) = queue.entrances
         net.split(
@@ -152,11 +188,11 @@ class Observer:
         net.split(
             entrance.drop,
             [
-                Case(inhibit={waits: 1} if hop is None else {waits: 1, arrived: 1}),
+                Case(inhibit={waits: 1, **(first.inhibit if hop is None else {arrived: 1})}),
                 *others,
                 Case(take=comes, put=_some(stays, ahead, reader.limit - 1)),
                 Case(read={waits: 1}, take={ahead: 1}),
-                Case(take={waits: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, inhibit={ahead: 1}),
+                lost,
             ],
         )
         assert queue.leave is not None
@@ -176,7 +212,7 @@ class Observer:
         sent, ahead = net.place(f"observer {number} on the way"), net.place(f"observer {number} sooner")
         inside, landed = net.place(f"observer {number} sent"), net.place(f"observer {number} landed")
         if is_first:
-            self._publish(hop, number, [({IDLE: 1}, {WATCHING: 1}, {})])
+            self._publish(hop, number, [(self._begins, self._measures, {})], is_first=True)
         for producer in net.producers(pipe.written):
             net.extend(producer, put={inside: 1})
         for exit_ in pipe.exits:
@@ -217,7 +253,7 @@ class Observer:
             if followed not in self._net.places:
                 continue
             if hop is None:
-                ends = Case(take={GO: 1}, put={DONE: 1}, rename={source: followed})
+                ends = Case(rename={source: followed}, **self._arrives)
                 self._net.split(publish, [PLAIN, ends])
             else:
                 self._publish(hop, number + 1, [({}, {}, {source: followed})], publish)
@@ -228,6 +264,7 @@ class Observer:
         number: int,
         ways: Sequence[tuple[dict[str, int], dict[str, int], dict[str, str]]],
         only: str | None = None,
+        is_first: bool = False,
     ) -> None:
         """Put a message on its way to callback `number`, behind those that are on it."""
         pipe = self._parts.pipes[hop.writer, hop.reader]
@@ -248,7 +285,8 @@ class Observer:
                     for take, put, rename in ways
                     for k in range(most + 1)
                 ]
-                self._net.split(publish, [PLAIN, *cases])
+                others = [self._plain, *self._arms] if is_first else [PLAIN]
+                self._net.split(publish, [*others, *cases])
 
     def _sources(self, publish: str, writer: sym.PublisherPort) -> list[str]:
         """Return the places from which a publication takes its message."""
@@ -287,7 +325,8 @@ class Observer:
             take = {mine: 1} if is_end else {}
             read = {} if is_end else held
             stops = is_end and is_last and sends is None
-            ending = {"take": {**take, **({GO: 1} if stops else {})}, "put": {DONE: 1} if stops else {}}
+            arrives = self._arrives if stops else {"take": {}, "put": {}}
+            ending = {"take": {**take, **arrives["take"]}, "put": arrives["put"]}
             if not tells:
                 cases.append(self._case(run, read=read, **ending))
             else:

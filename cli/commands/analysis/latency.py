@@ -33,8 +33,10 @@ def latency(
     """Compute the least and greatest time that data takes through a model of ROS 2, exactly.
 
     With --from and --to: from the release of callback X, or a publication on topic X, to the end of callback
-    Y, or the publication on topic Y; and whether an instance can be lost. Without them: the response time of
-    each callback, the longest history of each reader, and which timers lose ticks.
+    Y, or the publication on topic Y; and whether an instance can be lost. Also the reaction time (how long it
+    takes until what happens just after a release shows in an output) and the data age (how long an output
+    stays the newest one). Without them: the response time of each callback, the longest history of each
+    reader, and which timers lose ticks.
 
     The model says how long callbacks, messages and periods take. If one of these times is missing, the answer
     names it. The exit status is 3 if a bound is open.
@@ -80,6 +82,10 @@ def _say_latency(what: str, found: Latency, model: Path, as_json: bool) -> int:
         say_json({"model": str(model), **found.to_dict()})
     else:
         say(f"{what}: {_span(found)}{', an instance can be lost' if found.is_lost else ''}")
+        longest = [("reaction time", found.reaction), ("data age", found.age)]
+        words = [f"{name} up to {float(each.value):g} s" for name, each in longest if each is not None]
+        if words:
+            say(", ".join(words))
         if found.reason:
             say(f"no bound for {what}: {found.reason}")
     return UNKNOWN if found.reason else HOLDS

@@ -9,7 +9,7 @@ import pytest
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.latencies.answers import Latencies, Latency, end_of
 from dineros.metamodel import sym
-from dineros.metamodel.elements import channels, find
+from dineros.metamodel.elements import channels, find, node_nets
 from dineros.metamodel.errors import DinerosError
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.models import model_of
@@ -46,6 +46,10 @@ CHAINS: dict[int, tuple[str, str, int, int, bool]] = {
 }
 
 
+REACTIONS = {1: 17, 2: 20, 3: 12, 4: 11, 5: 12, 6: 15, 11: 31, 12: 35, 13: 31, 14: 12, 15: 20, 16: 23}
+"""Of the same chains. Where nothing is lost, they are a period and the greatest latency."""
+
+
 def asked(model: sym.SystemModel) -> Latencies:
     return Latencies(model, Budget(seconds=100))
 
@@ -77,6 +81,38 @@ def test_counted_systems_have_their_times(number: int) -> None:
         first, last, least, greatest, loses = CHAINS[number]
         found = latencies.between(end_of(model, first), end_of(model, last))
         assert (*units(found), found.is_lost) == (least, greatest, loses)
+        # Two observers that have little in common: Guenzel et al. show that both are equal.
+        assert found.reaction is not None and found.reaction == found.age
+        assert found.reaction.value * 100 == REACTIONS[number]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("order", ["any", "rclcpp"])
+def test_a_published_system_reacts_as_its_authors_saw(order: str) -> None:
+    """Two sensors, filters and a fusion on a thread: 540 ms were simulated, 1430 ms are the bound.
+
+    H. Teper et al., *End-to-end timing analysis in ROS2*, RTSS 2022.
+    """
+    callbacks = [
+        {"name": name, "node": "n", "group": "default", "script": [["work", work, work], *told], **released}
+        for name, work, told, released in (
+            ("sensor1", 10, [["publish", "s1"]], {"period": 360, "offset": 0}),
+            ("sensor2", 20, [["publish", "s2"]], {"period": 360, "offset": 0}),
+            ("process1", 10, [["publish", "p1"]], {"topic": "s1", "depth": 10}),
+            ("process2", 20, [["publish", "p2"]], {"topic": "s2", "depth": 10}),
+            ("fusion1", 30, [["publish", "f"]], {"topic": "p1", "depth": 10}),
+            ("fusion2", 30, [], {"topic": "p2", "depth": 10}),
+            ("filter3", 30, [["publish", "g"]], {"topic": "f", "depth": 10}),
+            ("actuator", 30, [], {"topic": "g", "depth": 10}),
+        )
+    ]
+    topics = dict.fromkeys(("s1", "s2", "p1", "p2", "f", "g"), (0, 0))
+    system = {"nodes": {"n": {"threads": 1}}, "latency": topics, "chains": [], "callbacks": callbacks}
+    model = model_of(system, 0.001)
+    for node in node_nets(model):
+        node.order = order  # type: ignore[assignment]
+    found = asked(model).between(end_of(model, "sensor1"), end_of(model, "actuator"))
+    assert found.reaction is not None and found.reaction.value == Fraction(540, 1000)
 
 
 def test_from_and_to_topics() -> None:

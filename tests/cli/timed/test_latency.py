@@ -25,13 +25,18 @@ def robot(tmp_path: Path) -> Path:
 def test_a_chain(run: Run, robot: Path) -> None:
     found = run("latency", robot, "--from", "tick", "--to", "log")
     assert found.exit_code == 0
-    assert found.stdout.splitlines()[-1] == "tick to log: 0.02 to 0.15 s, an instance can be lost"
+    assert found.stdout.splitlines()[-2:] == [
+        "tick to log: 0.02 to 0.15 s, an instance can be lost",
+        "reaction time up to 0.2 s, data age up to 0.2 s",
+    ]
     answer = json.loads(run("latency", robot, "--from", "tick", "--to", "log", "--json").stdout)
     assert answer == {
         "model": str(robot),
         "least": 0.02,
         "greatest": 0.15,
         "lost": True,
+        "reaction": 0.2,
+        "age": 0.2,
         "exact": True,
     }
 
