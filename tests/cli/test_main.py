@@ -25,6 +25,8 @@ from tests.support.programs.warm_commands import program
 from tests.support.ros2_systems.managed_systems import camera
 from tests.support.systems.door import door
 from tests.support.systems.talker import talker
+from tests.support.timed_systems.counted import COUNTED
+from tests.support.timed_systems.models import model_of
 from tests.support.traces import Trace
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -137,6 +139,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
         '[topic."/scans"]\npublishers = ["/sensor"]\nsubscribers = ["/mapper"]\n'
         '[topic."/dones"]\npublishers = ["/mapper"]\n'
     )
+    save(model_of(COUNTED[11].system, 0.01), folder / "chain.sym.xmi")
     (folder / "race.net").write_text("net race\ntr fast [1,2] p -> a\ntr slow [3,4] p -> b\npl p (1)\n")
     (folder / "handler.net").write_text("net handler\ntr begin [1,2] p -> q\ntr end [3,4] q -> p\npl p (1)\n")
     write_package(folder / "src")

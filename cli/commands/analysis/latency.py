@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 @search_command(
-    "dineros latency robot.sym.xmi",
-    "dineros latency robot.sym.xmi --from OnScan --to /cmd_vel",
+    "dineros latency chain.sym.xmi",
+    "dineros latency chain.sym.xmi --from sense --to act",
 )
 @model_argument()
 @click.option("--from", "first", metavar="X", help="Callback or topic at which data begins.")
