@@ -318,6 +318,10 @@ class R6Instance(StandardRule, phase=Phase.services, middleware="ros2"):
     serving = Serving(t_call)
 
 
+GIVES_UP = Meaning("{client} gives up waiting for service {service}", step=GiveUp)
+"""What a transition does by which a client gives a call up."""
+
+
 class AbandonedCall(Fragment):
     """A client gives a call up and is ready for the next one.
 
@@ -337,8 +341,7 @@ class AbandonedCall(Fragment):
     def __init__(self, way: str, call: Expression, ready: Expression) -> None:
         super().__init__()
         id = f"{{service.id}}.client.{{client.client}}.giveUp.{way}"
-        words = "{client} gives up waiting for service {service}"
-        self.give_up = transition(id, means=Meaning(words, step=GiveUp))
+        self.give_up = transition(id, means=GIVES_UP)
         self.arcs = [arc(call, self.give_up), arc(self.give_up, ready)]
 
 

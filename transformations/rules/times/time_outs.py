@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.records import GiveUp
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.notation import arc, inhibit, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.times import CallsOnTheWay, GivesUpInTime, TimeOut
-from dineros.transformations.rules.requests import StopsWaiting
+from dineros.transformations.rules.requests import GIVES_UP, StopsWaiting
 from dineros.transformations.rules.services import S1
 from dineros.transformations.rules.times.latencies import REQUEST, D6BackClock
 
@@ -59,10 +58,7 @@ class D8Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     number = Index(upto=CallsOnTheWay(client))
     clock = Made(D6BackClock.clock, of=[client, number])
 
-    give_up = transition(
-        REQUEST + ".giveUp.back[{number}]",
-        means=Meaning("{client} gives up waiting for service {service}", step=GiveUp),
-    )
+    give_up = transition(REQUEST + ".giveUp.back[{number}]", means=GIVES_UP)
     arcs = [
         arc(clock.busy, give_up),
         arc(give_up, clock.free),
