@@ -318,6 +318,8 @@ class R6Instance(StandardRule, phase=Phase.services, middleware="ros2"):
     serving = Serving(t_call)
 
 
+GIVING_UP = "{service.id}.client.{client.client}.giveUp."
+"""Prefix of the ids of such transitions."""
 GIVES_UP = Meaning("{client} gives up waiting for service {service}", step=GiveUp)
 """What a transition does by which a client gives a call up."""
 
@@ -340,8 +342,7 @@ class AbandonedCall(Fragment):
 
     def __init__(self, way: str, call: Expression, ready: Expression) -> None:
         super().__init__()
-        id = f"{{service.id}}.client.{{client.client}}.giveUp.{way}"
-        self.give_up = transition(id, means=GIVES_UP)
+        self.give_up = transition(GIVING_UP + way, means=GIVES_UP)
         self.arcs = [arc(call, self.give_up), arc(self.give_up, ready)]
 
 

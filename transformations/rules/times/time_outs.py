@@ -8,7 +8,7 @@ from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.notation import arc, inhibit, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.times import CallsOnTheWay, GivesUpInTime, TimeOut
-from dineros.transformations.rules.requests import GIVES_UP, StopsWaiting
+from dineros.transformations.rules.requests import GIVES_UP, GIVING_UP, StopsWaiting
 from dineros.transformations.rules.services import S1
 from dineros.transformations.rules.times.latencies import REQUEST, D6BackClock
 
@@ -58,7 +58,7 @@ class D8Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     number = Index(upto=CallsOnTheWay(client))
     clock = Made(D6BackClock.clock, of=[client, number])
 
-    give_up = transition(REQUEST + ".giveUp.back[{number}]", means=GIVES_UP)
+    give_up = transition(GIVING_UP + "back[{number}]", means=GIVES_UP)
     arcs = [
         arc(clock.busy, give_up),
         arc(give_up, clock.free),
