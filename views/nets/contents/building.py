@@ -172,7 +172,8 @@ def _describe_place(place: sym.Place, node: Node) -> None:
 def _describe_transition(transition: pn.Transition, node: Node) -> None:
     interval = transition.interval
     if interval is not None:
-        left, right = "]" if interval.earliestExcluded else "[", "[" if interval.latestExcluded else "]"
+        is_open_above = interval.latest is None or interval.latestExcluded
+        left, right = "]" if interval.earliestExcluded else "[", "[" if is_open_above else "]"
         latest = "∞" if interval.latest is None else f"{interval.latest:g}"
         node.captions.append(Caption(f"{left}{interval.earliest:g}, {latest}{right}", "note"))
     if transition.overrides:

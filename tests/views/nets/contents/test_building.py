@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from dineros.metamodel import elements, pn, sym
+from dineros.metamodel import elements, pn, pnm, sym
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.flattening.split import split
 from dineros.views.nets import ViewModel, view_of
@@ -194,3 +194,19 @@ def test_a_model_with_faults_has_a_picture() -> None:
     view = view_of(model)
     assert [node.id for node in view.nodes] == ["one", "other", "nobody", "service"]
     assert [edge.kind for edge in view.edges] == ["reference", "reference"]
+
+
+@pytest.mark.parametrize(
+    ("interval", "shown"),
+    [
+        (pn.TimeInterval(earliest=1, latest=2), "[1, 2]"),
+        (pn.TimeInterval(earliest=5), "[5, ∞["),
+        (pn.TimeInterval(earliest=1, latest=2, earliestExcluded=True, latestExcluded=True), "]1, 2["),
+    ],
+)
+def test_an_interval_is_open_where_its_bound_is_left_out(interval: pn.TimeInterval, shown: str) -> None:
+    net = pnm.PetriNetModel(id="net")
+    page = pn.Page(id="page", net=net)
+    pn.Transition(id="t", page=page, interval=interval)
+    (node,) = view_of(net).nodes
+    assert [caption.text for caption in node.captions][-1] == shown
