@@ -22,7 +22,7 @@ from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of
 from dineros.metamodel.errors import DinerosError, near_matches
-from dineros.metamodel.times.given import duration_of, latency_between, runs_at_once, says_times
+from dineros.metamodel.times.given import duration_of, latency_between, runs_at_once, says_times, waits
 from dineros.metamodel.times.rates import on_the_way
 
 End = sym.CallbackPage | sym.TopicChannel
@@ -144,7 +144,9 @@ class Latencies:
         self._subject: TimedSubject = timed_base_subject(model, times=True)
         self._explored: Explored = explore_timed(self._subject.timed, self._budget)
         self._parts = Parts(self._subject)
-        self._is_exact = not any(map(_shares_clocks, callback_pages(model)))
+        self._is_exact = not any(_is_widened(page) for page in callback_pages(model)) and all(
+            len(service.clients) <= 1 for service in channels(model, sym.ServiceChannel)
+        )
 
     @property
     def reason(self) -> str:
@@ -201,6 +203,9 @@ class Latencies:
             return Latency(None, None, False, False, self.reason)
         found: list[tuple[Measured, bool]] = []
         for path in paths:
+            if mixed := next(filter(_is_mixed, path.callbacks), None):
+                reason = f"runs of callback {label(mixed)} overlap and wait, so they cannot be told apart"
+                return Latency(None, None, False, False, reason)
             try:
                 observer = Observer(self._parts, self._explored, path)
             except (KeyError, ValueError, AssertionError):
@@ -248,6 +253,25 @@ def _open(path: Path) -> Iterator[str]:
 def _shares_clocks(page: sym.CallbackPage) -> bool:
     """Tell whether runs of a callback would share the clocks of its transitions, which are left open."""
     return runs_at_once(page) > 1 and any(each.interval is not None for each in Body(page).transitions)
+
+
+def _is_mixed(page: sym.CallbackPage) -> bool:
+    """Tell whether runs of a callback are at the same places of the net while they wait."""
+    return page.kind != sym.CallbackKind.server and runs_at_once(page) > 1 and waits(page)
+
+
+def _is_widened(page: sym.CallbackPage) -> bool:
+    """Tell whether the net lets a callback take more times than the model says.
+
+    Each stretch between two waits takes any time up to the whole duration. Overlapping runs share clocks. The
+    net does not keep the order of requests of several clients either, so the bounds are safe then, too.
+    """
+    has_stretches = (
+        waits(page)
+        and duration_of(page) is not None
+        and any(each.interval is None for each in Body(page).transitions)
+    )
+    return has_stretches or _shares_clocks(page)
 
 
 def _beside(page: sym.CallbackPage) -> Iterator[sym.CallbackPage]:

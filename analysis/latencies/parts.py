@@ -12,7 +12,7 @@ from dineros.analysis.model.wording import source_of
 from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of
-from dineros.metamodel.times.given import runs_at_once, waits
+from dineros.metamodel.times.given import runs_at_once
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.rules.executors import E3, E7
 from dineros.transformations.rules.histories import R1, R2, R3, R1Instance
@@ -61,11 +61,6 @@ class Run:
     def is_colored(self) -> bool:
         """Whether several runs at a time are told apart by places of their own."""
         return self.page.kind != sym.CallbackKind.server and runs_at_once(self.page) > 1
-
-    @property
-    def is_mixed(self) -> bool:
-        """Whether runs cannot be told apart."""
-        return self.is_colored and waits(self.page)
 
 
 @dataclass

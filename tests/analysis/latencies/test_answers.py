@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from fractions import Fraction
 
 import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.latencies.answers import Latencies, Latency, end_of
+from dineros.analysis.latencies.paths import callback_pages
 from dineros.metamodel import sym
-from dineros.metamodel.elements import channels, find, node_nets
+from dineros.metamodel.build import seconds
+from dineros.metamodel.elements import channels, find, node_nets, transitions
 from dineros.metamodel.errors import DinerosError
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.models import model_of
@@ -144,6 +147,40 @@ def test_a_callback_beside_it_without_a_duration_is_named() -> None:
     page.duration = None
     fast = asked(model).everything().callbacks["fast"]
     assert fast.greatest is None and "duration of callback slow is not given" in fast.reason
+
+
+def calling(group: str = "default", clients: int = 1) -> sym.SystemModel:
+    """Return a timer's callback that waits for a response, with a duration instead of intervals."""
+    system = deepcopy(COUNTED[15].system)
+    ask = system["callbacks"][0]
+    ask["group"] = group
+    system["callbacks"] += [
+        {**ask, "name": f"ask{number}", "script": ask["script"][:3]} for number in range(1, clients)
+    ]
+    model = model_of(system, 0.01)
+    for transition in transitions(model):
+        transition.interval = None
+    for page in callback_pages(model):
+        page.duration = page.duration or seconds(0, 0.02)
+    return model
+
+
+def test_stretches_between_waits_give_safe_bounds() -> None:
+    """Two stretches of up to 2 each are not longer than 2 together: the true greatest time is 8."""
+    found = asked(calling()).everything().callbacks["ask"]
+    assert found.greatest is not None and found.greatest.value == Fraction(10, 100)
+    assert not found.is_exact and not found.reason
+
+
+def test_the_order_of_requests_of_several_clients_is_not_kept() -> None:
+    found = asked(calling(clients=2)).everything().callbacks["look"]
+    assert not found.is_exact
+
+
+def test_overlapping_runs_that_wait_are_not_told_apart() -> None:
+    found = asked(calling("reentrant")).everything().callbacks["ask"]
+    assert found.least is None and found.greatest is None and not found.is_exact
+    assert found.reason == "runs of callback ask overlap and wait, so they cannot be told apart"
 
 
 def test_wrong_questions_are_refused() -> None:
