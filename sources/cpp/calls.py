@@ -159,6 +159,8 @@ class Calls(Expressions):
                     return self.run(routines, call.args, frame.this, call.node, self._types(call))
         if call.named is not None and call.named.type != "identifier":
             call.path = self._resolved(call.named, frame)
+        elif call.named is not None and "chrono" in (kind := self.type_text(call.named, frame)):
+            call.path = kind
         found = self.library.call(call)
         if found is not None:
             return found

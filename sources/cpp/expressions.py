@@ -126,6 +126,15 @@ class Expressions(Machine):
             found = frame.this.fields.get(path.rpartition("::")[2])
             if found is not None:
                 return found
+        scope, _, last = path.rpartition("::")
+        around: Frame | None = frame
+        while around is not None:  # a parameter of a template, or an alias
+            kind = around.types.get(scope) or (
+                around.this.types.get(scope) if around.this is not None else None
+            )
+            if kind:
+                return self._outer(f"{kind}::{last}", frame)
+            around = around.outer
         return self._outer(path, frame)
 
     def _outer(self, path: str, frame: Frame) -> Value:

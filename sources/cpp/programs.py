@@ -66,8 +66,13 @@ class CppPrograms:
         """Return the nodes of all programs, and one of each class of nodes that none makes."""
         found: list[NodeFact] = []
         with _deep():
-            for routine in self.index.functions.get("main", []):
-                found += self._run(self._program(routine.path), routine, None, given or {})
+            programs = [
+                self._run(self._program(routine.path), routine, None, given or {})
+                for routine in self.index.functions.get("main", [])
+            ]
+            # Of programs that make the same nodes, the one counts whose executor is known.
+            for nodes in sorted(programs, key=lambda each: any(node.threads == "open" for node in each)):
+                found += nodes
             made = {each.cls for each in found}
             wanted = list(self._components())
             for cls in dict.fromkeys([*wanted, *self._classes()]):

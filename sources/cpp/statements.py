@@ -22,7 +22,7 @@ _INSIDE = {
     *("else_clause", "labeled_statement", "ERROR", "case_statement", "translation_unit"),
 }
 _NOTHING = {
-    *("comment", "using_declaration", "alias_declaration", "type_definition", "break_statement"),
+    *("comment", "using_declaration", "break_statement"),
     *("continue_statement", "goto_statement", "static_assert_declaration", "class_specifier"),
     *("struct_specifier", "preproc_def", "preproc_call", "preproc_include", "enum_specifier"),
 }
@@ -70,6 +70,14 @@ class Statements(Calls):
             self.value(each, frame)
 
     _do_init_statement = _inside
+
+    def _do_alias_declaration(self, node: Node, frame: Frame) -> None:
+        name = node.child_by_field_name("name") or node.child_by_field_name("declarator")
+        kind = node.child_by_field_name("type")
+        if name is not None and kind is not None:
+            frame.types[text_of(name)] = self.type_text(kind, frame)
+
+    _do_type_definition = _do_alias_declaration
 
     def _do_return_statement(self, node: Node, frame: Frame) -> None:
         found = named(node)
@@ -221,7 +229,9 @@ class Statements(Calls):
 
     def construct(self, cls: ClassInfo, args: list[Value], types: list[str], node: Node, frame: Frame) -> Obj:
         """Return a new object of a class of the folder."""
-        this = Obj(cls, types=dict(zip(cls.templates, types, strict=False)), made_at=node.id)
+        this = Obj(
+            cls, types=dict(zip(cls.templates, types, strict=False)), made_at=hash((node.id, *self.turns))
+        )
         key = (id(cls), node.id, tuple(self.calls), tuple(self.turns))
         before = self.made.get(key)
         self.made[key] = this
@@ -292,9 +302,11 @@ class Statements(Calls):
             cls = self.class_of(self.type_text(inner[0], frame), frame)
             if cls is not None:
                 made: list[Value] = []
-                for each in value.values:
+                for turn, each in enumerate(value.values):
+                    self.turns.append(turn)  # each item of the list is an object of its own
                     is_list = isinstance(each, Items)
                     made.append(self.construct(cls, each.values, [], node, frame) if is_list else each)  # type: ignore[attr-defined]
+                    self.turns.pop()
                 return Items(made, value.is_open)
             return value
         return self._made(kind, value.values, node, frame)

@@ -273,3 +273,62 @@ def test_a_node_is_what_its_own_methods_return(tmp_path: Path) -> None:
     assert [each.name for each in node.of("publishers")] == ["help"]
     assert [each.name for each in node.of("services")] == ["robot/reset"]
     assert [each.details["period"] for each in node.of("timers")] == [0.5]
+
+
+SYSTEM = """
+struct Times {
+  using milliseconds = std::chrono::milliseconds;
+  static constexpr std::chrono::nanoseconds LIDAR = milliseconds(100);
+};
+struct Connection { std::string input; std::string output; };
+struct Settings { std::string name; std::chrono::nanoseconds cycle; std::vector<Connection> connections; };
+class Worker : public rclcpp::Node {
+ public:
+  explicit Worker(const Settings & settings) : Node(settings.name) {
+    timer_ = create_wall_timer(settings.cycle, [this]() {});
+    for (const auto & each : settings.connections) {
+      subs_.push_back(create_subscription<std_msgs::msg::String>(each.input, 1, [](auto) {}));
+      pubs_.push_back(create_publisher<std_msgs::msg::String>(each.output, 1));
+    }
+  }
+};
+template <typename Timing>
+std::vector<std::shared_ptr<rclcpp::Node>> make_nodes() {
+  std::vector<std::shared_ptr<rclcpp::Node>> nodes;
+  nodes.emplace_back(std::make_shared<Worker>(
+    Settings{.name = "worker", .cycle = Timing::LIDAR, .connections = {{"a", "b"}, {"c", "d"}}}));
+  return nodes;
+}
+"""
+HIDDEN_MAIN = """
+int main() {
+  using Chosen = Times;
+  auto nodes = make_nodes<Chosen>();
+  somewhere.run(nodes);
+}
+"""
+SPINNING_MAIN = """
+int main() {
+  using Chosen = Times;
+  auto nodes = make_nodes<Chosen>();
+  rclcpp::executors::SingleThreadedExecutor executor;
+  for (auto & node : nodes) { executor.add_node(node); }
+  executor.spin();
+}
+"""
+
+
+def test_constants_of_a_chosen_class_and_items_of_a_list(tmp_path: Path) -> None:
+    (node,) = _read(tmp_path, SYSTEM + SPINNING_MAIN).nodes
+    assert [each.details["period"] for each in node.of("timers")] == [0.1]
+    assert [each.name for each in node.of("subscriptions")] == ["a", "c"]
+    assert [each.name for each in node.of("publishers")] == ["b", "d"]
+
+
+def test_of_two_programs_the_one_counts_whose_executor_is_known(tmp_path: Path) -> None:
+    (tmp_path / "worker.hpp").write_text(SYSTEM)
+    (tmp_path / "a_hidden.cpp").write_text('#include "worker.hpp"' + HIDDEN_MAIN)
+    (tmp_path / "b_spinning.cpp").write_text('#include "worker.hpp"' + SPINNING_MAIN)
+    (node,) = read_source(tmp_path).nodes
+    assert (node.program, node.executor, node.threads) == ("b_spinning", "SingleThreadedExecutor", 1)
+    assert node.also_in == ["a_hidden"]
