@@ -43,6 +43,13 @@ _MAKES = {
     "create_callback_group": "groups",
     "create_server": "action_servers",
 }
+_ADAPTED = {
+    "init_cli": "clients",
+    "init_srv": "services",
+    "init_pub": "publishers",
+    "init_sub": "subscriptions",
+}
+"""Methods of ``component_interface_utils::NodeAdaptor`` of Autoware; the first argument gets the port."""
 _DECLARE_OR_GET = ("declare_or_get_parameter", "declare_parameter_if_not_declared")
 TRANSITIONS = ("on_configure", "on_activate", "on_deactivate", "on_cleanup", "on_shutdown", "on_error")
 """Methods of a node with a lifecycle that its transitions call."""
@@ -84,6 +91,8 @@ class Maker:
 
     def entity(self, call: Call) -> Value | None:
         """Return the entity that a call makes; None: it makes none."""
+        if call.last in _ADAPTED:
+            return self._adapted(call)
         kind = _MAKES.get(call.last)
         if kind is None:
             return None
@@ -110,6 +119,29 @@ class Maker:
             entity.type = self.type_of(call, args)
             self._others(kind, entity, args[1:], owner)
         return port
+
+    def _adapted(self, call: Call) -> Value | None:
+        """Return what an adaptor makes: a class of its interface, in another package, says name and type."""
+        owner = node_in(call.on) if isinstance(call.on, Made) else None
+        if owner is None or not call.nodes:
+            return None
+        kind, port = _ADAPTED[call.last], text_of(call.nodes[0])
+        entity = self.machine.entity_of(kind, port, call.node, call.frame, owner)
+        entity.name = entity.type = f"open: the interface of {port}"
+        entity.details["via"] = call.on.path if isinstance(call.on, Made) else ""
+        rest = call.args[1:]
+        if kind in ("services", "subscriptions") and rest:
+            word = "service" if kind == "services" else "subscription"
+            target = next(filter(_is_callable, rest), Open("none"))
+            if isinstance(target, Method) and target.this is None:  # given as the object and its method
+                target = Method(target.routines, target.name, owner)
+            self.callback(entity, "callback", word, target, owner)
+        if kind in ("publishers", "subscriptions"):
+            entity.details |= profile(Open(f"the interface of {port}"))
+        if kind != "publishers":
+            self.group(entity, rest)
+        self.machine.assign(call.nodes[0], Port(entity, owner), call.frame)
+        return Const(None)
 
     def _owner(self, call: Call) -> tuple[Obj | None, list[Value]]:
         """Return on which node a call makes something, and the other arguments."""

@@ -142,3 +142,29 @@ class Robot : public rclcpp::Node {
     assert facts.unread == []
     timer = next(each for each in node.callbacks if each.kind == "timer")
     assert [each.entity.name for each in timer.effects if each.entity is not None] == ["out"]
+
+
+ADAPTED = """
+class Bridge : public rclcpp::Node {
+ public:
+  Bridge() : Node("bridge") {
+    const auto adaptor = component_interface_utils::NodeAdaptor(this);
+    group_ = create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive);
+    adaptor.init_cli(cli_route_, group_);
+    adaptor.init_sub(sub_route_, this, &Bridge::on_route);
+    pub_ = create_publisher<std_msgs::msg::String>("route", 1);
+  }
+  void on_route(const Route::ConstSharedPtr msg) { cli_route_->call(request_); pub_->publish(*msg); }
+  component_interface_utils::Client<Route>::SharedPtr cli_route_;
+  component_interface_utils::Subscription<Route>::SharedPtr sub_route_;
+};
+"""
+
+
+def test_ports_of_an_adaptor_have_open_names(tmp_path: Path) -> None:
+    (tmp_path / "bridge.cpp").write_text(ADAPTED)
+    (node,) = read_source(tmp_path).nodes
+    (client,), (sub,) = node.of("clients"), node.of("subscriptions")
+    assert client.name.startswith("open") and client.details["group"] == "group_"
+    assert sub.callbacks["callback"].name == "on_route"
+    assert [each.do for each in sub.callbacks["callback"].effects] == ["call", "publish"]
