@@ -59,6 +59,7 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
     for folder, facts in read:
         for node in facts.nodes:
             for callback in node.callbacks:
+                found += [_at(place, folder, finding) for place, finding in _endless(callback, node)]
                 if _holds_others_up(callback, node):
                     of_callback = _of_callback(callback, node)
                     found += [_at(place, folder, finding) for place, finding in of_callback]
@@ -114,6 +115,17 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
             yield finding(IGNORES, effect, f"ignores what becomes of its goal of {effect.what}")
         elif (effect.do, effect.what) == ("create", "client") and not _destroys(callback):
             yield finding(MAKES, effect, "makes a client each time, and destroys none")
+
+
+def _endless(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:
+    """Yield waits of work on a goal in a thread of its own, which no circle of callbacks can show."""
+    for effect in callback.effects if callback.is_apart else ():
+        if effect.do == "call" and effect.how == "blocks, without time-out":
+            who = f"the work on goals of {node.name} ({callback.name})"
+            words = (
+                f"waits without time-out for the response of {effect.what}: without one, the goal never ends"
+            )
+            yield effect.at, WAITS.found(node.name, callback.name, who=who, words=words)
 
 
 def _destroys(callback: CallbackFact) -> bool:

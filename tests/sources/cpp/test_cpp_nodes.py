@@ -5,6 +5,7 @@ from textwrap import dedent
 
 import pytest
 
+from dineros.observation.findings.code import code_findings
 from dineros.sources.facts import Facts
 from dineros.sources.reading import read_source
 
@@ -332,3 +333,30 @@ def test_of_two_programs_the_one_counts_whose_executor_is_known(tmp_path: Path) 
     (node,) = read_source(tmp_path).nodes
     assert (node.program, node.executor, node.threads) == ("b_spinning", "SingleThreadedExecutor", 1)
     assert node.also_in == ["a_hidden"]
+
+
+WORKS_APART = """
+class Cleaner : public rclcpp::Node {
+ public:
+  Cleaner() : Node("cleaner") {
+    client_ = create_client<std_srvs::srv::Trigger>("ready");
+    server_ = rclcpp_action::create_server<nav::action::Clean>(this, "clean", &goal, &cancel,
+      std::bind(&Cleaner::accepted, this, _1));
+  }
+  void accepted(const std::shared_ptr<GoalHandle> handle) {
+    std::thread{std::bind(&Cleaner::execute, this, _1), handle}.detach();
+  }
+  void execute(const std::shared_ptr<GoalHandle> handle) {
+    auto answer = client_->async_send_request(request_);
+    answer.wait();
+    handle->succeed(result_);
+  }
+};
+"""
+
+
+def test_work_on_a_goal_in_its_own_thread_that_waits_forever_is_found(tmp_path: Path) -> None:
+    facts = _read(tmp_path, WORKS_APART)
+    (finding,) = code_findings([("src", facts)])
+    assert finding.rule == "code-waits" and "without a response, the goal never ends" in finding.message
+    assert "execute" in finding.message and finding.lines == ("src/robot.cpp:13",)
