@@ -122,9 +122,7 @@ def _endless(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Fi
     for effect in callback.effects if callback.is_apart else ():
         if effect.do == "call" and effect.how == "blocks, without time-out":
             who = f"the work on goals of {node.name} ({callback.name})"
-            words = (
-                f"waits without time-out for the response of {effect.what}: without one, the goal never ends"
-            )
+            words = f"waits without time-out for {effect.what}: without a response, the goal never ends"
             yield effect.at, WAITS.found(node.name, callback.name, who=who, words=words)
 
 
