@@ -26,6 +26,13 @@ def pages(net: pn.Net) -> Iterator[pn.Page]:
         stack.extend([inner for inner in page.objects if isinstance(inner, pn.Page)][::-1])
 
 
+def system_model_of(element: EObject | None) -> sym.SystemModel | None:
+    """Return the system model that an element is in, itself included."""
+    while element is not None and not isinstance(element, sym.SystemModel):
+        element = element.eContainer()
+    return element
+
+
 def nodes(net: pn.Net) -> Iterator[pn.Node]:
     """Yield all places, transitions and references of a net, page by page."""
     for page in pages(net):

@@ -14,6 +14,8 @@ _PROGRAMS = {"add_executable", "ament_auto_add_executable", "catkin_add_executab
 _COMPONENTS = {"rclcpp_components_register_node", "rclcpp_components_register_nodes"}
 MOST_VALUES = 2000
 """Words that a variable may have."""
+LONGEST_WORD = 4096
+"""Characters of a word; a variable that holds itself twice doubles with each line."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,9 @@ def _words(text: str, values: dict[str, list[str]]) -> list[str]:
         if whole and whole[1] in values and match[1] is None:
             found += values[whole[1]]
         else:
-            found.append(_VARIABLE.sub(lambda one: ";".join(values.get(one[1], [one[0]])), word))
+            found.append(
+                _VARIABLE.sub(lambda one: ";".join(values.get(one[1], [one[0]])), word)[:LONGEST_WORD]
+            )
         if len(found) > MOST_VALUES:
             break
     return found

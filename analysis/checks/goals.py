@@ -14,7 +14,7 @@ from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import holds_thread, runs_callbacks, threads_of
-from dineros.metamodel.callbacks.waiting import hasty_clients
+from dineros.metamodel.callbacks.waiting import held_back_clients
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Accept, Cancel, Canceling, Finish, Outcome
 
@@ -139,7 +139,7 @@ class Goals(Question):
         """Report the clients whose goals the rules hold back."""
         if not isinstance(checked.model, sym.SystemModel):
             return
-        for port in hasty_clients(checked.model):
+        for port in held_back_clients(checked.model):
             assert port.channel is not None
             found = self.HELD_BACK.found(
                 port.channel.id,

@@ -1,4 +1,4 @@
-"""Findings about nodes that nobody has seen: they stand for the other ends of channels."""
+"""Findings about invented nodes, which stand for the other ends of channels: they are left out."""
 
 from __future__ import annotations
 

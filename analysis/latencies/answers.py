@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.latencies.measuring import Bound, Measured, measured
-from dineros.analysis.latencies.observer import Asks, Observer
+from dineros.analysis.latencies.observer import Asks, NotFollowedError, Observer
 from dineros.analysis.latencies.parts import Parts
 from dineros.analysis.latencies.paths import Path, callback_pages, paths_between, responses_of
 from dineros.analysis.timed.exploring import Explored, explore_timed
@@ -41,8 +41,8 @@ class Latency:
     ----------
     least, greatest : Bound or None
         In seconds. `least` is None if no instance ends; `greatest` also if nothing bounds it.
-    is_lost : bool
-        Whether an instance can be lost in a full history.
+    is_lost : bool or None
+        Whether an instance can be lost in a full history; None if that is not known.
     is_exact : bool
         Whether the bounds are attained, or come as near as wanted; else they are safe.
     reason : str
@@ -57,7 +57,7 @@ class Latency:
 
     least: Bound | None
     greatest: Bound | None
-    is_lost: bool = False
+    is_lost: bool | None = False
     is_exact: bool = True
     reason: str = ""
     states: int = 0
@@ -177,7 +177,7 @@ class Latencies:
 
     def response(self, page: sym.CallbackPage) -> Latency:
         """Return the response time of a callback."""
-        return self._measured(responses_of(self._model, page))
+        return self._measured(responses_of(page))
 
     def everything(self) -> Everything:
         """Return all response times, and what can be lost."""
@@ -194,23 +194,23 @@ class Latencies:
         for reader, queue in self._parts.histories.items():
             longest = int(self._explored.markings[:, index[queue.load]].max())
             found.readers[reader.place.id] = longest, bool(fired & set(queue.drops))
-        for page, (tick, _) in self._parts.ticks.items():
-            found.timers[page.id] = f"{tick.removesuffix('.tick')}.miss" in fired
+        for page, loses in self._parts.lost_ticks.items():
+            found.timers[page.id] = loses in fired
         return found
 
     def _measured(self, paths: list[Path]) -> Latency:
         if self.reason:
-            return Latency(None, None, False, False, self.reason)
+            return Latency(None, None, None, False, self.reason)
         found: list[tuple[Measured, bool]] = []
         for path in paths:
             if mixed := next(filter(_is_mixed, path.callbacks), None):
                 reason = f"runs of callback {label(mixed)} overlap and wait, so they cannot be told apart"
-                return Latency(None, None, False, False, reason)
+                return Latency(None, None, None, False, reason)
             try:
                 observer = Observer(self._parts, self._explored, path)
-            except (KeyError, ValueError, AssertionError):
+            except NotFollowedError:
                 reason = "a part of the way is of a kind that is not followed"
-                return Latency(None, None, False, False, reason)
+                return Latency(None, None, None, False, reason)
             missing = next(_open(path), "")
             answer = measured(observer, self._subject.timed, self._budget, missing)
             found.append((answer, observer.is_exact))
@@ -221,7 +221,8 @@ class Latencies:
         return Latency(
             min(least, key=lambda b: (b.value, not b.is_reached), default=None),
             max(greatest, key=lambda b: (b.value, b.is_reached), default=None) if is_bounded else None,
-            any(each.is_lost for each, _ in found),
+            # What takes longer than the clock runs is not followed to its end.
+            True if any(each.is_lost for each, _ in found) else False if is_bounded else None,
             self._is_exact and all(is_exact for _, is_exact in found) and is_bounded,
             reason,
             sum(each.states for each, _ in found),
@@ -304,7 +305,7 @@ def end_of(model: sym.SystemModel, name: str) -> End:
         return found[0]
     known = [each.id for each in callback_pages(model)] + [t.topic for t in topics]
     if not found:
-        raise DinerosError(f"there is no callback or topic {name}", hint=near_matches(name, known))
+        raise DinerosError(f"no callback or topic is called {name}", hint=near_matches(name, known))
     raise DinerosError(
         f"{name} names {len(found)} callbacks or topics",
         hint="their ids are " + ", ".join(str(each.id) for each in found),

@@ -41,7 +41,8 @@ class Measured:
     Attributes
     ----------
     least, greatest : Bound or None
-        Of all instances that end. `least` is None if none ends; `greatest` also if there is no bound.
+        Of all instances that end. `least` is None if no instance ends. `greatest` is None then, too, and if
+        nothing bounds the times.
     is_lost : bool
         Whether an instance can be lost.
     is_gone : bool
@@ -49,7 +50,7 @@ class Measured:
     is_complete : bool
         Whether that holds for all instances.
     reason : str
-        Why not; or why there is no greatest time.
+        Why the search is not complete, or why there is no greatest time. Empty if there is no reason.
     states : int
         State classes.
     """
@@ -75,7 +76,7 @@ def measured(observer: Observer, base: TimedNet, budget: Budget, missing: str = 
     budget
         Limits.
     missing
-        What is not given, so that there is no greatest time; the least one is measured.
+        A time that the model does not give. Then only the least time is measured.
     """
     budget = budget.begun()
     limit = 2 * base.unit + 2 * sum(

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from dineros.analysis.latencies.editing import PLAIN, Case, EditedNet, Firing
 from dineros.analysis.latencies.parts import Parts, Run
@@ -36,9 +36,20 @@ from dineros.metamodel.times.runs import most_put
 IDLE, ARMED, WATCHING, SHOWN, DONE, LOST, OVER, GO = (
     f"observer {word}" for word in ("idle", "armed", "watching", "shown", "done", "lost", "over", "go")
 )
+T = TypeVar("T")
 Asks = Literal["latency", "age", "reaction"]
 WATCH = "observer watch"
 NOW = Interval(latest=Fraction(0))
+
+
+class NotFollowedError(Exception):
+    """A part of a path is of a kind that the observer does not follow."""
+
+
+def _only(found: Sequence[T]) -> T:
+    if len(found) != 1:
+        raise NotFollowedError
+    return found[0]
 
 
 class Observer:
@@ -54,6 +65,11 @@ class Observer:
         What is followed.
     asks : {"latency", "age", "reaction"}
         What is measured.
+
+    Raises
+    ------
+    NotFollowedError
+        The path goes through something that is not followed.
     """
 
     def __init__(self, parts: Parts, explored: Explored, path: Path, asks: Asks = "latency") -> None:
@@ -100,6 +116,8 @@ class Observer:
         is_first, is_last = number == 0, number == len(path.callbacks) - 1
         sends = path.last if is_last else path.hops[number + path.begins_with_message].writer
         runs = self._parts.runs_of(page)
+        if not runs:
+            raise NotFollowedError
         mine = {id(run): self._net.place(f"observer {number} runs {at}") for at, run in enumerate(runs)}
         unsent = self._net.place(f"observer {number} unsent")
         begun = {id(run): {mine[id(run)]: 1, **({unsent: 1} if sends is not None else {})} for run in runs}
@@ -126,18 +144,21 @@ class Observer:
 
     def _tick(self, number: int, page: sym.CallbackPage, run: Run, begun: dict[str, int]) -> None:
         """Follow a timer from a strike to the beginning of its callback."""
+        if page not in self._parts.ticks:
+            raise NotFollowedError
         tick, due = self._parts.ticks[page]
         waits = self._net.place(f"observer {number} due")
         follows = Case(take=self._begins, put={**self._measures, waits: 1})
         self._net.split(tick, [self._plain, *self._arms, follows])
         for begin in self._beginnings(run):
-            assert due in self._net.original(begin).take, begin
+            if due not in self._net.original(begin).take:
+                raise NotFollowedError
             follows = self._case(run, take={waits: 1}, put=begun)
             self._net.split(begin, [Case(inhibit={waits: 1}), follows])
 
     def _serve(self, number: int, page: sym.CallbackPage, begun: dict[int, dict[str, int]]) -> None:
         """Follow a request from its arrival to the beginning of the callback that serves it."""
-        (service,) = [each for each in self._parts.requests if each.server.page is page]
+        service = _only([each for each in self._parts.requests if each.server.page is page])
         places = self._parts.requests[service]
         self.is_exact &= len(places) == 1 and self._asks != "reaction"
         for at, place in enumerate(places):
@@ -158,7 +179,8 @@ class Observer:
         is_released_here = is_first and not path.begins_with_message
         hop = None if is_released_here else path.hops[number - (not path.begins_with_message)]
         reader = path.reader if hop is None else hop.reader
-        assert reader is not None
+        if reader is None or reader not in self._parts.histories:
+            raise NotFollowedError
         queue = self._parts.histories[reader]
         ahead, waits = net.place(f"observer {number} ahead"), net.place(f"observer {number} waits")
         arrived = net.place(f"observer {number} arrived")
@@ -173,7 +195,7 @@ class Observer:
         if self._asks == "reaction":
             lost = Case(read={waits: 1}, inhibit={ahead: 1})
         most = self._most(queue.load)
-        (entrance,) = queue.entrances
+        entrance = _only(queue.entrances)
         net.split(
             entrance.enter,
             [
@@ -195,8 +217,7 @@ class Observer:
                 lost,
             ],
         )
-        assert queue.leave is not None
-        (begin,) = [each for each in self._beginnings(run) if each == queue.leave]
+        begin = _only([each for each in self._beginnings(run) if each == queue.leave])
         net.split(
             begin,
             [
@@ -208,6 +229,8 @@ class Observer:
 
     def _pipe(self, number: int, hop: Hop, received: str, arrived: str, is_first: bool) -> None:
         """Follow a message on its way to a history; `_send` puts it on the way."""
+        if (hop.writer, hop.reader) not in self._parts.pipes:
+            raise NotFollowedError
         net, pipe = self._net, self._parts.pipes[hop.writer, hop.reader]
         sent, ahead = net.place(f"observer {number} on the way"), net.place(f"observer {number} sooner")
         inside, landed = net.place(f"observer {number} sent"), net.place(f"observer {number} landed")
@@ -248,7 +271,7 @@ class Observer:
     def _send(self, number: int, writer: sym.PublisherPort, hop: Hop | None) -> None:
         """Let a publication be followed that a run has put on the place of a publisher."""
         for publish in self._parts.published[writer]:
-            (source,) = self._sources(publish, writer)
+            source = _only(self._sources(publish))
             followed = f"observer {number} sends {source}"
             if followed not in self._net.places:
                 continue
@@ -288,7 +311,7 @@ class Observer:
                 others = [self._plain, *self._arms] if is_first else [PLAIN]
                 self._net.split(publish, [*others, *cases])
 
-    def _sources(self, publish: str, writer: sym.PublisherPort) -> list[str]:
+    def _sources(self, publish: str) -> list[str]:
         """Return the places from which a publication takes its message."""
         return list(self._net.original(publish).take)
 
@@ -305,7 +328,7 @@ class Observer:
         net = self._net
         sources: set[str] = set()
         if sends is not None:
-            sources = {s for publish in self._parts.published[sends] for s in self._sources(publish, sends)}
+            sources = {s for publish in self._parts.published[sends] for s in self._sources(publish)}
         ends = set(self._endings(run))
         once = sends is None or most_put(run.page, sends.place) == 1
         own = self._own(run)
@@ -330,7 +353,7 @@ class Observer:
             if not tells:
                 cases.append(self._case(run, read=read, **ending))
             else:
-                (told,) = tells
+                told = _only(tells)
                 followed = f"observer {number} sends {told}"
                 if followed not in net.places:
                     net.place(followed)

@@ -20,6 +20,7 @@ from dineros.transformations.rules.services import S1
 from dineros.transformations.rules.starts import D2Start
 from dineros.transformations.rules.timers import C1
 from dineros.transformations.rules.times.latencies import D5, D5Clock
+from dineros.transformations.rules.times.strikes import D1
 from dineros.transformations.rules.times.work import D2, D3, D2Clock
 
 Pair = tuple[sym.PublisherPort, sym.SubscriberPort]
@@ -59,7 +60,7 @@ class Run:
 
     @property
     def is_colored(self) -> bool:
-        """Whether several runs at a time are told apart by places of their own."""
+        """Whether the followed run needs places of its own, because several runs overlap."""
         return self.page.kind != sym.CallbackKind.server and runs_at_once(self.page) > 1
 
 
@@ -101,6 +102,8 @@ class Parts:
         self.subject = subject
         self.runs: dict[tuple[sym.CallbackPage, int | None], Run] = {}
         self.ticks: dict[sym.CallbackPage, tuple[str, str]] = {}
+        self.lost_ticks: dict[sym.CallbackPage, str] = {}
+        """By callback of a timer, the transition by which it loses a tick."""
         self.received: dict[sym.SubscriberPort, str] = {}
         self.pipes: dict[Pair, Pipe] = {}
         self.requests: dict[sym.ServiceChannel, list[str]] = defaultdict(list)
@@ -134,6 +137,8 @@ class Parts:
                 page = source_of(link, sym.CallbackPage)
                 tick, due = self.ticks.get(page, ("", ""))
                 self.ticks[page] = (name, due) if link.role == "tick" else (tick, name)
+            elif link.maker is D1 and link.role == "miss":
+                self.lost_ticks[source_of(link, sym.CallbackPage)] = name
             elif link.maker is D2Start and link.role == "begun":
                 self._run(link).own.add(name)
             elif link.maker is D2:

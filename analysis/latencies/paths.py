@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from dineros.metamodel import sym
-from dineros.metamodel.callbacks.groups import callback_page_of
+from dineros.metamodel.callbacks.groups import callback_page_of, readers_of
 from dineros.metamodel.elements import channels, pages, resolve
 from dineros.metamodel.matching import are_matched
 
@@ -65,20 +65,10 @@ def hops_of(model: sym.SystemModel) -> list[Hop]:
     return found
 
 
-def readers_of(model: sym.SystemModel, page: sym.CallbackPage) -> list[sym.SubscriberPort]:
-    """Return the subscriptions that begin a callback."""
-    return [
-        port
-        for topic in channels(model, sym.TopicChannel)
-        for port in topic.subscribers
-        if callback_page_of(port.place) is page
-    ]
-
-
-def responses_of(model: sym.SystemModel, page: sym.CallbackPage) -> list[Path]:
+def responses_of(page: sym.CallbackPage) -> list[Path]:
     """Return the paths of a callback alone: one for each history that it reads."""
     if page.kind == sym.CallbackKind.subscriber:
-        return [Path((page,), reader=port) for port in readers_of(model, page)]
+        return [Path((page,), reader=port) for port in readers_of(page)]
     return [Path((page,))]
 
 
@@ -90,7 +80,7 @@ def paths_between(
     """Return the paths between two callbacks or topics that pass no callback twice."""
     hops = hops_of(model)
     if isinstance(first, sym.CallbackPage):
-        starts = responses_of(model, first)
+        starts = responses_of(first)
     else:
         starts = [
             Path((page,), (hop,))

@@ -12,7 +12,7 @@ from typing import TypeAlias
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import answers
-from dineros.metamodel.elements import channels, node_net_of
+from dineros.metamodel.elements import channels, node_net_of, system_model_of
 
 Asking: TypeAlias = sym.CallbackPage | sym.ClientPort | sym.ActionClientPort
 """What may be in a callback group."""
@@ -62,18 +62,22 @@ def answered_on(page: sym.CallbackPage) -> list[sym.ClientPort | sym.ActionClien
 
 def clients_beside(element: EObject | None) -> list[sym.ClientPort]:
     """Return all clients of services of the system model that an element is in."""
-    services = channels(_model_around(element), sym.ServiceChannel)
+    services = channels(system_model_of(element), sym.ServiceChannel)
     return [client for service in services for client in service.clients]
 
 
 def _actions_beside(element: EObject | None) -> list[sym.ActionChannel]:
-    return channels(_model_around(element), sym.ActionChannel)
+    return channels(system_model_of(element), sym.ActionChannel)
 
 
-def _model_around(element: EObject | None) -> sym.SystemModel | None:
-    while element is not None and not isinstance(element, sym.SystemModel):
-        element = element.eContainer()
-    return element
+def readers_of(page: sym.CallbackPage) -> list[sym.SubscriberPort]:
+    """Return the subscriptions whose messages begin a callback."""
+    return [
+        reader
+        for topic in channels(system_model_of(page), sym.TopicChannel)
+        for reader in topic.subscribers
+        if callback_page_of(reader.place) is page
+    ]
 
 
 def begins_answer(client: sym.ActionClientPort, place: pn.Place | None) -> bool:

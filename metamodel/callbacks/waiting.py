@@ -76,10 +76,10 @@ def _sends_freely(client: sym.ClientPort) -> bool:
     return runs_callbacks(node_net_of(client.request))
 
 
-def hasty_clients(model: sym.SystemModel) -> list[sym.ActionClientPort]:
-    """Return the clients of actions that send a goal before the last one is over, but have one under way.
+def held_back_clients(model: sym.SystemModel) -> list[sym.ActionClientPort]:
+    """Return the clients of actions whose goals the rules hold back: one goal is under way at a time.
 
-    The rules hold such a goal back. `rclpy` and `rclcpp` send it at once.
+    Nothing in their node waits for the end of a goal, so `rclpy` and `rclcpp` send the next one at once.
     """
     if model.middleware != sym.Middleware.ros2:
         return []

@@ -21,7 +21,7 @@ from dineros.metamodel.callbacks.groups import (
     threads_of,
     works_on_goals,
 )
-from dineros.metamodel.elements import channels, node_net_of, node_nets, pages, transitions
+from dineros.metamodel.elements import channels, node_net_of, node_nets, pages, system_model_of, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import quality_of
 
@@ -69,9 +69,8 @@ def _given(element: EObject, name: str) -> bool:
 
 def default_times(element: EObject | None) -> sym.DefaultTimes:
     """Return what the model around an element says of what gives no times of its own."""
-    while element is not None and not isinstance(element, sym.SystemModel):
-        element = element.eContainer()
-    found = None if element is None else element.times
+    model = system_model_of(element)
+    found = None if model is None else model.times
     return found if found is not None else sym.DefaultTimes()
 
 
@@ -110,9 +109,7 @@ def gives_up_in_time(client: sym.ClientPort) -> bool:
     """
     if not (client.timeout or 0) > 0 or client.outstanding not in (None, 1) or is_awaited(client):
         return False
-    model = client.eContainer()
-    while model is not None and not isinstance(model, sym.SystemModel):
-        model = model.eContainer()
+    model = system_model_of(client)
     return model is not None and not any(node.lifecycle for node in node_nets(model))
 
 

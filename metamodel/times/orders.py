@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.callbacks.bodies import Body
-from dineros.metamodel.callbacks.groups import callback_page_of, members_of, runs_callbacks, threads_of
-from dineros.metamodel.elements import channels, nodes, resolve
+from dineros.metamodel.callbacks.groups import members_of, readers_of, runs_callbacks, threads_of
+from dineros.metamodel.elements import nodes, resolve, system_model_of
 
 _KINDS = (sym.CallbackKind.timer, sym.CallbackKind.subscriber)
 
@@ -32,9 +32,7 @@ def why_any(node: sym.NodeNet) -> str:
         return "its executor has several threads"
     if node.lifecycle is not None:
         return "it is a managed node"
-    model = node.eContainer()
-    while model is not None and not isinstance(model, sym.SystemModel):
-        model = model.eContainer()
+    model = system_model_of(node)
     if model is None:
         return "it belongs to no system model"
     for page in (each for each in node.eAllContents() if isinstance(each, sym.CallbackPage)):
@@ -48,19 +46,9 @@ def why_any(node: sym.NodeNet) -> str:
     return ""
 
 
-def _readers_of(page: sym.CallbackPage, model: sym.SystemModel) -> list[sym.SubscriberPort]:
-    """Return the ports whose messages call a page."""
-    return [
-        reader
-        for topic in channels(model, sym.TopicChannel)
-        for reader in topic.subscribers
-        if callback_page_of(reader.place) is page
-    ]
-
-
 def _why_not_at_once(page: sym.CallbackPage, model: sym.SystemModel) -> str:
     """Return why a callback that is ready may be unable to begin on a free thread; empty if it always can."""
-    readers = _readers_of(page, model)
+    readers = readers_of(page)
     if page.kind == sym.CallbackKind.timer:
         if readers:
             return f"{page.id} is called by a timer and by messages"

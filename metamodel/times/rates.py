@@ -11,10 +11,9 @@ from __future__ import annotations
 from fractions import Fraction
 
 from dineros.metamodel import sym
-from dineros.metamodel.base import EObject
-from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
+from dineros.metamodel.callbacks.groups import callback_page_of, readers_of, runs_callbacks
 from dineros.metamodel.calls import UNLIMITED
-from dineros.metamodel.elements import channels, node_net_of
+from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import are_matched
 from dineros.metamodel.times.given import duration_of, latency_between, runs_at_once, waits
@@ -105,26 +104,20 @@ def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -
     if page.kind != sym.CallbackKind.subscriber:
         return None
     total = 0
-    model: EObject | None = page
-    while model is not None and not isinstance(model, sym.SystemModel):
-        model = model.eContainer()
-    for channel in channels(model, sym.TopicChannel):
-        for reader in channel.subscribers:
-            if callback_page_of(reader.place) is not page:
-                continue
-            held = _in_hand(reader, page)
-            if held is None:
-                return None
-            total += reader.limit + held
-            for writer in channel.publishers:
-                if are_matched(writer, reader):
-                    latency = latency_between(writer, reader)
-                    if latency is None or latency.latest is None:
-                        return None
-                    sent = _publications(writer, window + seconds_of(latency.latest), asked)
-                    if sent is None:
-                        return None
-                    total += sent
+    for reader in readers_of(page):
+        held = _in_hand(reader, page)
+        if held is None:
+            return None
+        total += reader.limit + held
+        for writer in reader.channel.publishers if reader.channel is not None else ():
+            if are_matched(writer, reader):
+                latency = latency_between(writer, reader)
+                if latency is None or latency.latest is None:
+                    return None
+                sent = _publications(writer, window + seconds_of(latency.latest), asked)
+                if sent is None:
+                    return None
+                total += sent
     return total
 
 

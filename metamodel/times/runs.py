@@ -10,10 +10,9 @@ from __future__ import annotations
 from collections import Counter
 
 from dineros.metamodel import pn, pnm, sym
-from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body, calls_of
 from dineros.metamodel.callbacks.groups import callback_page_of
-from dineros.metamodel.elements import nodes, resolve
+from dineros.metamodel.elements import nodes, resolve, system_model_of
 from dineros.metamodel.times.given import runs_at_once
 
 MOST_STATES = 300
@@ -42,7 +41,7 @@ def is_changed_elsewhere(page: sym.CallbackPage, place: pn.Place) -> bool:
     What the rules add does not count: it is another way to fire a transition of the page (rule D3), or takes
     what the page puts.
     """
-    model = _model_of(page)
+    model = system_model_of(page)
     away = {
         node
         for node in (nodes(model) if model is not None else ())
@@ -55,15 +54,9 @@ def is_changed_elsewhere(page: sym.CallbackPage, place: pn.Place) -> bool:
     return any(callback_page_of(arc) is not page and not isinstance(arc.page, pnm.Sheet) for arc in around)
 
 
-def _model_of(element: EObject | None) -> sym.SystemModel | None:
-    while element is not None and not isinstance(element, sym.SystemModel):
-        element = element.eContainer()
-    return element
-
-
 def _places_of_ports(page: sym.CallbackPage) -> set[pn.Node]:
     """Return the places that ports of the model name: the middleware puts tokens there, or takes them."""
-    model = _model_of(page)
+    model = system_model_of(page)
     if model is None:
         return set()
     ports = [part for channel in model.channels for part in channel.eAllContents()]

@@ -109,6 +109,7 @@ class Index:
         self.constants: dict[str, list[Named]] = {}
         self.components: list[tuple[str, str]] = []
         self.includes: dict[str, list[str]] = {}
+        self._interfaces: dict[tuple[str, str], str | None] = {}
         self._loose: list[tuple[list[str], Routine]] = []
 
     def add(self, source: Source) -> None:
@@ -139,6 +140,11 @@ class Index:
         followed.
         """
         last = name.rpartition("::")[2]
+        if (last, path) not in self._interfaces:
+            self._interfaces[last, path] = self._interface(last, path)
+        return self._interfaces[last, path]
+
+    def _interface(self, last: str, path: str) -> str | None:
         snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", last).lower()
         todo, seen = [path], {path}
         while todo and len(seen) < _MOST_HEADERS:

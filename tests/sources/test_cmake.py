@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dineros.sources.cmake import Component, read_cmake
+from dineros.sources.cmake import LONGEST_WORD, MOST_VALUES, Component, read_cmake
 
 TEXT = """
 cmake_minimum_required(VERSION 3.8)
@@ -38,6 +38,12 @@ def test_programs_components_and_scripts_are_read() -> None:
 def test_what_is_not_known_stays_as_it_is_written() -> None:
     built = read_cmake('add_executable(node ${FILES} "${DIR}/main.cpp")')
     assert built.sources == {"node": ["${FILES}", "${DIR}/main.cpp"]}
+
+
+def test_variables_that_double_stay_small() -> None:
+    text = 'set(A "xy")' + 'set(A "${A}${A}")' * 200 + "set(B ${A} ${A})" + "set(B ${B} ${B})" * 200
+    built = read_cmake(f"{text} add_executable(node ${{A}}.cpp ${{B}})")
+    assert sum(map(len, built.sources["node"])) <= (MOST_VALUES + 1) * LONGEST_WORD
 
 
 def test_broken_text_gives_what_can_be_read() -> None:

@@ -43,7 +43,7 @@ class RandomWalks(Method):
     """Walk at random until all that walks can meet is met, or time is up; the way is not kept."""
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Look at the markings of random walks, if nobody asked for the way."""
+        """Look at the markings of random walks, if the question does not ask for a way."""
         from dineros.analysis.properties.predicates import satisfied
 
         if not isinstance(question, Reach):

@@ -72,7 +72,7 @@ def test_what_is_open_ends_with_status_3(run: Run, tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         (("--from", "tick"), "--from and --to go together"),
-        (("--from", "tick", "--to", "tock"), "there is no callback or topic tock"),
+        (("--from", "tick", "--to", "tock"), "no callback or topic is called tock"),
         (("--from", "log", "--to", "tick"), "no data goes from callback log to callback tick"),
     ],
 )

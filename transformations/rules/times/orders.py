@@ -65,15 +65,25 @@ class Wait(Fragment):
         Have a token before, and afterwards.
     some : Expression
         Has a token if something is ready.
+    needs, without : list of Expression
+        Places that must have a token, and that must have none.
     """
 
     roles: Mapping[str, type[EObject]] = {"wait": pn.Transition}
     wait: New
 
-    def __init__(self, id: str, *, now: Expression, after: Expression, some: Expression) -> None:
+    def __init__(
+        self, id: str, *, now: Expression, after: Expression, some: Expression, needs: list[Expression],
+        without: list[Expression],
+    ) -> None:  # fmt: skip
         super().__init__()
         self.wait = transition(id, Meaning("the executor of {node} looks what is ready"), at_once=True)
-        self.arcs = [arc(now, self.wait), arc(self.wait, after), read(some, self.wait)]
+        self.arcs = [
+            arc(now, self.wait),
+            arc(self.wait, after),
+            *(read(each, self.wait) for each in (some, *needs)),
+            *(inhibit(each, self.wait) for each in without),
+        ]
 
 
 class E8Wait(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
@@ -91,22 +101,16 @@ class E8Wait(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     next_timers = Made(E8Result.timers, of=[node, less(3, number)])
     next_messages = Made(E8Result.messages, of=[node, less(3, number)])
 
-    for_timers = Wait("{node.id}.wait[{number}].timers", now=now, after=after, some=next_timers)
-    for_messages = Wait("{node.id}.wait[{number}].messages", now=now, after=after, some=next_messages)
-    timers_need = [
-        read(chooser, for_timers.wait),
-        read(threads, for_timers.wait),
-        inhibit(timers, for_timers.wait),
-        inhibit(messages, for_timers.wait),
-        inhibit(unsure, for_timers.wait),
-    ]
-    messages_need = [
-        read(chooser, for_messages.wait),
-        read(threads, for_messages.wait),
-        inhibit(timers, for_messages.wait),
-        inhibit(messages, for_messages.wait),
-        inhibit(unsure, for_messages.wait),
-    ]
+    for_timers = Wait(
+        "{node.id}.wait[{number}].timers",
+        now=now, after=after, some=next_timers,
+        needs=[chooser, threads], without=[timers, messages, unsure],
+    )  # fmt: skip
+    for_messages = Wait(
+        "{node.id}.wait[{number}].messages",
+        now=now, after=after, some=next_messages,
+        needs=[chooser, threads], without=[timers, messages, unsure],
+    )  # fmt: skip
 
 
 class Turn(Fragment):
