@@ -15,6 +15,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.elements import label
 
 if TYPE_CHECKING:
+    from dineros.analysis.requirements.latencies import AskedLatency
     from dineros.analysis.requirements.stored import Asked
 
 FIRST_SECONDS, FIRST_SHARE = 5.0, 0.08
@@ -75,7 +76,7 @@ class Properties(Question):
     def _ask_of(
         self, checked: Checked, property: sym.Property, budget: Budget, is_first: bool = False
     ) -> None:
-        from dineros.analysis.requirements.stored import asked
+        from dineros.analysis.requirements.asking import question_of
 
         shown = f"property {label(property)}"
         asks = f"whether {shown} holds"
@@ -84,7 +85,7 @@ class Properties(Question):
         with checked.guarded(None if is_first else partial(checked.leave_open, asks)):
             checked.budget.check_time()
             try:
-                question = asked(property, checked.subject)
+                question = question_of(property, checked.subject)
                 outcome = question.answer(budget, checked.orders)
             except FormulaError as error:
                 unreadable = self.UNREADABLE.found(str(property.id), property=shown, reason=error)
@@ -96,7 +97,12 @@ class Properties(Question):
                 checked.told.add(_mark(property))
 
     def _say(
-        self, checked: Checked, property: sym.Property, shown: str, question: Asked, outcome: Outcome
+        self,
+        checked: Checked,
+        property: sym.Property,
+        shown: str,
+        question: Asked | AskedLatency,
+        outcome: Outcome,
     ) -> None:
         if outcome.status == "unknown":
             checked.leave_open(f"whether {shown} holds", outcome.reason)
@@ -104,7 +110,8 @@ class Properties(Question):
         does_hold = outcome.status == "holds"
         if does_hold == bool(property.expected):
             how = "holds" if does_hold else "does not hold, as expected"
-            checked.report.proved.append(f"{shown} {how}: {property.text}")
+            why = f" ({outcome.reason})" if outcome.reason else ""
+            checked.report.proved.append(f"{shown} {how}: {property.text}{why}")
             return
         fault = self.HOLDS if does_hold else self.VIOLATED
         checked.report.findings.append(
@@ -113,16 +120,19 @@ class Properties(Question):
                 witness=_witness(question, outcome),
                 property=shown,
                 text=property.text,
-                unless=f"; {outcome.reason}" if outcome.times else _unless(checked, question, outcome),
+                unless=_unless(checked, question, outcome),
             )
         )
 
 
-def _unless(checked: Checked, question: Asked, outcome: Outcome) -> str:
-    """Return which fairness would prove a property that only unfair runs violate; empty where none would."""
+def _unless(checked: Checked, question: Asked | AskedLatency, outcome: Outcome) -> str:
+    """Return the time of a violation, or the fairness that would prove the property; empty without either."""
     from dineros.analysis.questions.engines import Linear
     from dineros.analysis.questions.needed_fairness import needed_fairness
+    from dineros.analysis.requirements.stored import Asked
 
+    if outcome.times or not isinstance(question, Asked):
+        return f"; {outcome.reason}"
     linear = question.question()
     if not isinstance(linear, Linear) or question.reading.is_negated:
         return ""
@@ -142,7 +152,7 @@ def _mark(property: sym.Property) -> str:
     return f"property {property.id}"
 
 
-def _witness(question: Asked, outcome: Outcome) -> Witness | None:
+def _witness(question: Asked | AskedLatency, outcome: Outcome) -> Witness | None:
     if not outcome.stem and not outcome.loop:
         return None
     loop = len(outcome.stem) if outcome.loop else None

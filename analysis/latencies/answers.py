@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.latencies.instances import Instance, longest_instance
 from dineros.analysis.latencies.measuring import Bound, Measured, measured
 from dineros.analysis.latencies.observer import Asks, NotFollowedError, Observer
 from dineros.analysis.latencies.parts import Parts
@@ -124,6 +125,8 @@ class Latencies:
         A model of the middleware ``ros2``.
     budget : Budget
         Limits of all searches together.
+    subject : TimedSubject, optional
+        The net with its times, if it is there already.
 
     Raises
     ------
@@ -132,7 +135,7 @@ class Latencies:
         that no rule obeys.
     """
 
-    def __init__(self, model: sym.SystemModel, budget: Budget) -> None:
+    def __init__(self, model: sym.SystemModel, budget: Budget, subject: TimedSubject | None = None) -> None:
         if model.middleware != sym.Middleware.ros2:
             hint = "set middleware to ros2"
             raise DinerosError("latencies are those of ROS 2", hint=hint, element=model.id)
@@ -141,7 +144,7 @@ class Latencies:
             raise DinerosError("the model does not say how long anything takes", hint=hint, element=model.id)
         self._model = model
         self._budget = budget.begun()
-        self._subject: TimedSubject = timed_base_subject(model, times=True)
+        self._subject: TimedSubject = subject or timed_base_subject(model)
         self._explored: Explored = explore_timed(self._subject.timed, self._budget)
         self._parts = Parts(self._subject)
         self._is_exact = not any(_is_widened(page) for page in callback_pages(model)) and all(
@@ -149,12 +152,25 @@ class Latencies:
         )
 
     @property
+    def subject(self) -> TimedSubject:
+        """The net with its times."""
+        return self._subject
+
+    @property
     def reason(self) -> str:
         """Why the markings are not all known, without which nothing is measured; empty if they are."""
         return self._explored.reason
 
-    def between(self, first: End, last: End) -> Latency:
-        """Return how long data takes from a callback or topic to another one, on any way."""
+    def between(self, first: End, last: End, *, with_ages: bool = True) -> Latency:
+        """Return how long data takes from a callback or topic to another one, on any way.
+
+        Parameters
+        ----------
+        first, last
+            Where it begins, and where it ends.
+        with_ages
+            Whether the reaction time and the data age are measured, too.
+        """
         paths = paths_between(self._model, first, last)
         if not paths:
             raise DinerosError(
@@ -162,7 +178,7 @@ class Latencies:
                 hint="data goes from a callback over a topic to the callbacks that take its messages",
             )
         found = self._measured(paths)
-        if found.reason or len(paths) > 1:
+        if found.reason or len(paths) > 1 or not with_ages:
             return found
         reaction, age = (self._longest(paths[0], asks) for asks in _OF_CHAINS)
         return replace(found, reaction=reaction, age=age)
@@ -178,6 +194,29 @@ class Latencies:
     def response(self, page: sym.CallbackPage) -> Latency:
         """Return the response time of a callback."""
         return self._measured(responses_of(page))
+
+    def longest_instance(self, first: End, last: End | None, found: Latency) -> Instance | None:
+        """Return a run with the instance that takes longest; None if it is not found within the budget.
+
+        Parameters
+        ----------
+        first, last
+            As for `between`; without `last`, the callback `first` alone.
+        found
+            The answer, with a greatest time.
+        """
+        if found.greatest is None:
+            return None
+        if last is not None:
+            paths = paths_between(self._model, first, last)
+        else:
+            assert isinstance(first, sym.CallbackPage)
+            paths = responses_of(first)
+        observers = (Observer(self._parts, self._explored, path) for path in paths)
+        shown = (
+            longest_instance(each, self._subject.timed, found.greatest, self._budget) for each in observers
+        )
+        return next((each for each in shown if each is not None), None)
 
     def everything(self) -> Everything:
         """Return all response times, and what can be lost."""

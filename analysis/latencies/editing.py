@@ -145,7 +145,13 @@ class EditedNet:
             if any(each.put.get(place, 0) > each.take.get(place, 0) for each in cases)
         ]
 
-    def compiled(self, wanted: Iterable[str], goes: str, free: Iterable[str]) -> TimedNet:
+    def originals(self) -> dict[str, str]:
+        """Return by case of a transition the transition that was split."""
+        return {each.name: name for name, cases in self.cases.items() for each in cases}
+
+    def compiled(
+        self, wanted: Iterable[str], goes: str, free: Iterable[str], *, is_whole: bool = False
+    ) -> TimedNet:
         """Return the net, without what cannot matter for some places.
 
         Parameters
@@ -156,9 +162,12 @@ class EditedNet:
             A place that everything reads that does not take it.
         free
             Transitions that fire without it.
+        is_whole
+            Whether nothing is left out.
         """
         firings = [each for cases in self.cases.values() for each in cases]
-        kept, places = (firings, set(self.places)) if self._above else _relevant(firings, wanted)
+        is_whole = is_whole or bool(self._above)
+        kept, places = (firings, set(self.places)) if is_whole else _relevant(firings, wanted)
         places.add(goes)
         excepted = set(free)
         made = [

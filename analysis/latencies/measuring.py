@@ -79,9 +79,7 @@ def measured(observer: Observer, base: TimedNet, budget: Budget, missing: str = 
         A time that the model does not give. Then only the least time is measured.
     """
     budget = budget.begun()
-    limit = 2 * base.unit + 2 * sum(
-        (each.latest or each.earliest for each in base.intervals), start=Fraction(0)
-    )
+    limit = clock_of(base)
     if missing:
         found = _searched(observer.net(limit), limit, budget, stops=False)
         assert found is not None
@@ -92,6 +90,12 @@ def measured(observer: Observer, base: TimedNet, budget: Budget, missing: str = 
             return found
         limit *= LONGER
     return Measured(None, None, False, False, f"some instances take longer than {float(limit / LONGER):g} s")
+
+
+def clock_of(base: TimedNet) -> Fraction:
+    """Return how long the clock of an observer runs at first, in seconds."""
+    latest = (each.latest or each.earliest for each in base.intervals)
+    return 2 * base.unit + 2 * sum(latest, start=Fraction(0))
 
 
 def _searched(net: TimedNet, limit: Fraction, budget: Budget, stops: bool = True) -> Measured | None:
@@ -115,7 +119,7 @@ def _searched(net: TimedNet, limit: Fraction, budget: Budget, stops: bool = True
     markings = search.markings()
     ended = np.flatnonzero((markings[:, done] > 0) & (markings[:, over] == 0))
     classes = np.flatnonzero(np.isin(search.marking_of, ended))
-    times = [_times(search, int(number), limit) for number in classes]
+    times = [times_of(search, int(number), limit) for number in classes]
     least = min((each[0] for each in times), key=lambda b: (b.value, not b.is_reached), default=None)
     greatest = max((each[1] for each in times), key=lambda b: (b.value, b.is_reached), default=None)
     return Measured(
@@ -134,7 +138,7 @@ def _is_late(search: ClassSearch, over: int, go: int) -> bool:
     return bool(((markings[:, over] > 0) & (markings[:, go] > 0)).any())
 
 
-def _times(search: ClassSearch, number: int, limit: Fraction) -> tuple[Bound, Bound]:
+def times_of(search: ClassSearch, number: int, limit: Fraction) -> tuple[Bound, Bound]:
     """Return how long the instance has taken that ends in a class: only the observer's clock runs there.
 
     A linear class says in how much time the clock ends, a strong one how much time it has counted.

@@ -97,13 +97,26 @@ class Observer:
                 replaced = Case(take={SHOWN: 1, GO: 1}, put={DONE: 1})
                 self._net.split(name, [Case(inhibit={SHOWN: 1}), replaced])
 
-    def net(self, limit: Fraction) -> TimedNet:
-        """Return the net, with a clock that ends after so long."""
+    def original(self, name: str) -> str | None:
+        """Return the transition of the net without the observer that a transition stands for, if any."""
+        name = self._net.originals().get(name, name)
+        return name if name in self._parts.subject.timed.untimed.transitions else None
+
+    def net(self, limit: Fraction, *, is_whole: bool = False) -> TimedNet:
+        """Return the net, with a clock that ends after so long.
+
+        Parameters
+        ----------
+        limit
+            In seconds.
+        is_whole
+            Whether it has the parts, too, that have no influence on what is followed.
+        """
         self._net.cases.pop(WATCH, None)
         self._net.add(
             Firing(WATCH, {WATCHING: 1}, {OVER: 1}, {}, {}, Interval(limit, limit)),
         )
-        return self._net.compiled((DONE, LOST, OVER, WATCHING), GO, (WATCH,))
+        return self._net.compiled((DONE, LOST, OVER, WATCHING), GO, (WATCH,), is_whole=is_whole)
 
     def _outputs(self) -> list[str]:
         """Return the transitions by which the path ends, whatever their data is."""

@@ -110,6 +110,8 @@ def _with_instance(link: Link, element: EObject) -> str:
     while model is not None and not isinstance(model, pn.Net):
         model = model.eContainer()
     served = None if model is None else serving(element, server_pages(model))
+    if served is None:
+        return _id(element)  # the index is that of one of its clocks
     is_slot = isinstance(served, sym.ActionChannel)
     return f"{_id(element)} of {'slot' if is_slot else 'server instance'} {link.index}"
 

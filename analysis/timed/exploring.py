@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from dineros.analysis.answers.budget import RAN_OUT, Budget
-from dineros.analysis.nets.compiled import Int64Array
+from dineros.analysis.nets.compiled import CompiledNet, Int64Array
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.graph import enabling
@@ -102,8 +102,12 @@ class Explored:
 def explore_timed(net: TimedNet, budget: Budget) -> Explored:
     """Build the largest state classes of a net, or find out that tokens grow forever.
 
-    The strong classes (E) are built if the net has priorities, else the linear ones (M).
+    The strong classes (E) are built if the net has priorities, else the linear ones (M). A complete search is
+    kept with the net, for all further questions.
     """
+    last = net.untimed.once(_Complete)
+    if last.explored is not None and last.explored.net is net:
+        return last.explored
     kind: Kind = "E" if net.has_priorities else "M"
     search = ClassSearch(net, kind, budget, keeps_parents=True, is_breadth_first=True)
     found: list[Pumping] = []
@@ -120,7 +124,17 @@ def explore_timed(net: TimedNet, budget: Budget) -> Explored:
         return bool(found)
 
     search.run(grows)
-    return Explored(net, search, found[0] if found else None)
+    explored = Explored(net, search, found[0] if found else None)
+    if explored.is_complete:
+        last.explored = explored
+    return explored
+
+
+class _Complete:
+    """The complete search of a net, once there is one."""
+
+    def __init__(self, _: CompiledNet) -> None:
+        self.explored: Explored | None = None
 
 
 def _fullest(search: ClassSearch, among: int) -> int:

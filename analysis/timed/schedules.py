@@ -40,8 +40,17 @@ class ScheduledFiring:
 
 
 @dataclass(frozen=True)
-class _Bound:
-    """``x[target] - x[source] >= least``; strictly more if it is strict."""
+class Gap:
+    """A bound on the time between two firings of a sequence: ``x[target] - x[source] >= least``.
+
+    Attributes
+    ----------
+    source, target : int
+        Firings, counted from 1; 0 is the start.
+    least : Fraction
+    is_strict : bool
+        Whether it is more than `least`.
+    """
 
     source: int
     target: int
@@ -49,8 +58,15 @@ class _Bound:
     is_strict: bool
 
 
-def schedule(net: TimedNet, trace: Sequence[int]) -> tuple[ScheduledFiring, ...]:
+def schedule(net: TimedNet, trace: Sequence[int], gaps: Sequence[Gap] = ()) -> tuple[ScheduledFiring, ...]:
     """Return when the transitions of a firing sequence fire.
+
+    Parameters
+    ----------
+    net, trace
+        The net, and the transitions that fire.
+    gaps
+        More bounds: only schedules that keep them are looked at.
 
     Raises
     ------
@@ -67,7 +83,7 @@ def schedule(net: TimedNet, trace: Sequence[int]) -> tuple[ScheduledFiring, ...]
     >>> [(str(one.earliest), str(one.at), str(one.latest)) for one in schedule(net, [0, 1, 0])]
     [('10', '10', '10'), ('11', '11', '13'), ('21', '21', '23')]
     """
-    bounds = _bounds(net, trace)
+    bounds = [*_bounds(net, trace), *gaps]
     size = len(trace) + 1
     shift = net.unit / (2 * (size + 1))
     earliest = _longest(size, [(b.source, b.target, b.least + shift * b.is_strict) for b in bounds])
@@ -126,7 +142,7 @@ def _unshifted_up(time: Fraction | None, unit: Fraction) -> Fraction | None:
     return None if time is None else -(-time // unit) * unit
 
 
-def _bounds(net: TimedNet, trace: Sequence[int]) -> list[_Bound]:
+def _bounds(net: TimedNet, trace: Sequence[int]) -> list[Gap]:
     """Fire the sequence and collect what bounds its times; variable 0 is the start.
 
     Raises
@@ -140,15 +156,15 @@ def _bounds(net: TimedNet, trace: Sequence[int]) -> list[_Bound]:
     for number, fired in enumerate(trace, 1):
         if fired not in since:
             raise WitnessError(f"transition {net.untimed.transitions[fired]} is not enabled")
-        bounds.append(_Bound(number - 1, number, Fraction(0), False))
+        bounds.append(Gap(number - 1, number, Fraction(0), False))
         own = net.intervals[fired]
-        bounds.append(_Bound(since[fired], number, own.earliest, own.is_open_below))
+        bounds.append(Gap(since[fired], number, own.earliest, own.is_open_below))
         for transition, start in since.items():
             interval = net.intervals[transition]
             if interval.latest is not None:
-                bounds.append(_Bound(number, start, -interval.latest, interval.is_open_above))
+                bounds.append(Gap(number, start, -interval.latest, interval.is_open_above))
             if transition in net.above[fired]:
-                bounds.append(_Bound(number, start, -interval.earliest, not interval.is_open_below))
+                bounds.append(Gap(number, start, -interval.earliest, not interval.is_open_below))
         for place, weight in net.take.row(fired):
             marking[place] -= weight
         going_on = {t: start for t, start in since.items() if t != fired and is_enabled(net, t, marking)}

@@ -164,6 +164,7 @@ def write_stored(model: Path, settings: Sequence[str], overflow: str, output: Pa
     from dineros.analysis.model.subject import base_subject
     from dineros.analysis.properties import writing
     from dineros.analysis.properties.property import Property
+    from dineros.analysis.requirements.latency_bounds import latency_bound
     from dineros.analysis.requirements.listing import properties_of
     from dineros.analysis.requirements.stored import read
 
@@ -171,6 +172,9 @@ def write_stored(model: Path, settings: Sequence[str], overflow: str, output: Pa
     subject = base_subject(net, overflow)  # type: ignore[arg-type]
     said: list[Property] = []
     for property in properties_of(net):
+        if latency_bound(property) is not None:
+            warn(f"{model}: property {property.id} is left out: the contest's formulas bound no latencies")
+            continue
         with reading_formula(f"property {property.id}"):
             reading = read(property)
         one = Property(str(property.id), *reading.as_formula())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from dineros.analysis.questions.engines import Question
     from dineros.analysis.questions.needed_fairness import NeededFairness
     from dineros.analysis.symbolic.order_cache import OrderCache
+    from dineros.metamodel import sym
 
 
 def verify_formula(
@@ -102,6 +104,7 @@ def verify_formula(
 
 def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
     """Decide a property that a model stores; the exit status tells whether that is as expected."""
+    from dineros.analysis.requirements.latency_bounds import latency_bound
     from dineros.analysis.requirements.stored import VARIANTS, asked, property_named
 
     run = search()
@@ -110,6 +113,8 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
         asking.leave_out_times(net)
     with reading_formula(str(asking.model)):
         property = property_named(net, name)
+    if latency_bound(property) is not None:
+        return _verify_latency(asking, property, rules_of(net))
     with reading_formula(f"property {property.id}"):
         stored = asked(property, overflow=asking.overflow, is_timed=asking.timed)  # type: ignore[arg-type]
     is_expected, reading, text = bool(property.expected), stored.reading, str(property.text)
@@ -154,6 +159,34 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
     )
     with run.answer():
         return say(stored.verdict(verdict))
+
+
+def _verify_latency(asking: Asking, property: sym.Property, rules: Mapping[str, object]) -> int:
+    """Decide a property that bounds a latency; the exit status tells whether that is as expected."""
+    from dineros.analysis.requirements.asking import question_of
+
+    run = search()
+    is_expected, text = bool(property.expected), str(property.text)
+    first = {**rules, "property": str(property.id), "text": text, "expected": is_expected}
+
+    def say(verdict: Outcome) -> int:
+        witness = run_shown(stored.subject, verdict) if verdict.stem else None
+        shown = f"{property.id}: {text}{'' if is_expected else '; expected not to hold'}"
+        say_text = partial(say_verdict, verdict, shown, witness, asking.model, asking.output, is_linear=False)
+        asking.tell(verdict, witness, text, say_text, first, is_universal=verdict.status == "holds")
+        if verdict.status == "unknown":
+            return UNKNOWN
+        return HOLDS if (verdict.status == "holds") == is_expected else VIOLATED
+
+    run.draft(lambda ending: say(run.unknown(ending)))
+    asking.refuse_tina_on_workers()
+    run.stage("measuring times")
+    with reading_formula(f"property {property.id}"):
+        stored = question_of(property, overflow=asking.overflow, is_timed=asking.timed)  # type: ignore[arg-type]
+        answer = stored.answer(run.budget())
+    verdict = replace(answer, reason=run.reason(answer.reason))
+    with run.answer():
+        return say(verdict)
 
 
 def _is_of_all_runs(logic: str, formula: str, status: str) -> bool:

@@ -10,8 +10,8 @@ import pytest
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.checks import boundedness, goals, overflow, properties
 from dineros.analysis.checks.check import QUESTIONS, check
-from dineros.analysis.requirements import stored
-from dineros.analysis.requirements.stored import asked
+from dineros.analysis.requirements import asking
+from dineros.analysis.requirements.asking import question_of
 from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, node_net, place, step
@@ -68,7 +68,7 @@ def without(report: Report, words: str) -> set[str]:
     ("where", "name", "words"),
     [
         (overflow, "firing_witness", "overflow"),
-        (stored, "asked", "property"),
+        (asking, "question_of", "property"),
         (goals, "_clients", "goal"),
     ],
 )
@@ -88,9 +88,9 @@ def test_what_fails_inside_is_left_open_alone(
 @pytest.mark.long
 def test_each_queue_and_each_property_fails_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails_once(property: sym.Property, *rest: Any) -> Any:
-        return fails() if property.id == "NotTwice" else asked(property, *rest)
+        return fails() if property.id == "NotTwice" else question_of(property, *rest)
 
-    monkeypatch.setattr(stored, "asked", fails_once)
+    monkeypatch.setattr(asking, "question_of", fails_once)
     report = check(model(), LIMITS)
     assert [each.question for each in report.unknown if REASON in each.reason] == [
         "whether property NotTwice holds"
@@ -127,9 +127,9 @@ def test_only_properties_without_an_answer_are_left_open(monkeypatch: pytest.Mon
     assert not any("propert" in each.question for each in report.unknown)
 
     def all_but_one(property: sym.Property, *rest: Any) -> Any:
-        return fails() if property.id == "NotTwice" else asked(property, *rest)
+        return fails() if property.id == "NotTwice" else question_of(property, *rest)
 
-    monkeypatch.setattr(stored, "asked", all_but_one)
+    monkeypatch.setattr(asking, "question_of", all_but_one)
     report = check(model(), LIMITS)
     left = [each.question for each in report.unknown if "propert" in each.question]
     assert left == ["whether property NotTwice holds"]

@@ -54,6 +54,39 @@ def test_everything(run: Run, robot: Path) -> None:
     assert "reader log.heard: at most 2 waiting, can overflow" in lines
 
 
+def test_stored_bounds(run: Run, robot: Path) -> None:
+    model = files.load(robot)
+    assert isinstance(model, sym.SystemModel)
+    texts = {
+        "Fast": "tick to log within 0.1",
+        "Slow": "tick to log within 0.15",
+        "Bad": "log to tick within 1",
+    }
+    model.properties.extend(sym.Property(id=name, text=text) for name, text in texts.items())
+    files.save(model, robot)
+    lines = run("check", "--time", robot).stdout.splitlines()
+    assert lines[0].startswith(
+        "error: property Fast does not hold: tick to log within 0.1; it takes up to 0.15 s"
+    )
+    assert lines[1].startswith("error: property Bad cannot be asked: no data goes from callback log")
+    found = json.loads(run("check", "--time", "--json", robot).stdout)
+    proved = "property Slow holds: tick to log within 0.15 (at most 0.15 s; an instance can be lost)"
+    assert proved in found["proved"]
+    assert found["findings"][0]["witness"]["steps"][-1]["time"]["at"] == 0.47
+    without = json.loads(run("check", "--json", robot).stdout)
+    assert len(without["unknown"]) == len(texts)
+    assert all("ask with --time" in each for each in without["unknown"])
+
+    verified = run("verify", "--time", robot, "Fast")
+    assert verified.exit_code == 1
+    assert verified.stdout.startswith(
+        "violated: Fast: tick to log within 0.1 (it takes up to 0.15 s, counted"
+    )
+    assert run("verify", "--time", robot, "Slow").exit_code == 0
+    assert run("verify", robot, "Slow").exit_code == 3
+    assert run("verify", "--time", robot, "Bad").exit_code == 2
+
+
 def test_what_is_open_ends_with_status_3(run: Run, tmp_path: Path) -> None:
     model, path = model_of(COUNTED[1].system, 0.01), tmp_path / "open.sym.xmi"
     page = find(model, "log")

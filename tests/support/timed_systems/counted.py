@@ -110,3 +110,37 @@ COUNTED: dict[int, Counted] = {
     16: Counted(_asking(_SPIN), {}),
 }
 """By number."""
+
+RESPONSES: dict[int, dict[str, tuple[int, int]]] = {
+    1: {"tick": (0, 1), "log": (2, 5)},
+    2: {"log": (2, 15)},
+    3: {"log": (2, 7)},
+    4: {"log": (1, 7)},
+    5: {"log": (1, 2)},
+    6: {"log": (1, 4)},
+    7: {"fast": (1, 5), "slow": (2, 5)},
+    8: {"fast": (2, 24), "slow": (4, 21)},
+    9: {"fast": (1, 5), "slow": (2, 5)},
+    10: {"fast": (1, 2), "slow": (2, 3)},
+    12: {"filter": (3, 10), "other": (2, 10)},
+    14: {"see": (2, 4), "feel": (0, 4)},
+    15: {"look": (2, 4)},
+    16: {"look": (2, 7), "spin": (1, 7)},
+}
+"""By number, the least and the greatest response time of callbacks, in units."""
+
+CHAINS: dict[int, tuple[str, str, int, int, bool]] = {
+    1: ("tick", "log", 2, 7, False),
+    2: ("tick", "log", 2, 15, True),
+    3: ("tick", "log", 2, 7, False),
+    4: ("tick", "log", 1, 7, False),
+    5: ("tick", "log", 7, 8, False),
+    6: ("tick", "log", 3, 11, True),
+    11: ("sense", "act", 5, 11, False),
+    12: ("sense", "act", 5, 15, False),
+    13: ("sense", "act", 2, 11, False),
+    14: ("cam", "use", 4, 6, False),
+    15: ("ask", "found", 3, 8, False),
+    16: ("ask", "found", 3, 11, False),
+}
+"""By number: from where to where, the least and the greatest latency, and whether data can be lost."""

@@ -1,0 +1,94 @@
+"""Properties that bound a latency or a response time, asked of the model with its times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.latencies.answers import End, Latencies, Latency, end_of
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.requirements.latency_bounds import LatencyBound
+from dineros.analysis.symbolic.order_cache import OrderCache
+from dineros.analysis.timed.timed_subject import TimedSubject
+from dineros.metamodel import sym
+from dineros.metamodel.errors import DinerosError
+
+NO_TIMES = "it bounds a time: ask with --time, of a model that gives times"
+BY = "state classes that follow each instance"
+
+
+@dataclass(frozen=True)
+class AskedLatency:
+    """A property that bounds a latency, as a question about a model.
+
+    Attributes
+    ----------
+    property : sym.Property
+    bound : LatencyBound
+    subject : Subject
+        The net, with its times if it is asked with times.
+    """
+
+    property: sym.Property
+    bound: LatencyBound
+    subject: Subject
+
+    def answer(self, budget: Budget, _: OrderCache | None = None) -> Outcome:
+        """Decide it, with the run of a longest instance if the bound does not hold.
+
+        Raises
+        ------
+        FormulaError
+            A name is unknown, or no data goes from one end to the other.
+        """
+        if not isinstance(self.subject, TimedSubject):
+            return Outcome("unknown", reason=NO_TIMES)
+        budget = budget.begun()
+        model = self.subject.model
+        assert isinstance(model, sym.SystemModel)
+        try:
+            first = end_of(model, self.bound.first)
+            last = end_of(model, self.bound.last) if self.bound.last else None
+            asked = Latencies(model, budget, self.subject)
+            if last is not None:
+                found = asked.between(first, last, with_ages=False)
+            elif isinstance(first, sym.CallbackPage):
+                found = asked.response(first)
+            else:
+                raise DinerosError(f"{self.bound.first} is not a callback")
+        except DinerosError as error:
+            raise FormulaError(error.message, hint=error.hint) from None
+        return self._verdict(asked, first, last, found, budget)
+
+    def _verdict(
+        self, asked: Latencies, first: End, last: End | None, found: Latency, budget: Budget
+    ) -> Outcome:
+        seconds, states = self.bound.seconds, found.states
+        if found.greatest is None:
+            reason = found.reason or "no instance comes to its end"
+            return Outcome("unknown", reason=reason, states=states, seconds=budget.spent)
+        time = float(found.greatest.value)
+        if found.greatest.value <= seconds:
+            lost = "; an instance can be lost" if found.is_lost else ""
+            word = "at most" if found.is_exact else "a safe bound is"
+            return Outcome(
+                "holds", reason=f"{word} {time:g} s{lost}", states=states, seconds=budget.spent, by=BY
+            )
+        if not found.is_exact:
+            reason = f"only a safe bound is known, {time:g} s"
+            return Outcome("unknown", reason=reason, states=states, seconds=budget.spent)
+        word = "it takes up to" if found.greatest.is_reached else "it takes nearly"
+        shown = asked.longest_instance(first, last, found)
+        began = "" if shown is None else f", counted from {shown.began:g} s"
+        return Outcome(
+            "violated",
+            None if shown is None else shown.trace,
+            times=() if shown is None else shown.times,
+            reason=f"{word} {time:g} s{began}",
+            states=states,
+            seconds=budget.spent,
+            by=BY,
+            ends_at_fault=True,
+        )
