@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from dineros.metamodel import sym
 from dineros.metamodel.errors import FeatureValueError, near_matches
+from dineros.metamodel.value_ranges import UNLIMITED, ValueRange, named_values
 
 Value = str | int | float | bool | list["Value"] | dict[str, "Value"]
 """A value of a token field."""
@@ -43,6 +44,8 @@ class FieldType:
         Number of elements of a list at most.
     fields : tuple of FieldType
         Those of a record.
+    range : ValueRange
+        The values of an integer.
     """
 
     name: str
@@ -53,6 +56,7 @@ class FieldType:
     ros: str | None = None
     bound: int | None = None
     fields: tuple[FieldType, ...] = ()
+    range: ValueRange = UNLIMITED
 
     @property
     def scalar(self) -> str:
@@ -171,7 +175,35 @@ def field_type(field: sym.TokenField) -> FieldType:
     """
     kind, element = str(field.kind), str(field.elementKind)
     default: Value = [] if kind == "list" else {} if kind == "map" else EMPTY.get(kind, "")
-    return FieldType(field.name, kind, element, field.length, default, field.ros, field.bound)
+    try:
+        values = range_of(field)
+    except FeatureValueError:
+        values = UNLIMITED  # the constraint about it says what is wrong
+    return FieldType(field.name, kind, element, field.length, default, field.ros, field.bound, range=values)
+
+
+def range_of(field: sym.TokenField) -> ValueRange:
+    """Return the values that a declared field may have.
+
+    Raises
+    ------
+    FeatureValueError
+        It has a range that no field has, or one that is empty or wider than its ROS type.
+    """
+    low, high, text = field.minimum, field.maximum, field.values
+    if low is None and high is None and text is None:
+        return UNLIMITED
+    if field.kind != sym.FieldKind.integer:
+        raise FeatureValueError(f"a field of the kind {field.kind} has no range")
+    if text is not None and (low is not None or high is not None):
+        raise FeatureValueError("it has named values, and a minimum or maximum")
+    if low is not None and high is not None and low > high:
+        raise FeatureValueError(f"the minimum {low} is greater than the maximum {high}")
+    made = named_values(text) if text is not None else ValueRange(low, high)
+    for value in (low, high, *(value for _, value in made.names)):
+        if value is not None:
+            within(field.ros, field.name, value)
+    return made
 
 
 def read_json(text: str) -> object:
@@ -236,7 +268,10 @@ def _single(field: FieldType, name: str, value: object) -> Value:
     """Return what a field has once, or an element of it."""
     kind = field.scalar
     if kind != "record":
-        return within(field.ros, name, _scalar(name, kind, value))
+        if isinstance(value, str) and kind == "integer" and field.range.names:
+            value = value if (named := field.range.value_of(value)) is None else named
+        read = within(field.ros, name, _scalar(name, kind, value))
+        return field.range.require(name, read) if isinstance(read, int) and kind == "integer" else read
     if isinstance(value, str):
         value = read_json(value)
     if not isinstance(value, dict):

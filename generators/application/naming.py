@@ -14,6 +14,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import camel_case, interfaces_package, resource_name, snake_case
+from dineros.metamodel.token_data import field_type
 
 _PACKAGE = re.compile(r"[a-z][a-z0-9_]*[a-z0-9]")
 _INTERFACE = re.compile(r"[A-Z][A-Za-z0-9]*")
@@ -230,6 +231,13 @@ def message_fields(token_type: sym.TokenType | None) -> dict[str, Name]:
     names: dict[str, Name] = {}
     for field in token_type.fields if token_type else ():
         name = snake_case(field.name)
+        for value, _ in field_type(field).range.names:
+            if value in _MACROS:
+                raise NamingError(
+                    f"the value {value} of token field {field.name!r} has the name of a macro of C",
+                    element=token_type.id if token_type else None,
+                    hint="rename the value",
+                )
         problem = None
         if name == "message_id":
             problem = "which carries the id of the message"

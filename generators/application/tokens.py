@@ -45,6 +45,8 @@ class Field:
         The same as Python writes it.
     ros_default : str
         The default as the interface definition writes it; empty where it needs none or cannot say it.
+    named_values : tuple of (str, int)
+        The values that it has, if they have names: constants of the message.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Field:
     default: Value
     made: Written
     ros_default: Written
+    named_values: tuple[tuple[Name, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,8 @@ class TokenClass:
     nested : frozenset of str
         The ROS types in it, those inside of others as well.
     constants : dict of str to Value
-        Constants of the installed message, by their names in Python: ``STATE_PRIMARY_STATE_ACTIVE``.
+        Constants of the installed message, or named values of the model's own type, by their names in Python:
+        ``STATE_PRIMARY_STATE_ACTIVE``.
     """
 
     id: str | None
@@ -131,7 +135,7 @@ def token_classes(
             tuple(fields),
             Written(type_.ros) if type_.ros else None,
             frozenset(_collect(type_.fields, {})),
-            _constants(type_.ros, name, known),
+            _constants(type_, name, known),
         )
 
     first = tuple(token_class(*each) for each in zip(declared, types, names, strict=True))
@@ -139,10 +143,13 @@ def token_classes(
     return first, tuple(rest)
 
 
-def _constants(ros: str | None, name: Name, known: set[str]) -> dict[Name, Value]:
-    """Return the constants of an installed message under names that are not `known` yet."""
+def _constants(type_: TokenType, name: Name, known: set[str]) -> dict[Name, Value]:
+    """Return the constants of a message under names that are not `known` yet."""
     constants: dict[Name, Value] = {}
-    for constant, value in installed_constants(ros).items() if ros else ():
+    own_values: dict[str, Value] = {
+        each: value for field in type_.fields for each, value in field.range.names
+    }
+    for constant, value in (installed_constants(type_.ros) if type_.ros else own_values).items():
         own = Name(f"{snake_case(name).upper()}_{constant}")
         if own not in known:
             known.add(own)
@@ -223,6 +230,7 @@ def _fields(
                 field.default,
                 _made(field, makers) if field.name not in names else python(field.default),
                 _ros_default(field.default) if has_default else Written(),
+                tuple((Name(each), value) for each, value in field.range.names),
             )
         )
     return made

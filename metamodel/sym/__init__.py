@@ -649,6 +649,12 @@ class TokenField(EObject, metaclass=MetaEClass):
         ROS type of the value, or of the elements, such as uint8 or string<=20; absent: that of the kind.
     bound : int | None
         Number of elements of a list at most.
+    minimum : int | None
+        Least value of an integer; absent: that of its ROS type.
+    maximum : int | None
+        Greatest value of an integer; absent: that of its ROS type.
+    values : str | None
+        Named values of an integer, the only ones that it has: IDLE=0, BUSY=1.
     """
 
     name: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
@@ -658,6 +664,9 @@ class TokenField(EObject, metaclass=MetaEClass):
     default: str | None = Ecore.EAttribute(eType=Ecore.EString)
     ros: str | None = Ecore.EAttribute(eType=Ecore.EString)
     bound: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    minimum: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    maximum: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    values: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -673,6 +682,9 @@ class TokenField(EObject, metaclass=MetaEClass):
         default: str | None = None,
         ros: str | None = None,
         bound: int | None = None,
+        minimum: int | None = None,
+        maximum: int | None = None,
+        values: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -686,6 +698,9 @@ class TokenField(EObject, metaclass=MetaEClass):
                 "default": default,
                 "ros": ros,
                 "bound": bound,
+                "minimum": minimum,
+                "maximum": maximum,
+                "values": values,
             },
             unknown,
         )

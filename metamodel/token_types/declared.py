@@ -8,7 +8,15 @@ from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.limits import exceeds
 from dineros.metamodel.positions import location_of
-from dineros.metamodel.token_data import EMPTY, FieldType, TokenType, field_type, field_value, read_json
+from dineros.metamodel.token_data import (
+    EMPTY,
+    FieldType,
+    TokenType,
+    field_type,
+    field_value,
+    range_of,
+    read_json,
+)
 from dineros.metamodel.token_types.installed import UnknownInterfaceError, installed_fields
 
 
@@ -47,7 +55,7 @@ def _field_type(field: sym.TokenField) -> FieldType:
     too_long = exceeds("length", field.length or 0, f"the token field {field.name!r} has")
     if too_long is not None:
         raise too_long
-    made = field_type(field)
+    made = replace(field_type(field), range=range_of(field))
     if field.default is not None:
         return replace(made, default=field_value(made, read_json(field.default)))
     if made.kind == "list" and made.length:

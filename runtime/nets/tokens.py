@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, cast
 
 from dineros.metamodel.errors import FeatureValueError, near_matches
 from dineros.metamodel.token_data import FieldType, TokenType, Value, check_length, within
+from dineros.metamodel.value_ranges import UNLIMITED
 from dineros.runtime.nets.ports import Data
 
 __all__ = ["CheckedData", "Token", "TokenChecker", "copy_data"]
@@ -125,11 +126,18 @@ def _single_check(field: FieldType, name: str) -> _Check:
     """Return the check of what a field has once, or of an element of it."""
     if field.scalar == "record":
         return _record_check(field, name)
-    ros = field.ros
+    ros, values = field.ros, field.range
     if ros is None:
-        return _scalar_check(name, field.scalar)
-    check = _scalar_check(name, field.scalar, _WIDEST)
-    return lambda value: within(ros, name, check(value))
+        check = _scalar_check(name, field.scalar)
+    else:
+        any_width = _scalar_check(name, field.scalar, _WIDEST)
+
+        def check(value: object) -> Value:
+            return within(ros, name, any_width(value))
+
+    if values == UNLIMITED:
+        return check
+    return lambda value: values.require(name, cast("int", check(value)))
 
 
 def _scalar_check(name: str, kind: str, integers: range = _INT64) -> _Check:

@@ -37,7 +37,10 @@ def test_messages_are_generated_for_own_types_only(workspace: Path) -> None:
     package = workspace / "src/shop_interfaces"
     assert [path.name for path in (package / "msg").iterdir()] == ["Order.msg"]
     message = (package / "msg/Order.msg").read_text()
-    assert "\nstring<=8 article\nuint8 count\nfloat32[<=3] sizes\n" in message
+    assert (
+        "\nstring<=8 article\nuint8 count\nfloat32[<=3] sizes\nuint8 LOW=0\nuint8 HIGH=2\nuint8 urgency\n"
+        in message
+    )
     service = (package / "srv/Where.srv").read_text()
     assert service.endswith("\nOrder token\n---\ngeometry_msgs/PoseStamped token\nstring message_id\n")
     assert "<depend>geometry_msgs</depend>" in (package / "package.xml").read_text()
@@ -85,7 +88,7 @@ def test_runs_in_one_process(workspace: Path, monkeypatch: pytest.MonkeyPatch) -
     assert sorted(str(token.data) for token in planner.marking["Done"]) == sorted(map(str, REPORTS))
     (kept,) = planner.marking["Kept"]
     assert kept.data["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "lamp"}
-    assert [token.data for token in driver.marking["Where[1].Log"]] == [{"data": "255"}]
+    assert [token.data for token in driver.marking["Where[1].Log"]] == [{"data": "255!"}]
 
 
 @pytest.mark.long
@@ -108,4 +111,4 @@ def test_runs_on_ros_as_the_model_says(workspace: Path, tmp_path: Path) -> None:
         if record.event in ("take", "serve", "response")
     ]
     assert all(report in taken for report in REPORTS)
-    assert {"article": "lamp", "count": 255, "sizes": [0.10000000149011612, 2.0]} in taken
+    assert {"article": "lamp", "count": 255, "sizes": [0.10000000149011612, 2.0], "urgency": 2} in taken

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from dineros.metamodel import sym
 from dineros.metamodel.errors import FeatureValueError
-from dineros.metamodel.token_data import Value, field_type, field_value, read_data, read_json
+from dineros.metamodel.token_data import Value, field_type, field_value, range_of, read_data, read_json
 
 DECLARED = {
     "text": sym.TokenField(name="text"),
@@ -118,3 +118,54 @@ def test_any_json_fits_or_is_refused(value: object) -> None:
             continue
         assert not isinstance(found, float) or math.isfinite(found)
         assert field_value(field, json.loads(json.dumps(found))) == found
+
+
+@pytest.mark.parametrize(
+    ("field", "raw", "value"),
+    [
+        (sym.TokenField(name="mode", kind="integer", values="IDLE=0, BUSY=3"), "BUSY", 3),
+        (sym.TokenField(name="mode", kind="integer", values="IDLE=0, BUSY=3"), 0, 0),
+        (sym.TokenField(name="level", kind="integer", minimum=-2, maximum=2), -2, -2),
+        (sym.TokenField(name="level", kind="integer", maximum=2), "-9", -9),
+    ],
+)
+def test_values_of_a_range(field: sym.TokenField, raw: object, value: Value) -> None:
+    assert field_value(field_type(field), raw) == value
+
+
+@pytest.mark.parametrize(
+    ("field", "raw", "message"),
+    [
+        (
+            sym.TokenField(name="mode", kind="integer", values="IDLE=0, BUSY=3"),
+            1,
+            "mode takes IDLE, BUSY, not 1",
+        ),
+        (
+            sym.TokenField(name="mode", kind="integer", values="IDLE=0, BUSY=3"),
+            "LOST",
+            'mode takes an integer, not "LOST"',
+        ),
+        (
+            sym.TokenField(name="level", kind="integer", minimum=-2, maximum=2),
+            3,
+            "level takes -2 to 2, not 3",
+        ),
+        (sym.TokenField(name="level", kind="integer", minimum=1), 0, "level takes at least 1, not 0"),
+        (sym.TokenField(name="level", kind="integer", maximum=1), 2, "level takes at most 1, not 2"),
+    ],
+)
+def test_refuses_values_outside_of_a_range(field: sym.TokenField, raw: object, message: str) -> None:
+    with pytest.raises(FeatureValueError) as error:
+        field_value(field_type(field), raw)
+    assert error.value.message == message
+
+
+@given(st.integers(-5, 5), st.integers(-5, 5), st.integers(-9, 9))
+def test_a_range_has_exactly_its_values(low: int, high: int, value: int) -> None:
+    declared = sym.TokenField(name="level", kind="integer", minimum=low, maximum=high)
+    if low > high:
+        with pytest.raises(FeatureValueError, match="is greater than the maximum"):
+            range_of(declared)
+    else:
+        assert (range_of(declared).fault(value) is None) == (value in range(low, high + 1))

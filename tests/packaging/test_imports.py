@@ -44,6 +44,7 @@ FOLDERS = {
         "lifecycles",
         "matching",
         "times",
+        "value_ranges",
         "token_data",
         "positions",
         "colours",

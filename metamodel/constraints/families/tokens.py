@@ -9,7 +9,7 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.errors import FeatureValueError
-from dineros.metamodel.token_data import field_type, field_value, read_data, read_json, ros_scalar
+from dineros.metamodel.token_data import field_type, field_value, range_of, read_data, read_json, ros_scalar
 
 
 def _field(field: sym.TokenField) -> tuple[EObject | None, str]:
@@ -18,6 +18,10 @@ def _field(field: sym.TokenField) -> tuple[EObject | None, str]:
 
 def _collects(field: sym.TokenField) -> bool:
     return field.kind in (sym.FieldKind.list, sym.FieldKind.map)
+
+
+def _has_range(field: sym.TokenField) -> bool:
+    return any(part is not None for part in (field.minimum, field.maximum, field.values))
 
 
 def _type_of(balloon: sym.BalloonToken, index: Index) -> sym.TokenType | None:
@@ -81,6 +85,47 @@ def field_ros_fits(field: sym.TokenField, index: Index) -> Outcome:
     """The ROS type of a field carries values, or elements, of its kind."""
     kind, scalar = field_type(field).scalar, ros_scalar(field.ros or "")
     return (scalar is not None and scalar.kind == kind) or kind
+
+
+@constraint(
+    "{it} has no valid range: {found}",
+    fix="give an integer a minimum and a maximum, or named values: IDLE=0, BUSY=1",
+    guard=lambda field, index: _has_range(field),
+)
+def field_range(field: sym.TokenField, index: Index) -> Outcome:
+    """Only an integer has a range, which is not empty and fits its ROS type."""
+    try:
+        range_of(field)
+    except FeatureValueError as error:
+        return error
+    return True
+
+
+@constraint(
+    "{it} has no default, and 0 is not in its range",
+    fix="give it a default of its range",
+    guard=lambda field, index: _has_range(field) and field.default is None,
+)
+def field_range_default(field: sym.TokenField, index: Index) -> Outcome:
+    """A field without a default has 0 in its range."""
+    return field_type(field).range.fault(0) is None
+
+
+@constraint(
+    "{it} names a value {found}, as another field of its token type does",
+    fix="give the values different names, such as DOOR_OPEN and GATE_OPEN",
+    guard=lambda field, index: field.values is not None,
+)
+def value_names_unique(field: sym.TokenField, index: Index) -> Outcome:
+    """Named values of a token type have different names: they become constants of one message."""
+    owner = field.eContainer()
+    others = list(owner.fields) if isinstance(owner, sym.TokenType) else []
+    earlier: set[str] = set()
+    for other in others:
+        if other is field:
+            break
+        earlier.update(name for name, _ in field_type(other).range.names)
+    return next((name for name, _ in field_type(field).range.names if name in earlier), True)
 
 
 @constraint(

@@ -63,7 +63,8 @@ def filled(root: pn.Net, token: EObject, handle: str, field: str, text: str | No
 
 def _value(field: FieldType, text: str) -> Any:
     try:
-        value: Any = text if field.kind == "text" else read_json(text)
+        named = field.range.value_of(text)  # the data keeps the name, which is easier to read
+        value: Any = text if field.kind == "text" or named is not None else read_json(text)
         field_value(field, value)
     except DinerosError as error:
         raise c.CommandError(error.message, hint=error.hint) from error

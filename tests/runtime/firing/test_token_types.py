@@ -18,7 +18,7 @@ def typed(transitions: dict[str, str], marking: dict[str, int | list[str]]) -> r
         id="Level",
         fields=[
             sym.TokenField(name="text", default='"none"', ros="string<=6"),
-            sym.TokenField(name="level", kind="integer", ros="int8"),
+            sym.TokenField(name="level", kind="integer", ros="int8", maximum=100),
         ],
     )
     bare = sym.TokenType(id="Bare")
@@ -84,6 +84,7 @@ def test_each_type_that_is_not_taken_is_given() -> None:
 def test_ranges_are_checked_when_a_handler_returns() -> None:
     for wrong, said in (
         ({"level": 128}, "level takes int8, -128 to 127, not 128"),
+        ({"level": 101}, "level takes at most 100, not 101"),
         ({"text": "longest"}, "text takes at most 6 bytes, not 7"),
         ({"color": "red"}, "tokens have no field 'color'"),
     ):

@@ -164,3 +164,79 @@ def no_token_type(small: Small) -> None:
 )
 def more_data_than_tokens(small: Small) -> None:
     small["Idle"].tokens = 0
+
+
+@CASES.breaks(
+    "field-range",
+    "token field 'tag' of token type 'Token' has no valid range: a field of the kind text has no range",
+    "give an integer a minimum and a maximum, or named values: IDLE=0, BUSY=1",
+)
+def text_with_a_range(small: Small) -> None:
+    small["Token"].fields[2].maximum = 3
+
+
+@CASES.breaks(
+    "field-range",
+    "token field 'level' of token type 'Token' has no valid range: the minimum "
+    "3 is greater than the maximum 0",
+    "give an integer a minimum and a maximum, or named values: IDLE=0, BUSY=1",
+)
+def empty_range(small: Small) -> None:
+    small["Token"].fields.append(sym.TokenField(name="level", kind="integer", minimum=3, maximum=0))
+
+
+@CASES.breaks(
+    "field-range",
+    "token field 'level' of token type 'Token' has no valid range: level takes uint8, 0 to 255, not 300",
+    "give an integer a minimum and a maximum, or named values: IDLE=0, BUSY=1",
+)
+def wider_than_ros(small: Small) -> None:
+    small["Token"].fields.append(sym.TokenField(name="level", kind="integer", ros="uint8", maximum=300))
+
+
+@CASES.breaks(
+    "field-range",
+    "token field 'mode' of token type 'Token' has no valid range: it has named "
+    "values, and a minimum or maximum",
+    "give an integer a minimum and a maximum, or named values: IDLE=0, BUSY=1",
+)
+def names_and_bounds(small: Small) -> None:
+    small["Token"].fields.append(sym.TokenField(name="mode", kind="integer", values="A=0", minimum=0))
+
+
+@CASES.breaks(
+    "field-range",
+    "token field 'mode' of token type 'Token' has no valid range: the value 0 is given twice",
+    "give each value one name",
+)
+def two_names_for_a_value(small: Small) -> None:
+    small["Token"].fields.append(sym.TokenField(name="mode", kind="integer", values="A=0, B=0"))
+
+
+@CASES.breaks(
+    "field-range-default",
+    "token field 'mode' of token type 'Token' has no default, and 0 is not in its range",
+    "give it a default of its range",
+)
+def range_without_0(small: Small) -> None:
+    small["Token"].fields.append(sym.TokenField(name="mode", kind="integer", values="A=1, B=2"))
+
+
+@CASES.breaks(
+    "field-default-fits",
+    "token field 'mode' of token type 'Token' has a default that does not fit: mode takes A, B, not 7",
+    "write the default as JSON of the field's kind",
+)
+def default_out_of_range(small: Small) -> None:
+    small["Token"].fields.append(sym.TokenField(name="mode", kind="integer", values="A=1, B=2", default="7"))
+
+
+@CASES.breaks(
+    "value-names-unique",
+    "token field 'door' of token type 'Token' names a value OPEN, as another field of its token type does",
+    "give the values different names, such as DOOR_OPEN and GATE_OPEN",
+)
+def one_name_in_two_fields(small: Small) -> None:
+    for name in ("gate", "door"):
+        small["Token"].fields.append(sym.TokenField(name=name, kind="integer", values="SHUT=0, OPEN=1"))
+    small["Token"].fields[-1].values = "CLOSED=0, OPEN=1"

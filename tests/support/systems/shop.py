@@ -17,7 +17,7 @@ def plan(firing: firings.TPlanFiring) -> firings.TPlanOutcome:
 @firings.on("TAsk")
 def ask(firing: firings.TAskFiring) -> firings.Outcome:
     """Ask for a lamp."""
-    return {"article": "lamp", "count": 255, "sizes": [0.1, 2.0]}
+    return {"article": "lamp", "count": 255, "sizes": [0.1, 2.0], "urgency": tokens.ORDER_HIGH}
 '''
 DRIVER = '''
 @firings.on("TDrive")
@@ -34,7 +34,8 @@ def serve(firing: firings.TServeFiring) -> firings.TServeOutcome:
     order = firing.inputs["Entry"][0].data
     turned = tokens.pose(orientation=tokens.quaternion(z=1.0, w=0.0))
     goal: tokens.GoalChanges = {"pose": turned, "header": tokens.header(frame_id=order["article"])}
-    return firing.give({"Exit": goal, "Log": {"data": f"{order['count']}"}})
+    urgent = order["urgency"] == tokens.ORDER_HIGH
+    return firing.give({"Exit": goal, "Log": {"data": f"{order['count']}{'!' if urgent else ''}"}})
 '''
 """Handlers of the packages; they need `firings` and `tokens` of the package."""
 
@@ -47,6 +48,7 @@ def shop() -> sym.SystemModel:
             sym.TokenField(name="article", ros="string<=8"),
             sym.TokenField(name="count", kind="integer", ros="uint8"),
             sym.TokenField(name="sizes", kind="list", elementKind="number", ros="float32", bound=3),
+            sym.TokenField(name="urgency", kind="integer", ros="uint8", values="LOW=0, HIGH=2"),
         ],
     )
     goal = sym.TokenType(id="Goal", ros="geometry_msgs/msg/PoseStamped")
