@@ -107,6 +107,7 @@ class Properties(Question):
         if outcome.status == "unknown":
             checked.leave_open(f"whether {shown} holds", outcome.reason)
             return
+        checked.answered.append((property, question, outcome))
         does_hold = outcome.status == "holds"
         if does_hold == bool(property.expected):
             how = "holds" if does_hold else "does not hold, as expected"

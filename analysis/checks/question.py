@@ -25,6 +25,9 @@ from dineros.metamodel.errors import BudgetError
 if TYPE_CHECKING:
     from dineros.analysis.covering.firings import Firings
     from dineros.analysis.properties.recurrence import Recurrence
+    from dineros.analysis.requirements.latencies import AskedLatency
+    from dineros.analysis.requirements.stored import Asked
+    from dineros.metamodel import sym
 
 OUT_OF_MEMORY = RAN_OUT["memory"]
 
@@ -69,6 +72,8 @@ class Checked:
         Those of them that wait for each other and are in the report.
     told : set of str
         Ids of what has been answered before its question was asked.
+    answered : list
+        The stored properties that were decided: the property, the question and what is said of it.
     """
 
     model: pn.Net
@@ -83,6 +88,7 @@ class Checked:
     callbacks_asked: bool = False
     circles: list[Circle] = field(default_factory=list)
     told: set[str] = field(default_factory=set)
+    answered: list[tuple[sym.Property, Asked | AskedLatency, Outcome]] = field(default_factory=list)
 
     @cached_property
     def subject(self) -> Subject:

@@ -9,13 +9,15 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Unpack
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget
+import numpy as np
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit.answers import ExplicitStateSpace, Options
 from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.explicit.guidance import Guidance, guidance
 from dineros.analysis.explicit.layout import layout
-from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.compiled import CompiledNet, Int64Array
 from dineros.analysis.nets.memory import DEFAULT_SHARE, free_memory
 from dineros.analysis.nets.witness import WitnessError, replay
 
@@ -71,6 +73,41 @@ def count_marked(net: CompiledNet, place: str, budget: Budget = UNLIMITED) -> tu
     if search.reason is not None:
         return None, search.reason
     return search.count_marked(net.places.index(place)), ""
+
+
+def all_marked(
+    net: CompiledNet, place: str, places: Sequence[str], budget: Budget = UNLIMITED
+) -> tuple[Int64Array, frozenset[str]]:
+    """Return the markings in which a place holds tokens, and what some marking enables.
+
+    Parameters
+    ----------
+    net, place, budget
+        The net, the place, and limits.
+    places
+        Places whose tokens are returned.
+
+    Returns
+    -------
+    markings : int64 array, shape (markings, places)
+        Each combination of tokens once, sorted.
+    enabled : frozenset of str
+        Transitions that are enabled in any marking of the net.
+
+    Raises
+    ------
+    BudgetExceededError
+        A limit was hit before all markings were found.
+    """
+    search = _search(net, (), budget, {})
+    search.run()
+    if search.reason is not None:
+        raise BudgetExceededError(search.reason)
+    index = {name: position for position, name in enumerate(net.places)}
+    parts = list(search.marked(index[place], [index[name] for name in places]))
+    markings = np.unique(np.concatenate([np.zeros((0, len(places)), dtype=np.int64), *parts]), axis=0)
+    enabled = frozenset(np.array(net.transitions, dtype=object)[search.enabled_somewhere()].tolist())
+    return markings, enabled
 
 
 def find(net: CompiledNet, goal: Goal, budget: Budget = UNLIMITED, **options: Unpack[Options]) -> Outcome:

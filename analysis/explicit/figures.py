@@ -25,6 +25,14 @@ def members(order: Sequence[int], sets: Sequence[Int64Array]) -> NDArray[np.bool
     return flags
 
 
+def tokens_of(layout: Layout, rows: Int64Array, place: int) -> Int64Array:
+    """Return the tokens of a place in packed markings, one a row."""
+    k, cell = next((k, cell) for k, cell in enumerate(layout.cells) if place in cell.places)
+    word, shift, mask = (int(row[k]) for row in (layout.word, layout.shift, layout.masks))
+    codes: Int64Array = rows[:, word] >> shift & mask
+    return codes if cell.values is None else np.asarray(cell.values[codes, cell.places.index(place)])
+
+
 def largest_tokens(
     layout: Layout, tables: NetTables, store: Int64Array, parts: Sequence[tuple[int, int]]
 ) -> tuple[tuple[int, ...], int]:

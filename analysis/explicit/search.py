@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.explicit.agenda import Part, Rows, by_cost, closure, sets_by_cost
-from dineros.analysis.explicit.figures import largest_tokens, members
+from dineros.analysis.explicit.figures import largest_tokens, members, tokens_of
 from dineros.analysis.explicit.goals import Goal, goal_tables, normalized
 from dineros.analysis.explicit.guidance import Guidance
 from dineros.analysis.explicit.kernels.descent import descend
@@ -416,19 +416,18 @@ class Search:
 
     def count_marked(self, place: int) -> int:
         """Return in how many of the markings a place holds tokens."""
-        k, cell = next((k, cell) for k, cell in enumerate(self.layout.cells) if place in cell.places)
-        word, shift, mask = (int(row[k]) for row in (self.layout.word, self.layout.shift, self.layout.masks))
-        rows, found = self._storage.markings.rows, 0
+        return sum(len(rows) for rows in self.marked(place, []))
+
+    def marked(self, place: int, wanted: Sequence[int]) -> Iterator[Int64Array]:
+        """Yield the tokens of some places in the markings in which a place holds tokens, one a row."""
+        store, rows = self._storage.markings.store, self._storage.markings.rows
         for me, notes in enumerate(self._crew):
             first, last = me * rows, me * rows + int(notes.control[COUNT])
             for start in range(first, last, _ROWS_AT_ONCE):
-                codes = (
-                    self._storage.markings.store[start : min(last, start + _ROWS_AT_ONCE), word] >> shift
-                    & mask
-                )
-                tokens = codes if cell.values is None else cell.values[codes, cell.places.index(place)]
-                found += int((tokens > 0).sum())
-        return found
+                part = store[start : min(last, start + _ROWS_AT_ONCE)]
+                part = part[tokens_of(self.layout, part, place) > 0]
+                columns = [tokens_of(self.layout, part, each) for each in wanted]
+                yield np.array(columns, dtype=np.int64).reshape(len(wanted), len(part)).T
 
     def largest(self) -> tuple[tuple[int, ...], int]:
         """Largest tokens of each place, and of all places together, over all markings seen."""

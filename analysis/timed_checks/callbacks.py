@@ -41,13 +41,19 @@ class TimedCallbacks(Callbacks):
             return
         net = known.timed.timed
         graph = timed_graph(net, "S" if net.has_priorities else "W", checked.budget.share(GRAPH_SHARE))
+        known.waits = waits_of(graph, callbacks)
         found = self._report(checked, _blocked(graph, known.waiting.circle, callbacks))
         others = "every other callback that has begun ends" if found else "every callback that has begun ends"
-        if all(_always_ends(graph, callback) or _doomed(graph, callback).any() for callback in callbacks):
+        if all(ends or waits for waits, ends in known.waits):
             checked.report.proved.append(others)
         else:
             asks = "which other callbacks can wait forever" if found else self.asks
             checked.leave_open(asks, "some run stays in one forever, and linear classes tell no more")
+
+
+def waits_of(graph: TimedGraph, callbacks: list[Callback]) -> list[tuple[bool, bool]]:
+    """Return by callback whether it can wait forever, and whether no run stays in it forever."""
+    return [(bool(_doomed(graph, each).any()), _always_ends(graph, each)) for each in callbacks]
 
 
 def _blocked(graph: TimedGraph, circle_of: object, callbacks: list[Callback]) -> Iterator[Blocked]:

@@ -17,10 +17,10 @@ from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
 from dineros.analysis.checks.overflow import Overflow, Presence
 from dineros.analysis.checks.properties import Properties
-from dineros.analysis.checks.question import Checked, Question
+from dineros.analysis.checks.question import Question
 from dineros.analysis.checks.unused import Use
 from dineros.analysis.symbolic.order_cache import OrderCache
-from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subject
+from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.analysis.timed_checks.boundedness import TimedBoundedness, TimedPlaces
 from dineros.analysis.timed_checks.callbacks import TimedCallbacks
 from dineros.analysis.timed_checks.endings import TimedDeadlock
@@ -77,11 +77,25 @@ def check_timed(
         An interval is empty or negative.
     """
     report = Report() if report is None else report
+    ask_timed(model, report, budget, orders, questions)
+    return report
+
+
+def ask_timed(
+    model: pn.Net,
+    report: Report,
+    budget: Budget = UNLIMITED,
+    orders: OrderCache | None = None,
+    questions: Sequence[Question] | None = None,
+) -> TimedChecked | None:
+    """Do what `check_timed` does, and return what became known; None for a model without intervals."""
     subject = timed_base_subject(model)
     if not subject.timed.has_times:
-        return check(model, budget, report, orders=orders)
+        check(model, budget, report, orders=orders)
+        return None
     report.times = subject.used_times
-    checked = _checked(model, subject, report, budget)
+    checked = TimedChecked(model, report, budget.begun(), None, None)
+    checked.subject = subject
     for question in TIMED_QUESTIONS if questions is None else questions:
         if checked.is_closed and question.needs_space:
             report.open_rules |= {fault.rule for fault in question.faults}
@@ -93,10 +107,4 @@ def check_timed(
             question.ask(checked)
         if len(report.unknown) > before:
             report.open_rules |= {fault.rule for fault in question.faults}
-    return report
-
-
-def _checked(model: pn.Net, subject: TimedSubject, report: Report, budget: Budget) -> Checked:
-    checked = TimedChecked(model, report, budget.begun(), None, None)
-    checked.subject = subject
     return checked

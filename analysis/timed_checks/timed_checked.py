@@ -17,9 +17,13 @@ class TimedChecked(Checked):
     ----------
     explored : Explored
         Its state classes; there once `TimedBoundedness` has been asked.
+    waits : list of pairs of bool
+        By callback whether it can wait forever, and whether no run stays in it forever; empty if it was not
+        asked.
     """
 
     explored: Explored = field(init=False)
+    waits: list[tuple[bool, bool]] = field(default_factory=list)
 
     @property
     def timed(self) -> TimedSubject:

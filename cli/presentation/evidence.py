@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from dineros.analysis.evidence.proving import Asked
     from dineros.analysis.questions.engines import Question
     from dineros.analysis.timed.nets import TimedNet
+    from dineros.analysis.timed_checks.timed_checked import TimedChecked
     from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel import pn
 
@@ -138,6 +139,28 @@ def add_confirmation(report: Report, confirmation: Confirmation) -> None:
         is_fault = confirmation.agrees is False
         question = "what rests on all markings" if is_fault else "whether others agree"
         report.unknown.append(Outcome.left_open(question, str(confirmation), may_be_fault=is_fault))
+
+
+def confirm_with_times(checked: TimedChecked, budget: Budget) -> dict[str, Confirmation]:
+    """Have what a check with times says decided again, and put into its report by whom."""
+    from dineros.analysis.evidence.timed_check_confirmation import add_confirmations, confirm_timed_check
+
+    told = confirm_timed_check(checked, budget)
+    add_confirmations(checked.report, told)
+    return told
+
+
+def say_confirmed_questions(told: Mapping[str, Confirmation], as_json: bool = False) -> None:
+    """Say of each question of a check who confirmed its answer."""
+    for what, confirmation in told.items():
+        if confirmation.agrees is False:
+            warn(f"ERROR: {what}: {confirmation} (one of them is wrong: please report it, with the model)")
+        elif confirmation.agrees is None:
+            warn(f"{what}: {confirmation}")
+        elif not as_json:
+            summarise(f"{what}: {confirmation}")
+    if not told:
+        warn("nothing is confirmed: no answer rests on all state classes")
 
 
 def say_confirmation(confirmation: Confirmation | None, as_json: bool = False) -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
-from dineros.analysis.explicit.engine import count_marked
+from dineros.analysis.explicit.engine import all_marked, count_marked
+from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.timed.integers.net import IntegerNet
 
 FEW = 2_000_000
@@ -37,3 +40,19 @@ def count_markings(made: IntegerNet, budget: Budget) -> int:
     if found is None:
         raise BudgetExceededError(reason)
     return found
+
+
+def all_markings(
+    made: IntegerNet, places: Sequence[str], budget: Budget
+) -> tuple[Int64Array, frozenset[int]]:
+    """Return the markings of the timed net, one a row, sorted, and the transitions that fire.
+
+    Raises
+    ------
+    BudgetExceededError
+        A limit was hit before; one of them is `FEW` states.
+    """
+    most = FEW if budget.states is None else min(FEW, budget.states)
+    markings, enabled = all_marked(made.net, made.end, places, budget.share(most_states=most))
+    firing = (t for t, names in enumerate(made.firing) if not enabled.isdisjoint(names))
+    return markings, frozenset(firing)

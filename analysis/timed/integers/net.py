@@ -41,11 +41,14 @@ class IntegerNet:
         Marked between two rounds; then the other places hold a marking of the timed net.
     end : str
         Marked when all counters are forgotten: each marking with it is one of the timed net.
+    firing : tuple of tuples of str
+        By transition of the timed net: the transitions that begin its firing.
     """
 
     net: CompiledNet
     now: str
     end: str
+    firing: tuple[tuple[str, ...], ...]
 
 
 def integer_net(net: TimedNet) -> IntegerNet:
@@ -125,18 +128,24 @@ class _Maker:
                 )
 
     def made(self) -> IntegerNet:
-        for transition in range(len(self._timed.untimed.transitions)):
-            self._fire(transition)
+        transitions = range(len(self._timed.untimed.transitions))
+        firing = tuple(self._fire(transition) for transition in transitions)
         # Those that let no time pass at all come first: a round that gets stuck does so early.
         in_turn = sorted(self._clocks.values(), key=lambda clock: clock.top)
         self._steps("time", self._now, self._now, [list(self._ticks(clock)) for clock in in_turn])
         end = self._place("end")
         forgets = [[self._reset(clock, v) for v in range(clock.top + 1)] for clock in in_turn]
         self._steps("end", self._now, end, forgets)
-        return IntegerNet(CompiledNet.build(self._places, self._transitions), self._now, end)
+        return IntegerNet(CompiledNet.build(self._places, self._transitions), self._now, end, firing)
 
-    def _fire(self, transition: int) -> None:
-        """Add what fires a transition, and sets back the counters of what that disables."""
+    def _fire(self, transition: int) -> tuple[str, ...]:
+        """Add what fires a transition, and sets back the counters of what that disables.
+
+        Returns
+        -------
+        tuple of str
+            The transitions that begin the firing.
+        """
         timed, net = self._timed, self._timed.untimed
         take, put = dict(timed.take.row(transition)), dict(timed.put.row(transition))
         at_once = [
@@ -174,7 +183,9 @@ class _Maker:
             steps[: 1 + len(puts)] = [
                 [_Case(c.takes, _sum(c.puts, self._named(put)), c.reads, c.inhibitors) for c in first]
             ]
+        begins = len(self._transitions)
         self._steps(net.transitions[transition], self._now, self._now, steps)
+        return tuple(each.name for each in self._transitions[begins : begins + len(steps[0])])
 
     def _ticks(self, clock: _Clock) -> Iterator[_Case]:
         """What a unit of time does to a counter; nothing where it would pass the latest bound."""

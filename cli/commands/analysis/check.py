@@ -33,8 +33,10 @@ from dineros.cli.options import (
 from dineros.cli.presentation.evidence import (
     add_confirmation,
     check_certificates,
+    confirm_with_times,
     refuse_certificates,
     say_confirmation,
+    say_confirmed_questions,
 )
 from dineros.cli.presentation.findings import Coming, print_report, show_failures, write_witnesses
 from dineros.cli.presentation.scheduling import check_on_workers
@@ -46,6 +48,8 @@ from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
+    from dineros.analysis.evidence.confirmation import Confirmation
+    from dineros.analysis.timed_checks.timed_checked import TimedChecked
     from dineros.analysis.witnesses.findings import Finding, Report
     from dineros.metamodel import pn
 
@@ -164,7 +168,6 @@ def check(
         _refuse_with_time(
             {
                 "--behaviour": behaviour,
-                "--confirm": confirm,
                 "--scheduler": scheduler,
                 "--certificate": certificate,
             }
@@ -205,12 +208,17 @@ def check(
     if format == "text":
         run.follow(Coming(report, accepted))
     confirmation, budget = None, run.budget().begun()
+    with_times: TimedChecked | None = None
+    told: dict[str, Confirmation] | None = None
     if timed:
-        from dineros.analysis.timed_checks.timed_check import check_timed
+        from dineros.analysis.timed_checks.timed_check import ask_timed
 
-        check_timed(net, budget, report, orders)
+        with_times = ask_timed(net, report, budget, orders)
     elif scheduler is None:
         check_model(net, budget, report, behaviour, orders)
+    if with_times is not None and confirm:
+        told = confirm_with_times(with_times, run.budget())
+    elif scheduler is None:
         if confirm and report.space is not None:
             from dineros.analysis.evidence.confirmation import confirm_space
 
@@ -231,10 +239,12 @@ def check(
         report = acceptance.write(report)
         show_failures(report)
         print_report(report, net, model, format, witnesses, faults)
-        if confirm:
+        if told is not None:
+            say_confirmed_questions(told, format != "text")
+        elif confirm:
             say_confirmation(confirmation, format != "text")
     status = _status(report)
-    if confirmation is not None and confirmation.agrees is False:
+    if any(one is not None and one.agrees is False for one in (confirmation, *(told or {}).values())):
         status = UNKNOWN
 
     def not_written(ending: str, file: Path | None = output) -> int:
