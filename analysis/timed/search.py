@@ -143,6 +143,7 @@ class ClassSearch:
             np.zeros((size, size), dtype=np.int64),
             np.zeros((size, size), dtype=np.int64),
             np.zeros(size, dtype=np.int64),
+            np.zeros((2, size), dtype=np.int64),
             np.zeros((depth + 3, size, size), dtype=np.int64),
             np.zeros(depth + 3, dtype=np.int64),
         )
@@ -216,7 +217,9 @@ class ClassSearch:
     def enlarge_tables(self, always: bool = False) -> None:
         """Give markings and classes larger tables where theirs fill up, or always."""
         known = self.known
-        markings, classes = int(known.control[MARKINGS]), int(known.control[CLASSES])
+        markings, classes = (
+            int(known.control[what]) + len(self.net.untimed.transitions) for what in (MARKINGS, CLASSES)
+        )
         if always or 2 * markings > known.marking_table.size:
             known = known._replace(marking_table=lazy_zeros(2 * known.marking_table.size))
             find_markings_again(known)

@@ -68,6 +68,7 @@ class Work(NamedTuple):
     matrix: Any
     elapsed: Any
     low: Any
+    ends: Any  #: upper and lower bounds of each clock after a firing
     pieces: Any
     split: Any
 

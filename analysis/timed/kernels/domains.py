@@ -35,32 +35,22 @@ def can_fire_first(matrix, clocks, clock):  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def fire_linear(net, known, matrix, low, clock, kept, after, result):  # type: ignore[no-untyped-def]
-    """Write the class after a transition of a linear class has fired first, which it can.
+def linear_ends(upper, lower, enabled, first, kept, start, clocks, matrix, low, clock, ends):  # type: ignore[no-untyped-def]
+    """Write the bounds of each clock after a transition of a linear class has fired first, which it can.
 
-    `clock` is the number of the transition's clock, 0 if it has none: it may fire at any time, so what others
-    still have to wait is bounded above by what they had to wait before.
+    The next marking has so many clocks, from `first` on in `enabled`, from `start` on in `kept`; `ends` has
+    a row for the upper bounds and one for the lower ones. `clock` is the number of the transition's clock, 0
+    if it has none: it may fire at any time, so what others still have to wait is bounded above by what they
+    had to wait before.
     """
-    first, count = known.enabled_start[after], known.clocks[after]
-    result[0, 0] = ZERO
-    for a in range(1, count + 1):
-        i = known.kept[kept + a - 1]
+    for a in range(clocks):
+        i = kept[start + a]
         if i:
-            result[a, 0] = matrix[i, clock]
-            result[0, a] = low[i]
+            ends[0, a] = matrix[i, clock]
+            ends[1, a] = low[i]
         else:
-            transition = known.enabled[first + a - 1]
-            result[a, 0] = net.upper[transition]
-            result[0, a] = net.lower[transition]
-    for a in range(1, count + 1):
-        i = known.kept[kept + a - 1]
-        for b in range(1, count + 1):
-            bound = plus(result[a, 0], result[0, b])
-            j = known.kept[kept + b - 1]
-            if i and j:
-                bound = min(bound, matrix[i, j])
-            result[a, b] = bound
-        result[a, a] = ZERO
+            ends[0, a] = upper[enabled[first + a]]
+            ends[1, a] = lower[enabled[first + a]]
 
 
 @kernel()
@@ -102,30 +92,40 @@ def is_above(net, transition, fired):  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def fire_strong(net, known, elapsed, clocks, clock, fired, kept, after, low, result):  # type: ignore[no-untyped-def]
-    """Write the clocks after a transition has fired, which it can once time has passed."""
+def strong_ends(kept, start, clocks_after, elapsed, clocks, clock, earliest, low, ends):  # type: ignore[no-untyped-def]
+    """Write the bounds of each clock after a transition has fired, which it can once time has passed.
+
+    The next marking has so many clocks, from `start` on in `kept`; `ends` has a row for the upper bounds and
+    one for the lower ones.
+    """
     for j in range(1, clocks + 1):
         low[j] = elapsed[0, j]
     if clock:
-        earliest = net.lower[fired]
         for j in range(1, clocks + 1):
             low[j] = min(low[j], plus(earliest, elapsed[clock, j]))
         low[clock] = min(low[clock], earliest)
-    count = known.clocks[after]
+    for a in range(clocks_after):
+        i = kept[start + a]
+        ends[0, a] = elapsed[i, 0] if i else ZERO
+        ends[1, a] = low[i] if i else ZERO
+
+
+@kernel()
+def matrix_after(kept, start, clocks, before, ends, result):  # type: ignore[no-untyped-def]
+    """Write the matrix of the clocks that continue from another matrix, and of those that start again."""
     result[0, 0] = ZERO
-    for a in range(1, count + 1):
-        i = known.kept[kept + a - 1]
-        result[a, 0] = elapsed[i, 0] if i else ZERO
-        result[0, a] = low[i] if i else ZERO
-    for a in range(1, count + 1):
-        i = known.kept[kept + a - 1]
-        for b in range(1, count + 1):
-            bound = plus(result[a, 0], result[0, b])
-            j = known.kept[kept + b - 1]
+    for a in range(clocks):
+        result[a + 1, 0] = ends[0, a]
+        result[0, a + 1] = ends[1, a]
+    for a in range(clocks):
+        i = kept[start + a]
+        for b in range(clocks):
+            bound = plus(ends[0, a], ends[1, b])
+            j = kept[start + b]
             if i and j:
-                bound = min(bound, elapsed[i, j])
-            result[a, b] = bound
-        result[a, a] = ZERO
+                bound = min(bound, before[i, j])
+            result[a + 1, b + 1] = bound
+        result[a + 1, a + 1] = ZERO
 
 
 @kernel()

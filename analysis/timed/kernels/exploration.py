@@ -5,12 +5,13 @@ from __future__ import annotations
 from dineros.analysis.nets.kernel_cache import kernel
 from dineros.analysis.timed.kernels.domains import (
     can_fire_first,
-    fire_linear,
-    fire_strong,
     keep_above_and_forget,
     keep_below,
     least_waits,
     let_time_pass,
+    linear_ends,
+    matrix_after,
+    strong_ends,
 )
 from dineros.analysis.timed.kernels.markings import (
     CLASSES,
@@ -36,6 +37,7 @@ from dineros.analysis.timed.kernels.records import (
     covers,
     decode,
     encode,
+    encode_after,
     is_within,
     plus,
 )
@@ -48,39 +50,41 @@ LOAD = 0.6
 
 
 @kernel()
-def has_room(net, known):  # type: ignore[no-untyped-def]
-    """What is lacking to fire one more transition: `DONE` if nothing is."""
+def has_room(net, known, firings):  # type: ignore[no-untyped-def]
+    """What is lacking to fire so many transitions more: `DONE` if nothing is."""
     control = known.control
     if (
-        control[MARKINGS] + 1 > LOAD * known.marking_table.size
-        or control[CLASSES] + 1 > LOAD * known.class_table.size
+        control[MARKINGS] + firings > LOAD * known.marking_table.size
+        or control[CLASSES] + firings > LOAD * known.class_table.size
     ):
         return WANTS_TABLE
-    transitions, record = net.has_clock.size, 2 * known.code.size
+    rows, record = firings * net.has_clock.size, 2 * known.code.size
     if (
-        control[MARKINGS] + 2 > known.markings.shape[0]
-        or control[ENABLED] + transitions > known.enabled.size
-        or control[KEPT] + transitions > known.kept.size
-        or control[CLASSES] + 2 > known.class_marking.size
-        or control[CODES] + record > known.codes.size
-        or (known.edge_target.size and control[EDGES] + 1 > known.edge_target.size)
+        control[MARKINGS] + firings + 1 > known.markings.shape[0]
+        or control[ENABLED] + rows > known.enabled.size
+        or control[KEPT] + rows > known.kept.size
+        or control[CLASSES] + firings + 1 > known.class_marking.size
+        or control[CODES] + firings * record > known.codes.size
+        or (known.edge_target.size and control[EDGES] + firings > known.edge_target.size)
     ):
         return WANTS_ROOM
     return DONE
 
 
 @kernel()
-def put(known, marking, clocks, matrix, other, by_inclusion, bits, top):  # type: ignore[no-untyped-def]
-    """Return the number of the class that holds a matrix, and whether it is new."""
-    length = encode(matrix, clocks, known.code, bits, top)
-    if not by_inclusion:
-        return class_of(known, marking, known.code, length)
+def largest_class(known, marking, clocks, matrix, other, length, bits, top):  # type: ignore[no-untyped-def]
+    """Return the class that holds a matrix, whose record is there, and whether it is new.
+
+    A new class takes the place of those that it holds.
+    """
     number = known.first_class[marking]
     while number != UNKNOWN:
         if is_within(known, number, clocks, matrix, bits, top):
             return number, False
         number = known.next_class[number]
-    new = append(known, marking, known.code, length)
+    new = append(
+        known.control, known.class_marking, known.record_start, known.codes, marking, known.code, length
+    )
     number, last = known.first_class[marking], UNKNOWN
     while number != UNKNOWN:
         after = known.next_class[number]
@@ -102,11 +106,25 @@ def put(known, marking, clocks, matrix, other, by_inclusion, bits, top):  # type
     return new, True
 
 
-@kernel()
-def reach(known, source, fired, marking, clocks, matrix, other, by_inclusion, keeps_edges, bits, top):  # type: ignore[no-untyped-def]
+@kernel(inline="always")
+def same_class(known, marking, length):  # type: ignore[no-untyped-def]
+    """Return the class whose record is there, and whether it is new."""
+    return class_of(
+        known.control,
+        known.class_table,
+        known.class_marking,
+        known.record_start,
+        known.codes,
+        marking,
+        known.code,
+        length,
+    )
+
+
+@kernel(inline="always")
+def note(known, source, fired, number, is_new, keeps_edges):  # type: ignore[no-untyped-def]
     """Note that a class is reached by a firing."""
     control = known.control
-    number, is_new = put(known, marking, clocks, matrix, other, by_inclusion, bits, top)
     if is_new and known.parent.size:
         known.parent[number] = source
         known.via[number] = fired
@@ -114,6 +132,17 @@ def reach(known, source, fired, marking, clocks, matrix, other, by_inclusion, ke
         known.edge_target[control[EDGES]] = number
         known.edge_label[control[EDGES]] = fired
     control[EDGES] += 1
+
+
+@kernel()
+def reach(known, source, fired, marking, clocks, matrix, other, by_inclusion, keeps_edges, bits, top):  # type: ignore[no-untyped-def]
+    """Note that the class of a matrix is reached by a firing."""
+    length = encode(matrix, clocks, known.code, bits, top)
+    if by_inclusion:
+        number, is_new = largest_class(known, marking, clocks, matrix, other, length, bits, top)
+    else:
+        number, is_new = same_class(known, marking, length)
+    note(known, source, fired, number, is_new, keeps_edges)
 
 
 @kernel()
@@ -130,7 +159,7 @@ def reach_pieces(net, known, source, fired, marking, pieces, split, by_inclusion
         while clock <= clocks and net.upper[known.enabled[first + clock - 1]] < UNBOUNDED:
             clock += 1
         if clock > clocks:
-            room = has_room(net, known)
+            room = has_room(net, known, 1)
             if room != DONE:
                 return room
             reach(
@@ -232,31 +261,28 @@ def explore(net, known, work, is_strong, by_inclusion, is_stack, keeps_edges, bi
 def expand(net, known, work, number, is_strong, by_inclusion, keeps_edges, bits, top):  # type: ignore[no-untyped-def]
     """Fire all that can fire in a class; what is lacking."""
     row = known.class_marking[number]
-    clocks = known.clocks[row]
-    matrix, low, result = work.matrix, work.low, work.pieces[0]
-    decode(known, number, clocks, matrix, bits, top)
+    clocks, first, end = known.clocks[row], known.enabled_start[row], known.enabled_start[row + 1]
+    room = has_room(net, known, end - first)
+    if room != DONE:
+        return room
+    matrix, low, ends, result = work.matrix, work.low, work.ends, work.pieces[0]
+    decode(known.codes, known.record_start[number], clocks, matrix, bits, top)
+    before = work.elapsed if is_strong else matrix
     if is_strong:
-        if net.above.size == 0 and not let_time_pass(net, known, matrix, row, clocks, -1, work.elapsed):
+        if net.above.size == 0 and not let_time_pass(net, known, matrix, row, clocks, -1, before):
             return DONE
     else:
         least_waits(matrix, clocks, low)
-    first = known.enabled_start[row]
-    for at in range(first, known.enabled_start[row + 1]):
+    for at in range(first, end):
         fired = known.enabled[at]
         clock = at - first + 1 if at - first < clocks else 0
-        room = has_room(net, known)
-        if room != DONE:
-            return room
-        if is_strong and net.above.size and is_overridden(net, known, row, clocks, fired):
-            continue
-        if (
-            is_strong
-            and net.above.size
-            and not let_time_pass(net, known, matrix, row, clocks, fired, work.elapsed)
-        ):
-            continue
+        if is_strong and net.above.size:
+            if is_overridden(net, known, row, clocks, fired):
+                continue
+            if not let_time_pass(net, known, matrix, row, clocks, fired, before):
+                continue
         if is_strong:
-            if clock and plus(work.elapsed[clock, 0], net.lower[fired]) < ZERO:
+            if clock and plus(before[clock, 0], net.lower[fired]) < ZERO:
                 continue
         elif not can_fire_first(matrix, clocks, clock):
             continue
@@ -268,30 +294,41 @@ def expand(net, known, work, number, is_strong, by_inclusion, keeps_edges, bits,
             if control_clocks(known) + 1 > matrix.shape[0]:
                 return WANTS_CLOCKS
         after, kept = known.next_marking[at], known.kept_start[at]
+        count, start = known.clocks[after], known.enabled_start[after]
         if is_strong:
-            fire_strong(net, known, work.elapsed, clocks, clock, fired, kept, after, low, result)
-            status = reach_pieces(
-                net,
-                known,
-                number,
-                fired,
-                after,
-                work.pieces,
-                work.split,
-                by_inclusion,
-                keeps_edges,
-                bits,
-                top,
-            )
-            if status != DONE:
-                return status
+            strong_ends(known.kept, kept, count, before, clocks, clock, net.lower[fired], low, ends)
         else:
-            fire_linear(net, known, matrix, low, clock, kept, after, result)
+            linear_ends(
+                net.upper, net.lower, known.enabled, start, known.kept, kept, count, matrix, low, clock, ends
+            )
+        is_cut = is_strong and any_unbounded(net.upper, known.enabled, start, count)
+        if not by_inclusion and not is_cut:
+            length = encode_after(known.kept, kept, count, before, ends, known.code, bits, top)
+            target, is_new = same_class(known, after, length)
+            note(known, number, fired, target, is_new, keeps_edges)
+            continue
+        matrix_after(known.kept, kept, count, before, ends, result)
+        if not is_cut:
             reach(
-                known, number, fired, after, known.clocks[after], result, work.pieces[-1],
+                known, number, fired, after, count, result, work.pieces[-1],
                 by_inclusion, keeps_edges, bits, top,
             )  # fmt: skip
+            continue
+        status = reach_pieces(
+            net, known, number, fired, after, work.pieces, work.split, by_inclusion, keeps_edges, bits, top
+        )
+        if status != DONE:
+            return status
     return DONE
+
+
+@kernel(inline="always")
+def any_unbounded(upper, enabled, start, clocks):  # type: ignore[no-untyped-def]
+    """Whether any clock of a marking has no latest bound."""
+    found = False
+    for at in range(start, start + clocks):
+        found |= upper[enabled[at]] == UNBOUNDED
+    return found
 
 
 @kernel(inline="always")

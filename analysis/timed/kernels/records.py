@@ -20,15 +20,16 @@ from dineros.analysis.timed.kernels.markings import (
 )
 
 UNBOUNDED = 1 << 60
+NO_SUM = 1 << 59
+"""No sum of bounds that are there is as large."""
 ZERO = 1
 
 
 @kernel(inline="always")
 def plus(one, other):  # type: ignore[no-untyped-def]
-    """Add two bounds."""
-    if one >= UNBOUNDED or other >= UNBOUNDED:
-        return UNBOUNDED
-    return one + other - ((one | other) & 1)
+    """Add two bounds; a sum with one that is missing stays far above all others."""
+    total = one + other - ((one | other) & 1)
+    return total if total < NO_SUM else UNBOUNDED
 
 
 @kernel()
@@ -63,9 +64,46 @@ def encode(matrix, clocks, code, bits, top):  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def decode(known, number, clocks, matrix, bits, top):  # type: ignore[no-untyped-def]
-    """Write the matrix of a class."""
-    codes, first = known.codes, known.record_start[number]
+def encode_after(kept, start, clocks, before, ends, code, bits, top):  # type: ignore[no-untyped-def]
+    """Write the record of what `matrix_after` would write; return its length."""
+    for a in range(clocks):
+        code[a] = min(ends[0, a], top)
+        code[clocks + a] = ends[1, a]
+    at = 2 * clocks
+    values = at + (clocks * (clocks - 1) + bits - 1) // bits
+    bit, word = 0, 0
+    for a in range(clocks):
+        i = kept[start + a]
+        if i == 0:  # its bounds are the only ones, so no bit is set
+            bit += clocks - 1
+            while bit >= bits:
+                code[at] = word
+                at += 1
+                bit -= bits
+                word = 0
+            continue
+        upper = ends[0, a]
+        for b in range(clocks):
+            if a == b:
+                continue
+            j = kept[start + b]
+            if j and before[i, j] < plus(upper, ends[1, b]):
+                word |= 1 << bit
+                code[values] = before[i, j]
+                values += 1
+            bit += 1
+            if bit == bits:
+                code[at] = word
+                at += 1
+                bit, word = 0, 0
+    if bit:
+        code[at] = word
+    return values
+
+
+@kernel()
+def decode(codes, first, clocks, matrix, bits, top):  # type: ignore[no-untyped-def]
+    """Write the matrix of the class whose record starts at a position."""
     matrix[0, 0] = ZERO
     for i in range(1, clocks + 1):
         upper = codes[first + i - 1]
@@ -100,39 +138,35 @@ def hash_record(marking, codes, first, length):  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def class_of(known, marking, code, length):  # type: ignore[no-untyped-def]
+def class_of(control, table, markings, starts, codes, marking, code, length):  # type: ignore[no-untyped-def]
     """Return the number of a class, and whether it is new; there must be room."""
-    codes, control = known.codes, known.control
     value = hash_record(marking, code, 0, length)
-    mask = known.class_table.size - 1
+    mask = table.size - 1
     slot, tag = value & mask, value >> TAG_SHIFT
-    while known.class_table[slot] != 0:
-        entry = known.class_table[slot]
+    while table[slot] != 0:
+        entry = table[slot]
         if entry >> INDEX_BITS == tag:
             number = (entry & INDEX_MASK) - 1
-            if known.class_marking[number] == marking:
-                first = known.record_start[number]
-                is_same = True
-                for at in range(length):
-                    if codes[first + at] != code[at]:
-                        is_same = False
-                        break
-                if is_same:
+            if markings[number] == marking:
+                first = starts[number]
+                at = 0
+                while at < length and codes[first + at] == code[at]:
+                    at += 1
+                if at == length:
                     return number, False
         slot = (slot + 1) & mask
-    known.class_table[slot] = tag << INDEX_BITS | (control[CLASSES] + 1)
-    return append(known, marking, code, length), True
+    table[slot] = tag << INDEX_BITS | (control[CLASSES] + 1)
+    return append(control, markings, starts, codes, marking, code, length), True
 
 
 @kernel()
-def append(known, marking, code, length):  # type: ignore[no-untyped-def]
+def append(control, markings, starts, codes, marking, code, length):  # type: ignore[no-untyped-def]
     """Store a record that is new."""
-    control = known.control
     number, first = control[CLASSES], control[CODES]
     for at in range(length):
-        known.codes[first + at] = code[at]
-    known.class_marking[number] = marking
-    known.record_start[number + 1] = first + length
+        codes[first + at] = code[at]
+    markings[number] = marking
+    starts[number + 1] = first + length
     control[CLASSES] = number + 1
     control[CODES] = first + length
     return number
@@ -189,7 +223,7 @@ def covers(known, number, clocks, matrix, other, bits, top):  # type: ignore[no-
             return False
         if codes[first + clocks + i - 1] > matrix[0, i]:
             return False
-    decode(known, number, clocks, other, bits, top)
+    decode(codes, first, clocks, other, bits, top)
     for i in range(1, clocks + 1):
         for j in range(1, clocks + 1):
             if other[i, j] > matrix[i, j]:

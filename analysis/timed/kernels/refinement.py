@@ -290,7 +290,7 @@ def begin(known, atoms, work, final, bits, top):  # type: ignore[no-untyped-def]
     for old in range(final.size):
         if final[old] == old:
             marking = known.class_marking[old]
-            decode(known, old, known.clocks[marking], work.matrix, bits, top)
+            decode(known.codes, known.record_start[old], known.clocks[marking], work.matrix, bits, top)
             numbers[old] = add_class(atoms, marking, known.clocks[marking], work.matrix)
     atoms.control[INITIAL] = numbers[final[0]]
     for old in range(final.size):
