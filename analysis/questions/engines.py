@@ -7,7 +7,7 @@ questions it knows an answer to.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from dineros.analysis.answers.apart import is_end
@@ -201,6 +201,10 @@ class Tina(Engine):
         raise tina.TinaError(f"TINA is not asked such questions: {type(question).__name__}")
 
 
+CLASSES_SHARE = 0.7
+"""Part of the time for state classes, if the net can be asked without its times, too."""
+
+
 @dataclass(frozen=True)
 class Timed(Engine):
     """State classes: questions about a net with its firing intervals and priorities.
@@ -215,7 +219,56 @@ class Timed(Engine):
     name = "time"
 
     def answer(self, question: Question, budget: Budget) -> Outcome:
-        """Build state classes; a run that shows the answer has a schedule."""
+        """Build state classes; a run that shows the answer has a schedule.
+
+        If there are too many classes, the net is asked without its times: what never happens then does not
+        happen with times, as these only take runs away.
+        """
+        budget = budget.begun()
+        if not self._holds_with_fewer_runs(question):
+            return self._of_classes(question, budget)
+        found = self._of_classes(question, budget.share(CLASSES_SHARE))
+        if found.status != "unknown":
+            return found
+        plain = Own().answer(question, budget)
+        if plain.status not in ("unreachable", "holds"):
+            return found
+        return replace(plain, by=f"{plain.by or 'all markings'}, without times", evidence=None)
+
+    def _holds_with_fewer_runs(self, question: Question) -> bool:
+        """Tell whether an answer without times, if it denies that something happens, is one with times.
+
+        With times a run may stay in a marking where nothing has to fire. So only formulas that say what holds
+        in all markings, or at all steps, are asked. Priorities decide what is a deadlock with times.
+        """
+        from dineros.analysis.logic.language.bounded import bounds_times
+        from dineros.analysis.logic.language.parser import parse
+        from dineros.analysis.logic.language.syntax import QUANTIFIERS, TEMPORAL, Deadlock, ForAll, Globally
+
+        match question:
+            case Enabled():
+                return True
+            case Marking(_, _, condition):
+                said = parse(condition, "state")
+            case Linear(_, _, formula, (), ()) if not bounds_times(formula):
+                said = parse(formula)
+                if not isinstance(said, Globally):
+                    return False
+                said = said.operands[0]
+            case Branching(_, _, formula):
+                said = parse(formula, "ctl")
+                if not (isinstance(said, ForAll) and isinstance(said.operands[0], Globally)):
+                    return False
+                said = said.operands[0].operands[0]
+            case _:
+                return False
+        parts = list(said.subformulas())
+        if self.net.has_priorities and any(isinstance(part, Deadlock) for part in parts):
+            return False
+        return not any(isinstance(part, (*TEMPORAL, *QUANTIFIERS)) for part in parts)
+
+    def _of_classes(self, question: Question, budget: Budget) -> Outcome:
+        """Build state classes."""
         from dineros.analysis.logic.language.bounded import read_bounded
         from dineros.analysis.timed.branching_time import check_timed_ctl
         from dineros.analysis.timed.durations.bounded_response import decide_bounded

@@ -6,6 +6,7 @@ all classes; a class in which nothing can fire holds no state in which something
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,6 +23,9 @@ from dineros.analysis.timed.search import ClassSearch
 
 FIRST_LOOK = 500
 """Classes after which it is asked whether tokens grow forever, and again with four times as many."""
+
+LONGEST_WAY = 20_000
+"""Firings of a sequence whose times are computed."""
 
 _REASONS = {
     **RAN_OUT,
@@ -135,6 +139,43 @@ class _Complete:
 
     def __init__(self, _: CompiledNet) -> None:
         self.explored: Explored | None = None
+
+
+def fire_far_away(net: TimedNet, known: Iterable[int], budget: Budget) -> tuple[dict[int, Trace], set[int]]:
+    """Find transitions that fire only far from the initial class: search depth first.
+
+    Parameters
+    ----------
+    net
+        The net.
+    known
+        Transitions that are known to fire.
+    budget
+        Limits; the search ends when they are reached, or when all transitions have fired.
+
+    Returns
+    -------
+    ways : dict of int to Trace
+        By transition a sequence that ends with it, if that has at most `LONGEST_WAY` firings.
+    others : set of int
+        Transitions that fire after longer ones.
+    """
+    search = ClassSearch(net, "E" if net.has_priorities else "M", budget, keeps_parents=True)
+    wanted = set(range(len(net.untimed.transitions))) - set(known)
+    next_look = FIRST_LOOK
+
+    def is_met() -> bool:
+        nonlocal next_look
+        if search.classes < next_look:
+            return False
+        next_look = 2 * search.classes
+        return wanted <= search.first_sources().keys()
+
+    search.run(is_met)
+    sources = {t: number for t, number in search.first_sources().items() if t in wanted}
+    ways = {t: (*search.trace(number), t) for t, number in sources.items()}
+    short = {t: way for t, way in ways.items() if len(way) <= LONGEST_WAY}
+    return short, ways.keys() - short.keys()
 
 
 def _fullest(search: ClassSearch, among: int) -> int:

@@ -7,13 +7,17 @@ import numpy as np
 from dineros.analysis.checks.boundedness import Boundedness, Places
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.covering.firings import Firings
-from dineros.analysis.timed.exploring import Explored, explore_timed
+from dineros.analysis.timed.exploring import Explored, explore_timed, fire_far_away
 from dineros.analysis.timed_checks.timed_checked import with_times
+from dineros.analysis.timed_checks.without_times import without_times
 from dineros.analysis.witnesses.findings import pumping_witness
 from dineros.metamodel import sym
 
 CLASSES_SHARE = 0.6
 """Part of the time in which the classes are built; the rest is for properties and the like."""
+
+UNTIMED_SHARE, FAR_SHARE = 0.4, 0.4
+"""Parts of what is left for the net without its times, and for a search depth first."""
 
 
 class TimedBoundedness(Question):
@@ -43,9 +47,35 @@ class TimedBoundedness(Question):
                 f"the net is bounded with its times: {len(markings)} markings, "
                 f"at most {int(markings.max(initial=0))} tokens in a place"
             )
-        else:
-            checked.leave_open("whether the net is bounded", explored.reason)
         checked.firings = _firings(explored)
+        if explored.growth is None and not explored.is_complete:
+            self._ask_without_times(checked, explored, checked.firings)
+            self._look_far(checked, explored, checked.firings)
+
+    @staticmethod
+    def _ask_without_times(checked: Checked, explored: Explored, found: Firings) -> None:
+        """Note what the net without its times proves."""
+        subject = with_times(checked).timed
+        proof = without_times(subject, checked.budget.share(UNTIMED_SHARE), checked.orders)
+        found.dead |= {subject.transition_index[name] for name in proof.dead} - found.traces.keys()
+        # Priorities in a circle keep each other from firing.
+        is_free = not any(t in above for t, above in enumerate(explored.net.above))
+        found.has_no_deadlock = proof.has_no_deadlock and is_free
+        if proof.most is None:
+            checked.leave_open("whether the net is bounded", explored.reason)
+            return
+        checked.report.proved.append(
+            f"the net is bounded even without its times: {proof.markings} markings, "
+            f"at most {proof.most} tokens in a place"
+        )
+
+    @staticmethod
+    def _look_far(checked: Checked, explored: Explored, found: Firings) -> None:
+        """Note what fires far from the beginning."""
+        share = checked.budget.share(FAR_SHARE)
+        ways, others = fire_far_away(explored.net, {*found.traces, *found.dead}, share)
+        found.traces.update(ways)
+        found.possible |= others
 
 
 def _firings(explored: Explored) -> Firings:

@@ -34,7 +34,10 @@ class TimedDeadlock(Deadlock):
         """Group the markings that are ends by their causes."""
         known = with_times(checked)
         if not known.explored.is_complete:
-            checked.leave_open(self.asks, known.explored.reason)
+            if checked.firings is not None and checked.firings.has_no_deadlock:
+                checked.report.proved.append("no deadlock")
+            else:
+                checked.leave_open(self.asks, known.explored.reason)
             return
         if isinstance(checked.model, sym.SystemModel) and signals_matter(checked.model):
             self._ask_of_signals(known)

@@ -16,10 +16,13 @@ from dineros.analysis.timed.graph import enabling, timed_graph
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed_checks import faults
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
+from dineros.analysis.timed_checks.without_times import time_goes_on
 from dineros.analysis.witnesses.findings import witness_of
 
 GRAPH_SHARE = 0.3
 """Part of the time for the graph of strong classes, which only nets with priorities need here."""
+
+NO_LOOP = "no loop of firings happens in no time"
 
 Edges = tuple[Int64Array, Int64Array, Int64Array]
 """Sources, targets and transitions."""
@@ -75,6 +78,9 @@ class TimeStops(Question):
         known = with_times(checked)
         explored = known.explored
         self._find_locks(known)
+        if time_goes_on(explored.net):
+            known.report.proved.append(NO_LOOP)
+            return
         loop = _pumped(explored) or _loop(known)
         if loop is not None:
             stem, repeated = loop
@@ -83,7 +89,7 @@ class TimeStops(Question):
             words = ", ".join(dict.fromkeys(known.subject.transition_text(t) for t in repeated))
             known.report.findings.append(self.STOPS.found(*ids, witness=witness, loop=words))
         elif explored.is_complete:
-            known.report.proved.append("no loop of firings happens in no time")
+            known.report.proved.append(NO_LOOP)
         else:
             checked.leave_open(self.asks, explored.reason)
 

@@ -67,7 +67,8 @@ def check_timed(
     report : Report, optional
         Where to put the answers as they come.
     orders : OrderCache, optional
-        For a model without intervals, where orders of levels are kept.
+        Where orders of levels are kept for the symbolic engine. It is asked if the model has no intervals, or
+        if there are too many classes.
     questions : sequence of Question, optional
         Which ones, `TimedBoundedness` among them; all by default.
 
@@ -94,7 +95,7 @@ def ask_timed(
         check(model, budget, report, orders=orders)
         return None
     report.times = subject.used_times
-    checked = TimedChecked(model, report, budget.begun(), None, None)
+    checked = TimedChecked(model, report, budget.begun(), None, orders)
     checked.subject = subject
     for question in TIMED_QUESTIONS if questions is None else questions:
         if checked.is_closed and question.needs_space:

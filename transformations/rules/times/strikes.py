@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dineros.metamodel import sym
+from dineros.transformations.language.functions import ancestor
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.rules.lifecycle import L1
 from dineros.transformations.rules.notation import arc, at_once, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.times import Jitter, Offset, Period, Seconds
@@ -77,3 +79,23 @@ class D1Late(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True
     arcs = [arc(first, late), arc(strike, late), arc(late, pass_on), arc(pass_on, struck)]
 
     where = [Seconds(page.jitter) > 0.0]
+
+
+class D1Managed(StandardRule, phase=Phase.lifecycle, middleware="ros2", times=True):
+    """The timer of a managed node runs while the node is configured; a tick that comes later is gone."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    first = Made(D1.first, of=page)
+    strike = Made(D1.strike, of=page)
+    struck = Made(D1.struck, of=page)
+    configured = Made(L1.configured, of=node)
+    away = Made(L1.away, of=node)
+
+    gone = transition(
+        "{page.id}.gone",
+        means=Meaning("the timer of {callback} strikes, but its node is not configured"),
+        at_once=True,
+    )
+    runs = [read(configured, first), read(configured, strike)]
+    arcs = [arc(struck, gone), read(away, gone)]
