@@ -1,4 +1,4 @@
-"""What is proved without times where there are too many state classes: never more than what is so with times."""
+"""What is proved without times if there are too many state classes: no more than what holds with times."""
 
 from __future__ import annotations
 
