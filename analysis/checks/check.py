@@ -17,7 +17,7 @@ from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.checks.blocking import Callbacks, Deadlock
 from dineros.analysis.checks.boundedness import Boundedness, Places
 from dineros.analysis.checks.clauses import Clauses
-from dineros.analysis.checks.goals import Goals
+from dineros.analysis.checks.goals import Goals, qualify
 from dineros.analysis.checks.matching import Matching
 from dineros.analysis.checks.overflow import Overflow, Presence
 from dineros.analysis.checks.properties import Properties
@@ -80,6 +80,7 @@ def check(
             question.ask(checked)
         if len(report.unknown) > before:
             report.open_rules |= {fault.rule for fault in question.faults}
+    qualify(checked)
     return report
 
 

@@ -14,12 +14,15 @@ from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import holds_thread, runs_callbacks, threads_of
-from dineros.metamodel.callbacks.waiting import held_back_clients
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Accept, Cancel, Canceling, Finish, Outcome
 
 if TYPE_CHECKING:
     from dineros.transformations.flattening.traces import Link
+
+_MORE_GOALS = "what can happen with more goals under way"
+_ASSUMES = "nothing in its node waits for the end of a goal, and the answers assume that {assumption}"
+_SET = "set its outstanding to the greatest number of goals under way"
 
 
 @dataclass
@@ -92,15 +95,7 @@ class Goals(Question):
         "A goal ends in a way that its client does not learn of.",
         "nobody fetches the result where a goal of {client} of action {action} is {outcome}",
     )
-    HELD_BACK = Fault(
-        "goal-held-back",
-        "note",
-        "The answers assume that a client of an action sends a goal only if its last one is over.",
-        "the answers assume that {client} of action {action} sends a goal only if its last one is over: "
-        "nothing in its node waits for that, and with rclpy or rclcpp the goals would be under way at once; "
-        "set outstanding to the greatest number that can be under way",
-    )
-    faults = (NOT_ACCEPTED, ENDLESS, LATE, UNHEARD, OVERTAKEN, NOT_FETCHED, HELD_BACK)
+    faults = (NOT_ACCEPTED, ENDLESS, LATE, UNHEARD, OVERTAKEN, NOT_FETCHED)
     asks = "what can become of goals"
 
     def ask(self, checked: Checked) -> None:
@@ -108,7 +103,6 @@ class Goals(Question):
         clients = list(_clients(checked))
         if not clients:
             return
-        self._assume(checked)
         found = len(checked.report.findings) + len(checked.report.unknown)
         for client in clients:
             asks = f"what can become of goals of {client.words} of action {client.channel.action}"
@@ -134,20 +128,6 @@ class Goals(Question):
             checked.report.proved.append("every goal that was sent can be over")
         if len(checked.report.findings) + len(checked.report.unknown) == found:
             checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
-
-    def _assume(self, checked: Checked) -> None:
-        """Report the clients whose goals the rules hold back."""
-        if not isinstance(checked.model, sym.SystemModel):
-            return
-        for port in held_back_clients(checked.model):
-            assert port.channel is not None
-            found = self.HELD_BACK.found(
-                port.channel.id,
-                port.goal.id,
-                client=f"client {port.client}",
-                action=port.channel.action,
-            )
-            checked.report.findings.append(found)
 
     def _fires(self, checked: Checked, client: _Client, fault: Fault, transitions: list[str]) -> None:
         if can_fire(checked, transitions):
@@ -235,6 +215,25 @@ def unheard(checked: Checked, client: _Client) -> None:
     elif can_ask is not False and can_hear is None:
         question = f"whether a request of {client.words} to cancel a goal is heard"
         checked.leave_open(question, checked.why_open)
+
+
+def qualify(checked: Checked) -> None:
+    """Leave open what happens with more goals under way, if a client may send more than the rules let it.
+
+    What is proved then holds only under that assumption.
+    """
+    from dineros.analysis.questions.held_back import held_back
+
+    checked.budget.stage(_MORE_GOALS)
+    with checked.guarded(partial(checked.leave_open, _MORE_GOALS)):
+        for each in held_back(checked.subject, checked.budget):
+            checked.leave_open(
+                f"what can happen if {each.words} has more goals under way",
+                _ASSUMES.format(assumption=each.assumption),
+                _SET,
+            )
+            checked.report.assumed += checked.report.proved
+            checked.report.proved.clear()
 
 
 def _clients(checked: Checked) -> Iterator[_Client]:

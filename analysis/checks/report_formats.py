@@ -238,7 +238,8 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
     failing = [finding for finding in report.findings if finding.severity != "note"]
     accepted = [(each.finding, f"suppressed: {each.why}") for each in report.suppressed]
     accepted += [(finding, "known: it stands in the baseline") for finding in report.known]
-    cases = len(report.findings) + len(report.proved) + len(report.unknown) + len(accepted)
+    answers = [*report.proved, *report.assumed, *report.unknown]
+    cases = len(report.findings) + len(answers) + len(accepted)
     counts = {
         "tests": str(cases),
         "failures": str(len(failing)),
@@ -276,6 +277,8 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
         etree.SubElement(made, "skipped", {"message": _clean(why)})
     for proved in report.proved:
         case(proved, "proved")
+    for assumed in report.assumed:
+        case(assumed, "assumed")
     for unknown in report.unknown:
         made = case(unknown.question, "unknown")
         etree.SubElement(made, "skipped", {"message": _clean(str(unknown))})

@@ -208,6 +208,7 @@ def add_report(report: Report, subject: Subject, part: Part, answer: PartAnswer)
             report.findings.append(replace(found, witness=replayed))
     report.by = report.by or answer.by
     report.proved += [text for text in answer.proved if text not in report.proved]
+    report.assumed += [text for text in answer.assumed if text not in report.assumed]
     known = {str(unknown) for unknown in report.unknown}
     report.unknown += [unknown for unknown in answer.unknown if str(unknown) not in known]
 

@@ -13,7 +13,7 @@ from functools import partial
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.clauses import Clauses
-from dineros.analysis.checks.goals import Goals
+from dineros.analysis.checks.goals import Goals, qualify
 from dineros.analysis.checks.matching import Matching
 from dineros.analysis.checks.overflow import Overflow, Presence
 from dineros.analysis.checks.properties import Properties
@@ -108,4 +108,5 @@ def ask_timed(
             question.ask(checked)
         if len(report.unknown) > before:
             report.open_rules |= {fault.rule for fault in question.faults}
+    qualify(checked)
     return checked

@@ -287,6 +287,8 @@ class Report:
         Rules of the questions of which something was not decided.
     times : UsedTimes or None
         The firing intervals that the answers take into account; None if they leave times out.
+    assumed : list of str
+        What is proved only under an assumption, which `unknown` names. Then `proved` is empty.
     """
 
     findings: list[Finding] = field(default_factory=list)
@@ -302,6 +304,7 @@ class Report:
     failures: list[Exception] = field(default_factory=list, compare=False, repr=False)
     open_rules: set[str] = field(default_factory=set, compare=False, repr=False)
     times: UsedTimes | None = None
+    assumed: list[str] = field(default_factory=list)
 
     def with_accepted(
         self, findings: list[Finding], suppressed: list[Suppressed], known: list[Finding]
@@ -330,6 +333,7 @@ class Report:
         """Take over all that another report says."""
         self.findings += other.findings
         self.proved += other.proved
+        self.assumed += other.assumed
         self.unknown += other.unknown
 
     def to_dict(self, model: str) -> dict[str, Any]:
@@ -341,5 +345,6 @@ class Report:
             **({"known": [finding.to_dict() for finding in self.known]} if self.has_baseline else {}),
             **({"gone": self.gone} if self.has_baseline else {}),
             "proved": self.proved,
+            **({"assumed": self.assumed} if self.assumed else {}),
             "unknown": [str(unknown) for unknown in self.unknown],
         }

@@ -47,6 +47,7 @@ def write_check_report(
             for finding in report.findings
         ],
         proved=report.proved,
+        assumed=report.assumed,
         unknown=[str(unknown) for unknown in report.unknown],
         spaces=spaces,
         settings=tuple(settings),

@@ -153,6 +153,8 @@ def _print_text(
         say(f"unknown: {unknown}", "magenta")
     for proved in report.proved:
         note(f"proved: {proved}")
+    for assumed in report.assumed:
+        note(f"proved under an assumption: {assumed}")
     if report.times is not None:
         say(f"note: {report.times}; answered by: {report.by}")
     elif report.by:
@@ -161,7 +163,10 @@ def _print_text(
         say_times(times, times.of_check)
     faults = sum(finding.severity != "note" for finding in report.findings)
     following = f" ({counted(len(report.consequences), 'consequence')})" if report.consequences else ""
-    counts = f"{faults} found{following}, {len(report.proved)} proved, {len(report.unknown)} unknown"
+    proofs = f"{len(report.proved)} proved"
+    if report.assumed:
+        proofs += f", {len(report.assumed)} proved under an assumption"
+    counts = f"{faults} found{following}, {proofs}, {len(report.unknown)} unknown"
     summarise(f"{model}: {counts}{_accepted(report)}")
 
 

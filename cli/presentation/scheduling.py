@@ -132,6 +132,7 @@ def check_on_workers(
             for each in parts:  # in their order, whoever was first
                 if each.questions in answers:
                     add_report(told, subject, each, answers[each.questions])
-            report.findings, report.proved, report.unknown = told.findings, told.proved, told.unknown
+            report.findings, report.unknown = told.findings, told.unknown
+            report.proved, report.assumed = told.proved, told.assumed
             search().refresh()
     return said

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from dineros.cli.analysing import load_subject, write_witness
+from dineros.cli.console import say as console_say
 from dineros.cli.console import say_json
 from dineros.cli.presentation.answers import answer_and_times, say_times, times_fields
 from dineros.cli.presentation.evidence import (
@@ -56,6 +57,8 @@ class Asking:
         What the others say.
     times : LeftOutTimes or None
         Firing intervals of the net, which no engine knows.
+    assumes : list of str
+        What answers about all runs assume, where the rules are stricter than ROS 2.
     """
 
     model: Path
@@ -72,6 +75,7 @@ class Asking:
     is_proved: bool = False
     confirmation: Confirmation | None = None
     times: LeftOutTimes | None = None
+    assumes: list[str] = field(default_factory=list)
 
     def refuse_tina_on_workers(self) -> None:
         """Find out that the options exclude each other; raises `UsageError`."""
@@ -143,7 +147,15 @@ class Asking:
             run.stage("confirming the answer")
             timed = subject.timed if isinstance(subject, TimedSubject) else None
             answer, self.confirmation = confirmed(question, answer, budget, timed)
+        self.look_at_goals(subject, answer)
         return replace(answer, reason=run.reason(answer.reason))
+
+    def look_at_goals(self, subject: Subject, answer: Outcome) -> None:
+        """Remember which clients of actions an answer assumes to send one goal at a time."""
+        from dineros.analysis.questions.held_back import held_back
+
+        if answer.status != "unknown":
+            self.assumes = [each.assumption for each in held_back(subject, search().budget().begun())]
 
     def tell(
         self,
@@ -154,6 +166,7 @@ class Asking:
         first: Mapping[str, object],
         *,
         is_universal: bool,
+        is_shown_by_run: bool = False,
         is_timed: bool = True,
         **last: object,
     ) -> None:
@@ -171,19 +184,28 @@ class Asking:
             What JSON says of the question, and of the answer, besides.
         is_universal : bool
             Whether the answer speaks of all runs, and thus of those with times.
+        is_shown_by_run : bool
+            Whether the answer stays if the net has more runs.
         is_timed : bool
             Whether JSON says the seconds.
         """
         if self.output is not None and witness is not None:
             write_witness(witness, self.output, self.model, self.settings, asked, answer.status)
+        assumed = [] if is_shown_by_run or answer.status == "unknown" else self.assumes
         if self.as_json:
             timed = ("seconds",) if is_timed else ()
             told = {name: getattr(answer, name) for name in ("status", "reason", "by", "states", *timed)}
             shown = {"witness": witness.to_dict() if witness else None}
             times = times_fields(self.times, None if answer.status == "unknown" else is_universal)
-            say_json({"model": str(self.model), **first, **told, **shown, **last, **times, **self._backing()})
+            assumes: dict[str, object] = {"assumes": assumed} if assumed else {}
+            backing = self._backing()
+            say_json(
+                {"model": str(self.model), **first, **told, **shown, **last, **times, **assumes, **backing}
+            )
         else:
             say()
+            for each in assumed:
+                console_say(f"assumes: {each}")
             if self.times is not None and answer.status != "unknown":
                 say_times(self.times, answer_and_times(self.times, is_universal))
         if self.certificate is not None:

@@ -73,6 +73,7 @@ def verify_formula(
         more: dict[str, Any] = {} if needed is None else {"holds_if_fair": needed.to_dict()}
         told = {**first, "formula": formula}
         of_all = _is_of_all_runs(logic, formula, verdict.status)
+        more["is_shown_by_run"] = _is_shown_by_run(logic, formula, verdict)
         asking.tell(verdict, witness, formula, say_text, told, is_universal=of_all, unfair=named, **more)
         return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
 
@@ -128,15 +129,17 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
 
     def say(verdict: Outcome) -> int:
         witness = run_shown(stored.subject, verdict)
-        shown = f"{property.id}: {text}{'' if is_expected else '; expected not to hold'}"
+        line = f"{property.id}: {text}{'' if is_expected else '; expected not to hold'}"
         is_linear = reading.logic == "ltl" and not reading.is_negated
         say_text = partial(
-            say_verdict, verdict, shown, witness, asking.model, asking.output, is_linear=is_linear
+            say_verdict, verdict, line, witness, asking.model, asking.output, is_linear=is_linear
         )
         answered = {"holds": "violated", "violated": "holds"} if reading.is_negated else {}
         status = answered.get(verdict.status, verdict.status)
-        of_all = _is_of_all_runs(reading.logic, str(reading.formula), status)
-        asking.tell(verdict, witness, text, say_text, first, is_universal=of_all)
+        formula = str(reading.formula)
+        of_all = _is_of_all_runs(reading.logic, formula, status)
+        shown = _is_shown_by_run(reading.logic, formula, replace(verdict, status=status))
+        asking.tell(verdict, witness, text, say_text, first, is_universal=of_all, is_shown_by_run=shown)
         if verdict.status == "unknown":
             return UNKNOWN
         return HOLDS if (verdict.status == "holds") == is_expected else VIOLATED
@@ -145,6 +148,7 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
     if asking.timed:
         asking.refuse_tina_on_workers()
         answer = stored.outcome(run.budget(), orders)
+        asking.look_at_goals(stored.subject, answer)
         verdict = replace(answer, reason=run.reason(answer.reason))
         with run.answer():
             return say(stored.verdict(verdict))
@@ -197,3 +201,17 @@ def _is_of_all_runs(logic: str, formula: str, status: str) -> bool:
     if logic == "ltl" or status == "unknown":
         return status == "holds"
     return is_of_all_runs(parse(formula, "ctl"), status == "holds")
+
+
+def _is_shown_by_run(logic: str, formula: str, verdict: Outcome) -> bool:
+    """Return whether a verdict stays if the net has more runs; a run that ends where it is stuck need not."""
+    from dineros.analysis.logic.language.parser import parse
+    from dineros.analysis.logic.language.syntax import Deadlock
+    from dineros.analysis.model.times import is_of_all_runs
+
+    tree = parse(formula, "ltl" if logic == "ltl" else "ctl")
+    if any(isinstance(part, Deadlock) for part in tree.subformulas()):
+        return False
+    if logic == "ltl":
+        return verdict.status == "violated" and bool(verdict.loop or verdict.ends_at_fault)
+    return is_of_all_runs(tree, verdict.status != "holds")

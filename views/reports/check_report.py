@@ -109,8 +109,8 @@ class CheckContent:
         The model and its file.
     findings : sequence of FindingEntry
         What is wrong.
-    proved, unknown : sequence of str
-        What holds, and what is not known.
+    proved, unknown, assumed : sequence of str
+        What holds, what is not known, and what holds under an assumption that `unknown` names.
     spaces : sequence of dict
         Rows of a sweep over the signal variants: the state spaces.
     settings : sequence of str
@@ -130,6 +130,7 @@ class CheckContent:
     settings: Sequence[str] = field(default_factory=tuple)
     accepted: Sequence[tuple[str, str, str]] = ()
     notes: Sequence[str] = ()
+    assumed: Sequence[str] = ()
 
 
 def check_page(content: CheckContent, model: pn.Net | None = None) -> tuple[str, DinerosError | None]:

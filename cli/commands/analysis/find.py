@@ -67,6 +67,7 @@ def find(enabled: str | None, marking: str | None, order: Order, quickest: bool,
         shown = partial(say_way, answer, goal, witness, asking.model, asking.output)
         told = {**first, "goal": goal}
         never = answer.status == "unreachable"
+        last["is_shown_by_run"] = not never and "deadlock" not in goal
         asking.tell(answer, witness, goal, shown, told, is_universal=never, is_timed=False, **last)
         return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]
 

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import HealthCheck, assume, given, settings
 
+from dineros.analysis.answers.budget import UNLIMITED
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.ways import overtaking
+from dineros.analysis.logic.verdicts.verdict import moves
 from dineros.analysis.model.subject import base_subject
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.questions.held_back import held_back
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import callback, flow, node_net, place, step
+from dineros.metamodel.build import callback, flow, here, node_net, place, step
+from dineros.metamodel.callbacks.waiting import held_back_clients
 from dineros.metamodel.constraints import validate
-from dineros.metamodel.elements import find
+from dineros.metamodel.elements import find, transitions
+from tests.support.ros2_systems.action_models import action_models
 from tests.support.ros2_systems.deliveries import deliveries
+from tests.support.ros2_systems.hasty_clients import hasty
 
 
 def asked(model: sym.SystemModel) -> Report:
@@ -373,18 +381,66 @@ def test_that_a_goal_is_accepted_is_a_place_of_the_client(waits: bool) -> None:
     assert of_rule(report, "unbounded") == [] or not waits
 
 
-def test_a_goal_that_the_rules_hold_back_is_noted() -> None:
+def test_nothing_is_proved_of_goals_that_the_rules_hold_back() -> None:
     """A timer sends a goal at each tick and waits for none; a client with two goals under way is believed."""
-    model = deliveries()
-    node = node_net(model, "hasty", execution="callbacks")
-    tick = callback(node, "OnTick", "timer", 1.0)
-    goal, over = place(tick, "Hasty.goal"), callback(node, "OnOver", "client")
-    done = place(over, "Hasty.done")
-    step(tick, "Hasty.send", [], [goal])
-    step(over, "Hasty.take", [done], [])
-    port = sym.ActionClientPort(client="hasty", goal=goal, succeeded=done, aborted=done, canceled=done)
-    channel_of(model).clients.append(port)
-    (note,) = of_rule(asked(model), "goal-held-back")
-    assert note.severity == "note" and "client hasty" in note.message
+    model, port = hasty()
+    report = asked(model)
+    (left,) = (each for each in report.unknown if "more goals under way" in each.question)
+    assert "client hasty of action /deliver" in str(left) and left.may_be_fault
+    assert report.proved == [] and report.assumed
+    assert report.to_dict("m")["assumed"] == report.assumed
     port.outstanding = 2
-    assert not of_rule(asked(model), "goal-held-back")
+    believed = asked(model)
+    assert not [each for each in believed.unknown if "more goals under way" in each.question]
+    assert believed.proved and not believed.assumed
+
+
+def test_a_client_whose_last_goal_is_over_is_not_held_back() -> None:
+    """A place that is marked while no goal is under way; a second token in it lets one be held back."""
+    model, port = hasty()
+    free = place(find(model, "OnTick", sym.CallbackPage), "Hasty.free", 1)
+    flow(free, find(model, "Hasty.send", sym.Transition))
+    take = find(model, "Hasty.take", sym.Transition)
+    assert take.page is not None
+    flow(take, here(free, take.page))
+    subject = base_subject(model)
+    assert held_back(subject, UNLIMITED.begun()) == []
+    free.tokens = 2
+    (found,) = held_back(base_subject(model), UNLIMITED.begun())
+    assert found.port is port
+
+
+def all_markings(net: CompiledNet, most: int) -> set[tuple[int, ...]] | None:
+    """Return the reachable markings by the plain firing rule; None if there are more."""
+    start = tuple(net.initial.tolist())
+    seen, todo = {start}, [start]
+    while todo:
+        for _, after in moves(net, todo.pop()):
+            if after not in seen:
+                seen.add(after)
+                todo.append(after)
+        if len(seen) > most:
+            return None
+    return seen
+
+
+@given(action_models())
+@settings(
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow]
+)
+def test_held_back_as_all_markings_tell(model: sym.SystemModel) -> None:
+    """The bound of goals changes nothing exactly if no marking has a goal that waits for its client."""
+    for transition in transitions(model):
+        transition.overrides.clear()  # engines refuse priorities
+    subject = base_subject(model)
+    markings = all_markings(subject.net, 3000)
+    assume(markings is not None)
+    assert markings is not None
+    wanted = set()
+    for port in held_back_clients(model):
+        assert port.channel is not None
+        ready = f"{port.channel.id}.client.{port.client}.ready"
+        goal, free = subject.place_index[str(port.goal.id)], subject.place_index[ready]
+        if any(marking[goal] and not marking[free] for marking in markings):
+            wanted.add(port)
+    assert {each.port for each in held_back(subject, UNLIMITED.begun())} == wanted

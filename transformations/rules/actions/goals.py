@@ -79,7 +79,7 @@ class A1(StandardRule, phase=Phase.goals):
     ready = place(
         "{action.id}.client.{client.client}.ready",
         tokens=client.outstanding,
-        means=Meaning("{client} of action {action} is ready", rests=True),
+        means=Meaning("{client} of action {action} is ready", part="ready", rests=True),
     )
     requested = place(
         "{action.id}.client.{client.client}.requested",
