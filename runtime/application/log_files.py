@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 from pathlib import Path
 
@@ -13,6 +14,12 @@ LOG_BYTES = 16 << 20
 """Bytes of a log file after which it is rotated."""
 
 _PIECE = 1 << 20
+_COLLAPSE_RANGE = 8
+"""Mode of `fallocate` (Linux) that removes a part of a file, so that what follows it moves to its place."""
+
+_fallocate = getattr(ctypes.CDLL(None, use_errno=True), "fallocate", None)
+if _fallocate is not None:
+    _fallocate.argtypes = (ctypes.c_int, ctypes.c_int, ctypes.c_long, ctypes.c_long)
 
 
 def open_log(path: Path) -> int:
@@ -32,8 +39,10 @@ def rotate(path: Path, limit: int = LOG_BYTES) -> bool:
     """Let a log file begin again if it is larger than a limit; return whether it does.
 
     The process that writes it has the file open, so the file stays: its last `limit` bytes are copied to
-    ``NAME.1``, which replaces an older copy, and the file is emptied. What is printed just then is lost. If
-    there is no room for the copy, the older lines are lost.
+    ``NAME.1``, which replaces an older copy, and cut off. On file systems that can cut off the head of a file
+    (ext4, XFS), what is printed meanwhile stays in the log, which may then begin within a line. On others the
+    file is emptied once all of it is copied, and a line that is printed in the instant between may be lost.
+    If there is no room for the copy, the older lines are lost.
     """
     with contextlib.suppress(OSError, ModelFileError):
         file = open_plain(path, os.O_RDWR, follow_links=False)
@@ -41,7 +50,12 @@ def rotate(path: Path, limit: int = LOG_BYTES) -> bool:
             size = os.fstat(file).st_size
             if size <= limit:
                 return False
-            _copy(file, size - limit, size, path.with_name(f"{path.name}.1"))
+            block = os.fstatvfs(file).f_bsize
+            head = (size - 1) // block * block
+            older = path.with_name(f"{path.name}.1")
+            if head > 0 and _copy(file, max(0, head - limit), head, older) and _cut(file, head):
+                return True
+            _copy(file, size - limit, None, older)
             os.ftruncate(file, 0)
             return True
         finally:
@@ -49,15 +63,27 @@ def rotate(path: Path, limit: int = LOG_BYTES) -> bool:
     return False
 
 
-def _copy(file: int, start: int, end: int, older: Path) -> None:
-    """Copy a part of a file, without the line that its start cuts."""
+def _cut(file: int, size: int) -> bool:
+    """Cut off so many bytes, whole blocks, at the start of a file; return whether the file system can."""
+    if _fallocate is None:
+        return False
+    return bool(_fallocate(file, _COLLAPSE_RANGE, 0, size) == 0)
+
+
+def _copy(file: int, start: int, end: int | None, older: Path) -> bool:
+    """Copy a part of a file, without the line that its start cuts; return whether there is room.
+
+    Without an `end`, what is appended meanwhile is copied, too.
+    """
     with contextlib.suppress(OSError, ModelFileError):
         copy = open_plain(older, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, follow_links=False)
         with os.fdopen(copy, "wb") as made:
             is_cut = start > 0
-            while piece := os.pread(file, min(_PIECE, end - start), start):
+            while piece := os.pread(file, _PIECE if end is None else min(_PIECE, end - start), start):
                 start += len(piece)
                 if is_cut:
                     _, line_feed, piece = piece.partition(b"\n")
                     is_cut = not line_feed
                 made.write(piece)
+        return True
+    return False

@@ -240,7 +240,8 @@ def test_a_process_whose_supervisor_is_gone_before_it_begins_ends_at_once() -> N
 def test_the_log_of_a_process_has_a_limited_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process prints without end: its log and the older part stay small, and the last lines are there.
 
-    The process itself waits until its log is small again, so that the outcome is the same on a busy machine.
+    No line is missing between the two, where the file system can cut off the head of a file. The process
+    itself waits until its log is small again, so that the outcome is the same on a busy machine.
     """
     monkeypatch.setattr("dineros.runtime.application.log_files.rotate.__defaults__", (100_000,))
     program = (
@@ -265,10 +266,37 @@ def test_the_log_of_a_process_has_a_limited_size(tmp_path: Path, monkeypatch: py
     older = tmp_path / "node.log.1"
     assert older.stat().st_size <= 100_000
     assert largest < 300_000, "of 5 million bytes that are printed"
-    *whole, last = older.read_text().splitlines()
+    _, *whole, last = older.read_text().splitlines()  # the first may be cut
     assert all(line.startswith("line ") for line in whole)
     assert f"line {last[5:]}".startswith(last), "it may end within a line that is just printed"
+    if can_cut(tmp_path / "any"):
+        _, *lines, end = (older.read_text() + (tmp_path / "node.log").read_text()).splitlines()
+        assert lines == [f"line {n}" for n in range(400_000 - len(lines), 400_000)]
+        assert end == "too bad"
     assert sorted(path.name for path in tmp_path.glob("node*")) == ["node.log", "node.log.1"]
+
+
+def can_cut(path: Path) -> bool:
+    """Tell whether the file system removes the head of a file, by a log that is rotated and keeps a rest."""
+    path.write_text("line\n" * 20_000)
+    assert rotate(path, 50_000)
+    rest = path.stat().st_size
+    path.unlink()
+    path.with_name(f"{path.name}.1").unlink()
+    return rest > 0
+
+
+def test_a_log_is_cut_at_a_block_without_a_gap(tmp_path: Path) -> None:
+    if not can_cut(tmp_path / "any"):
+        pytest.skip("this file system cannot remove the head of a file")
+    path, text = tmp_path / "node.log", "".join(f"line {n}\n" for n in range(20_000))
+    path.write_text(text)
+    with path.open("a") as writer:
+        assert rotate(path, 50_000)
+        writer.write("the end")
+    kept = (tmp_path / "node.log.1").read_text() + path.read_text()
+    assert f"{text}the end".endswith(kept) and kept.startswith("line ")
+    assert 50_000 - 10 < len(kept) < 50_000 + 2 * os.statvfs(path).f_bsize
 
 
 def test_a_log_that_is_a_link_is_left_alone(tmp_path: Path) -> None:
