@@ -13,7 +13,7 @@ from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.model.final_conditions import FinalCondition
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.witnesses.findings import Fault, Wait, Witness, witness_of
+from dineros.analysis.witnesses.findings import Fault, Wait, Witness, witness_to
 from dineros.metamodel.elements import is_unseen, node_net_of
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class Deadlock(Question):
     def _find(self, checked: Checked, group: DeadlockGroup) -> None:
         from dineros.analysis.checks.deadlocks import group_text, is_finished
 
-        subject, witness = checked.subject, witness_of(checked.subject, group.trace)
+        subject, witness = checked.subject, witness_to(checked.subject, group.trace)
         circle = checked.waiting.circle(replay(subject.net, group.trace)[-1])
         if circle is not None:
             Callbacks.find(checked, circle, witness)
@@ -153,7 +153,7 @@ class Callbacks(Question):
             if each.circle is None and is_unseen(node_net_of(each.callback.model)):
                 continue  # it stands for what other programs do, which is not known
             found = True
-            witness = witness_of(checked.subject, each.trace)
+            witness = witness_to(checked.subject, each.trace)
             if each.circle is not None:
                 cls.find(checked, each.circle, witness)
             else:

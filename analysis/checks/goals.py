@@ -11,7 +11,7 @@ from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
 from dineros.analysis.model.wording import outcome_words
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
+from dineros.analysis.witnesses.findings import Fault, Witness, witness_of, witness_to
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import holds_thread, runs_callbacks, threads_of
 from dineros.metamodel.elements import node_net_of
@@ -174,7 +174,7 @@ class Goals(Question):
             stuck = next(filter(None, (never_without(sets, (index[place],)) for place in places)), None)
             if stuck is not None:
                 _, trace = next(last_parts(sets, stuck))
-                self.add(checked, client, fault, witness_of(checked.subject, trace), **parts)
+                self.add(checked, client, fault, witness_to(checked.subject, trace), **parts)
                 found = True
         return found
 

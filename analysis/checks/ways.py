@@ -8,8 +8,7 @@ from typing import TypeAlias
 
 from dineros.analysis.checks.question import Checked
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.witnesses.findings import Witness, witness_of
-from dineros.analysis.witnesses.folding import in_rounds
+from dineros.analysis.witnesses.findings import Witness, witness_to
 
 MOST = 50_000
 """Markings among which a run is searched in which goals overtake each other."""
@@ -21,7 +20,7 @@ def can_fire(checked: Checked, transitions: Sequence[str]) -> bool | None:
     if known is None:
         return any(checked.space.enabled(each) for each in transitions)
     numbers = [index[each] for each in transitions]
-    if not known.traces.keys().isdisjoint(numbers):
+    if not known.traces.keys().isdisjoint(numbers) or not known.possible.isdisjoint(numbers):
         return True
     return False if known.dead.issuperset(numbers) else None
 
@@ -39,18 +38,18 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     from dineros.analysis.portfolio.plans import WITNESS
 
     subject, known = checked.subject, checked.firings
-    if known is not None:
-        numbers = [subject.transition_index[each] for each in transitions]
-        way = known.way_to(numbers)
-        if subject.is_timed:
-            return witness_of(subject, way)  # in another order it may have no schedule
-        return witness_of(subject, in_rounds(subject.net, way))
-    number = subject.transition_index[next(each for each in transitions if checked.space.enabled(each))]
+    numbers = [subject.transition_index[each] for each in transitions]
+    if known is None:
+        number = next(each for each in numbers if checked.space.enabled(subject.net.transitions[each]))
+    elif not known.traces.keys().isdisjoint(numbers):
+        return witness_to(subject, known.way_to(numbers))
+    else:
+        number = next(each for each in numbers if each in known.possible)
     trace = find_firing(subject.net, number, checked.budget, WITNESS).trace
     if trace is None:
         checked.budget.check_time()
         return None
-    return witness_of(subject, in_rounds(subject.net, trace))
+    return witness_to(subject, trace)
 
 
 _Here: TypeAlias = tuple[tuple[int, ...], bool]

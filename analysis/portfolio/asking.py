@@ -23,10 +23,11 @@ from dineros.analysis.logic.language.syntax import (
     Not,
 )
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.witness import ending_with_one_of
+from dineros.analysis.nets.witness import ending_with_one_of, replay
 from dineros.analysis.portfolio.plans import FIND, FIRE, NEAR, NEAR_STATES, PROVE
 from dineros.analysis.portfolio.reach import Reach
 from dineros.analysis.portfolio.scheduler import Plan, answered
+from dineros.analysis.witnesses.folding import in_rounds
 
 
 def find_enabled(
@@ -97,7 +98,17 @@ def _found(
     is_shortest = is_shortest and order == "breadth-first"
     question = Reach(net, condition, names, order, is_shortest, goals)
     is_near = budget.states is not None and budget.states <= NEAR_STATES
-    return answered(question, NEAR if is_near else FIND, budget)
+    answer = answered(question, NEAR if is_near else FIND, budget)
+    return answer if answer.trace is None else replace(answer, trace=_in_rounds(question, answer.trace))
+
+
+def _in_rounds(question: Reach, trace: tuple[int, ...]) -> tuple[int, ...]:
+    """Order a way so that rounds repeat; it ends where it first fulfils the condition."""
+    ordered = in_rounds(question.net, trace)
+    if ordered == trace:
+        return trace
+    markings = replay(question.net, ordered)
+    return ordered[: next(number for number, marking in enumerate(markings) if question.holds(marking))]
 
 
 def proof_against(net: CompiledNet, condition: Formula, names: Names, budget: Budget) -> Outcome | None:

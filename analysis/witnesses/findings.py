@@ -10,6 +10,7 @@ from dineros.analysis.answers.outcome import FiredAt, Outcome
 from dineros.analysis.model.subject import FiringTime, Subject
 from dineros.analysis.model.times import LeftOutTimes, UsedTimes
 from dineros.analysis.nets.coverability import Pumping
+from dineros.analysis.witnesses.folding import in_rounds
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -101,6 +102,15 @@ def witness_of(
         change = {net.places[place]: tokens for place, tokens in net.delta[transition].items()}
         steps.append(Step(net.transitions[transition], subject.transition_text(transition), change, time))
     return Witness(tuple(steps), loop, subject)
+
+
+def witness_to(subject: Subject, trace: Sequence[int]) -> Witness:
+    """Return a witness of the marking in which a sequence ends; other orders of its firings lead there, too.
+
+    They are put in an order in which rounds repeat, where that is shorter to read. With times the order
+    stays: another one may have no schedule.
+    """
+    return witness_of(subject, trace if subject.is_timed else in_rounds(subject.net, trace))
 
 
 def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:

@@ -17,7 +17,7 @@ from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.models import to_model
 from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow
+from dineros.metamodel.build import callback, flow, place, step
 from dineros.metamodel.elements import places as all_places
 from dineros.metamodel.errors import DinerosError
 from tests.analysis.properties.test_recurrence import turning_net
@@ -92,6 +92,33 @@ def test_queues_that_never_overflow() -> None:
     assert agrees(model)
     proved = checked_without_space(model).proved
     assert len([text for text in proved if text.endswith("never overflows")]) >= 3
+
+
+def test_a_queue_that_overflows_although_the_net_comes_back() -> None:
+    """Under the rules of ROS 2 nothing counts lost messages: that a net comes back does not rule them out."""
+    model = listening()
+    report = checked_without_space(model)
+    assert report.space is None, "a smaller net has answered"
+    found = [each for each in report.findings if each.rule == "queue-overflow"]
+    assert len(found) == 2, "the history of the writer, and that of the reader"
+    for each in found:
+        assert each.witness is not None and "loses a message" in each.witness.steps[-1].text
+    assert report.unknown == []
+    assert agrees(model)
+
+
+def listening() -> sym.SystemModel:
+    """Return a timer that publishes to a subscriber, which takes one message after the other."""
+    model = sym.SystemModel(id="listening", middleware="ros2")
+    talker, listener = (sym.NodeNet(id=id, net=model, execution="callbacks") for id in ("talker", "listener"))
+    tick, hear = callback(talker, "OnTick", "timer", 1.0), callback(listener, "OnHeard")
+    sent, heard = place(tick, "Sent"), place(hear, "Heard")
+    step(tick, "Say", [], [sent])
+    step(hear, "Note", [heard], [])
+    topic = sym.TopicChannel(id="Talk", topic="/talk", model=model)
+    topic.publishers.append(sym.PublisherPort(place=sent, limit=2))
+    topic.subscribers.append(sym.SubscriberPort(place=heard, limit=2))
+    return model
 
 
 @pytest.mark.long

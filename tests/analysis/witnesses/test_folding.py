@@ -8,8 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.witness import replay
+from dineros.analysis.portfolio.asking import find_marking
+from dineros.analysis.questions.formulas import verify_linear
 from dineros.analysis.witnesses.folding import folded, in_rounds
 
 TEXT = st.text(alphabet="abc", max_size=60)
@@ -56,3 +60,38 @@ def test_ten_rounds_in_any_order_become_one(seed: int) -> None:
     assert ordered[-1] == 3
     assert replay(MAKE, ordered)[-1] == replay(MAKE, [*trace, 3])[-1]
     assert sum(block.length for block in folded(ordered)) <= 4
+
+
+PASSING = CompiledNet.build(
+    {"idle": 1, "busy": 0, "sent": 0, "ready": 1, "took": 0, "done": 0},
+    [
+        Transition("begin", {"idle": 1}, {"busy": 1}),
+        Transition("send", {"busy": 1}, {"idle": 1, "sent": 1}),
+        Transition("take", {"sent": 1, "ready": 1}, {"took": 1}),
+        Transition("finish", {"took": 1}, {"ready": 1, "done": 1}),
+    ],
+)
+
+
+@pytest.mark.parametrize("asked", ["find", "verify"])
+def test_ways_to_a_marking_come_in_rounds(asked: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever order the search finds."""
+    rng, marking, mixed = random.Random(7), [1, 0, 0, 1, 0, 0], list[int]()
+    left = dict.fromkeys(range(4), 12)
+    while any(left.values()):
+        t = rng.choice([t for t, count in left.items() if count and PASSING.is_enabled(t, marking)])
+        left[t] -= 1
+        mixed.append(t)
+        marking = PASSING.fire(t, marking)
+    goal, names = "done >= 12", NetNames(PASSING)
+    answer = Outcome("reachable", trace=tuple(mixed))
+    assert replay(PASSING, mixed)[-1][-1] == 12
+    monkeypatch.setattr("dineros.analysis.portfolio.asking.answered", lambda *_: answer)
+    if asked == "find":
+        found = find_marking(PASSING, goal, names)
+    else:
+        found = verify_linear(PASSING, f"G !({goal})", names)
+        assert found.status == "violated"
+    assert sum(block.length for block in folded(mixed)) > 20
+    assert sum(block.length for block in folded(found.stem)) <= 8
+    assert replay(PASSING, found.stem)[-1][-1] == 12
