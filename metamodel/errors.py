@@ -162,6 +162,10 @@ class ClauseError(DinerosError):
         self.column = column
 
 
+class GuardError(DinerosError):
+    """A guard or an assignment cannot be read, or names fields that are not there."""
+
+
 class UnknownElementError(DinerosError):
     """A model has no element of this name."""
 

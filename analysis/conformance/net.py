@@ -15,6 +15,7 @@ from dineros.analysis.model.wording import topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.waiting import outstanding_counts
 from dineros.metamodel.elements import node_net_of, node_nets, nodes
+from dineros.metamodel.guards.using import require_no_guards
 from dineros.metamodel.records import (
     Drop,
     Fire,
@@ -46,6 +47,7 @@ class ConformanceNet:
 
     def __init__(self, model: sym.SystemModel) -> None:
         self.model = model
+        require_no_guards(model, "the comparison with a recorded run")
         with _run_as_nets(model):
             self.subject: Subject = subject_of(model, "fully-enabled")
         self.net = self.subject.net

@@ -29,10 +29,23 @@ def fair_transitions(subject: Subject, wanted: Iterable[str]) -> tuple[str, ...]
     Raises
     ------
     FormulaError
-        There is no such transition, or no such node net.
+        There is no such transition, or no such node net; or guards tell tokens of a transition apart.
+        Fairness to each of its variants would assume that every value comes again and again.
     """
     groups = _Groups(subject)
-    return tuple(dict.fromkeys(name for word in wanted for name in groups.named(word)))
+    names = tuple(dict.fromkeys(name for word in wanted for name in groups.named(word)))
+    for name in names:
+        if any(_has_values(subject, number) for number in subject.names.transitions(name)):
+            raise FormulaError(
+                f"fairness to {name!r} is not supported: guards tell its tokens apart",
+                hint="name transitions that neither take nor put tokens that guards ask about",
+            )
+    return names
+
+
+def _has_values(subject: Subject, transition: int) -> bool:
+    link = subject.link_of(subject.net.transitions[transition])
+    return link is not None and bool(link.values)
 
 
 class _Groups:
@@ -104,14 +117,18 @@ def unfairness(subject: Subject, stem: Sequence[int], loop: Sequence[int]) -> Un
     """Return to what the run is unfair that fires a stem and then a loop forever.
 
     A run without a loop ends in a deadlock, where nothing is enabled. Changes of signals are left out: the
-    outside owes nobody any.
+    outside owes nobody any. So are transitions that guards tell apart: no handler owes any value.
     """
     net = subject.net
     marking = net.initial.tolist()
     for transition in stem:
         marking = net.fire(transition, marking)
     groups = _Groups(subject)
-    others = {t for t, name in enumerate(net.transitions) if not groups.is_signal(name)} - set(loop)
+    others = {
+        t
+        for t, name in enumerate(net.transitions)
+        if not groups.is_signal(name) and not _has_values(subject, t)
+    } - set(loop)
     always, sometimes = others if loop else set(), set()
     for transition in loop:
         enabled = {other for other in others if net.is_enabled(other, marking)}

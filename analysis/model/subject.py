@@ -11,10 +11,11 @@ from dineros.analysis.model.names import ModelNames, PlainNames, unique_names
 from dineros.analysis.model.wording import words
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import compile_net
-from dineros.metamodel import pn, sym
+from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import UnknownElementError, near_matches
+from dineros.metamodel.guards.using import require_no_guards
 from dineros.transformations.flattening.bounding import bounded
 
 if TYPE_CHECKING:
@@ -139,6 +140,8 @@ def subject_of(
 
         flattened = flatten(model, signals, overflow)
         return Subject(model, compile_net(flattened.net), flattened)
+    if isinstance(model, rtm.RuntimeModel):
+        require_no_guards(model, "the analysis of a single node")
     return Subject(model, compile_net(bounded(model)))
 
 

@@ -19,6 +19,10 @@ E = TypeVar("E", bound=EObject)
 
 def words(link: Link) -> str:
     """Return what an element of the net is, or what its firing does, as a modeller would say it."""
+    return f"{_words(link)} ({link.values})" if link.values else _words(link)
+
+
+def _words(link: Link) -> str:
     meaning = link.meaning
     if meaning is not None:
         from_page = meaning.on_server_page if link.client_index is not None else ""

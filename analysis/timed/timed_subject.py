@@ -12,6 +12,7 @@ from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net
 from dineros.analysis.timed.schedules import schedule
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import transitions
+from dineros.metamodel.guards.using import require_no_guards
 from dineros.metamodel.times.given import says_times
 from dineros.transformations.flattening.bounding import bounded
 
@@ -67,6 +68,7 @@ def timed_subject_of(
     DinerosError
         An interval is empty or negative; see `compile_timed_net`.
     """
+    require_no_guards(model, "an analysis with times")
     flattened = None
     if isinstance(model, sym.SystemModel):
         from dineros.transformations.flattening.flatten import flatten
@@ -100,6 +102,7 @@ def timed_base_subject(
     DinerosError
         An interval is empty or negative; see `compile_timed_net`.
     """
+    require_no_guards(model, "an analysis with times")
     if not isinstance(model, sym.SystemModel):
         return timed_subject_of(model)
     if signals_matter(model):

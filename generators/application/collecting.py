@@ -43,6 +43,7 @@ from dineros.metamodel.elements import (
     transitions,
 )
 from dineros.metamodel.files.xmi import xmi_bytes
+from dineros.metamodel.guards.using import require_no_guards
 from dineros.metamodel.lifecycles.start_order import manager_arguments
 from dineros.metamodel.matching import plain as quality_as_values
 from dineros.metamodel.ros_names import camel_case, resource_names, snake_case
@@ -57,8 +58,9 @@ def application_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED
     Raises
     ------
     DinerosError
-        The model cannot be split, or its names collide in ROS.
+        The model cannot be split, has guards, or its names collide in ROS.
     """
+    require_no_guards(model, "the generator")
     parts = split(model)
     packages = node_packages(model, [part.node for part in parts])
     interfaces = interfaces_of(model, reserved)

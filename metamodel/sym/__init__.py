@@ -482,7 +482,7 @@ class Lifecycle(EObject, metaclass=MetaEClass):
 
 
 class BalloonToken(EObject, metaclass=MetaEClass):
-    """Data of one token (paper, Sect. 5.2); never influences enabling.
+    """Data of one token (paper, Sect. 5.2); influences enabling only by guards.
 
     Attributes
     ----------
@@ -2233,11 +2233,18 @@ class Transition(pn.Transition):
     duration : pn.TimeInterval | None
         How long its handler is in flight, in seconds, in a node net of the execution net; absent: that of
         the model.
+    guard : str | None
+        It takes and reads only tokens whose fields fulfil this: Response.success = false.
+    assigns : str | None
+        Fields of the tokens that it puts: Answer.success := true, Log.mode := Entry.mode. Others may have
+        any value.
     """
 
     kind: TransitionKind = Ecore.EAttribute(eType=TransitionKind, default_value=TransitionKind.discrete)
     clause: InputClause | None = Ecore.EReference(containment=True)
     duration: pn.TimeInterval | None = Ecore.EReference(containment=True)
+    guard: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    assigns: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     def __init__(
         self,
@@ -2257,6 +2264,8 @@ class Transition(pn.Transition):
         kind: TransitionKind | str | None = None,
         clause: InputClause | None = None,
         duration: pn.TimeInterval | None = None,
+        guard: str | None = None,
+        assigns: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -2278,6 +2287,8 @@ class Transition(pn.Transition):
                 "kind": kind,
                 "clause": clause,
                 "duration": duration,
+                "guard": guard,
+                "assigns": assigns,
             },
             unknown,
         )

@@ -15,6 +15,7 @@ from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, resolve
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.guards.using import require_no_guards
 from dineros.metamodel.limits import exceeds
 from dineros.metamodel.token_data import TokenType, Value, read_data
 from dineros.metamodel.token_types.declared import token_type_of, type_of_place
@@ -120,10 +121,12 @@ def read_structure(model: rtm.RuntimeModel) -> Structure:
     Raises
     ------
     DinerosError
-        The model cannot run: it has no node net, a reference leads nowhere, an arc leads into a server page.
+        The model cannot run: it has no node net, a reference leads nowhere, an arc leads into a server page,
+        a transition has a guard.
     SizeLimitError
         It is larger than the limits of sizes allow; see `dineros.metamodel.limits`.
     """
+    require_no_guards(model, "the engine")
     return _Reading(model).structure()
 
 

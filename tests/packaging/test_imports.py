@@ -52,6 +52,7 @@ FOLDERS = {
         "build",
         "files",
         "token_types",
+        "guards",
         "records",
         "settings",
         "constraints",

@@ -12,9 +12,11 @@ from dineros.metamodel.calls import Served, actions, callers_first, server_pages
 from dineros.metamodel.elements import arcs, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
+from dineros.metamodel.guards.using import guarded, require_no_guards
 from dineros.metamodel.times.given import require_known
 from dineros.transformations.flattening.bounding import fresh, join
 from dineros.transformations.flattening.certificate import add_certificate, check_certificate
+from dineros.transformations.flattening.guards import unfold_guards
 from dineros.transformations.flattening.traces import Link, Trace
 from dineros.transformations.language.copying import deep_copy
 from dineros.transformations.language.creation import Copy, New
@@ -80,6 +82,8 @@ def flatten(
         Services call each other in a circle, and none of it says how many instances it has.
     CertificateError
         The net lacks a place invariant that the rules guarantee.
+    GuardError
+        A guard or an assignment cannot be read, or the model has guards, and times count.
     RuleError
         A rule fails.
     """
@@ -88,6 +92,7 @@ def flatten(
     times = times and is_ros2
     if times:
         require_known(model)
+        require_no_guards(model, "an analysis with times")
     rules = rules_of(signals, overflow, middleware, times)
     instances = [rule for rule in rules if rule.phase is Phase.instances]
     standard = [rule for rule in rules if Phase.instances < rule.phase < Phase.bounds]
@@ -119,6 +124,8 @@ def flatten(
     )
     made = _plain_net(working, net, set(images.values()))
     trace = _trace(engine, {image: original for original, image in images.items()}, made)
+    if guarded(model):
+        trace = unfold_guards(model, net, trace)
     add_certificate(net, engine, made)
     check_certificate(net)
     del prototypes  # the links of S4 needed them

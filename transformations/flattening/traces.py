@@ -35,6 +35,8 @@ class Link:
         Number of the server instance whose call it belongs to, from 1, where its client is on a server page.
     maker : type of Rule or None
         The rule itself; None for what was taken over or copied.
+    values : str
+        Of a transition that guards tell apart: the fields of its tokens, in words.
     """
 
     rule: str
@@ -45,6 +47,7 @@ class Link:
     target: pn.Element
     client_index: int | None = None
     maker: type[Rule] | None = None
+    values: str = ""
 
     @property
     def meaning(self) -> Meaning | None:

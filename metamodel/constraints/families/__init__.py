@@ -18,11 +18,10 @@ from dineros.metamodel.constraints.families import (
     results,
     services,
     sizes,
-    token_types,
-    tokens,
     topics,
 )
 from dineros.metamodel.constraints.families.actions import clients, servers
+from dineros.metamodel.constraints.families.data import guards, token_types, tokens
 from dineros.metamodel.constraints.families.times import given
 
 
@@ -37,7 +36,7 @@ BOUNDS = _of(bounds)
 
 OTHERS = _of(
     *(names, nets, node_nets, callbacks, topics, histories, services, requests, servers, clients),
-    *(ports, clauses),
+    *(ports, clauses, guards),
     *(tokens, token_types, results, sizes),
     given,
 )

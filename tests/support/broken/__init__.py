@@ -3,6 +3,7 @@
 from tests.support.broken import (
     bounds,
     clauses,
+    guards,
     names,
     nets,
     node_nets,
@@ -36,6 +37,7 @@ FAMILIES = (
     actions,
     ports,
     clauses,
+    guards,
     tokens,
     token_types,
     results,

@@ -1,0 +1,1 @@
+"""Constraints about the data of tokens."""

@@ -1,0 +1,213 @@
+"""Which kinds of tokens guards tell apart, and which of them a transition takes and puts.
+
+Tokens of a place have the same colour if no guard that they can reach tells them apart. A field that no
+guard asks about does not count. The partition is refined backwards along copies of fields until nothing
+changes (as in partition refinement: Paige and Tarjan, SIAM J. Comput. 16(6), 1987).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations_with_replacement, product
+from math import prod
+from typing import NamedTuple
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.errors import GuardError
+from dineros.metamodel.guards.conditions import Comparison, Condition, FieldName, comparisons
+from dineros.metamodel.guards.reading import MOST_VALUES, Fields, Source, classes_of
+from dineros.metamodel.token_data import FieldType
+
+Colour = tuple[tuple[int, ...], ...]
+"""The values that each field of a token may have, in the order of the fields of its place's palette."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """What a transition asks and assigns.
+
+    Attributes
+    ----------
+    guard : mapping of place to Condition
+        What it asks of the token of each place.
+    assigned : mapping of place to mapping
+        By place and field what it gives to tokens that it puts: a value, or the field it copies.
+    """
+
+    guard: Mapping[pn.Place, Condition]
+    assigned: Mapping[pn.Place, Mapping[str, int | Source]]
+
+
+class Moves(NamedTuple):
+    """What a transition does with the tokens of places: how many it takes, reads and puts."""
+
+    takes: Mapping[pn.Place, int]
+    reads: Mapping[pn.Place, int]
+    puts: Mapping[pn.Place, int]
+
+
+class Variant(NamedTuple):
+    """One way to fire a transition: the colours of the tokens that it takes, reads and puts, by place."""
+
+    takes: Mapping[pn.Place, tuple[Colour, ...]]
+    reads: Mapping[pn.Place, tuple[Colour, ...]]
+    puts: Mapping[pn.Place, tuple[Colour, ...]]
+
+
+class Palette:
+    """The colours of the tokens of one place.
+
+    Attributes
+    ----------
+    fields : dict of str to list
+        By the name of each field that matters, its classes of values.
+    """
+
+    def __init__(self, declared: Mapping[str, FieldType], asked: Mapping[str, list[Comparison]]) -> None:
+        self._declared = declared
+        self.fields = {name: classes_of(declared[name], asked[name]) for name in sorted(asked)}
+        total = prod(len(classes) for classes in self.fields.values())
+        if total > MOST_VALUES:
+            raise GuardError(f"guards tell {total} kinds of tokens apart, more than {MOST_VALUES}")
+
+    @cached_property
+    def colours(self) -> list[Colour]:
+        """All colours."""
+        return list(product(*self.fields.values()))
+
+    def colour_of(self, data: Mapping[str, object]) -> Colour:
+        """Return the colour of a token with values for all fields."""
+        found = []
+        for name, classes in self.fields.items():
+            value = data[name]
+            assert isinstance(value, int)
+            found.append(next(each for each in classes if int(value) in each))
+        return tuple(found)
+
+    def fulfils(self, colour: Colour, condition: Condition) -> bool:
+        """Return whether all tokens of a colour fulfil a condition; otherwise none does."""
+        values = {FieldName(None, name): each[0] for name, each in zip(self.fields, colour, strict=True)}
+        return condition.holds(values)
+
+    def values(self, colour: Colour, field: str) -> tuple[int, ...]:
+        """Return the values that a field of a token of a colour may have."""
+        return colour[list(self.fields).index(field)]
+
+    def text(self, colour: Colour) -> str:
+        """Return a colour in words: ``success=false``, ``level=0..3, mode=IDLE|BUSY``."""
+        parts = zip(self.fields, colour, strict=True)
+        return ", ".join(f"{name}={_shown(self._declared[name], values)}" for name, values in parts)
+
+
+def palettes(steps: Mapping[sym.Transition, Step], fields: Fields) -> dict[pn.Place, Palette]:
+    """Return the colours of the tokens of each place where they matter.
+
+    Raises
+    ------
+    GuardError
+        Guards tell too many kinds of tokens apart.
+    """
+    asked: dict[Source, list[Comparison]] = {}
+    copies: list[tuple[Source, Source]] = []
+    for step in steps.values():
+        for place, condition in step.guard.items():
+            for each in comparisons(condition):
+                _add(asked, (place, each.field.field), each)
+        for place, given in step.assigned.items():
+            copies += [(value, (place, name)) for name, value in given.items() if isinstance(value, tuple)]
+    changed = True
+    while changed:
+        changed = False
+        for source, target in copies:
+            for each in asked.get(target, ()):
+                same = Comparison(FieldName(None, source[1]), each.sign, each.value)
+                changed |= _add(asked, source, same)
+    by_place: dict[pn.Place, dict[str, list[Comparison]]] = {}
+    for (place, name), known in asked.items():
+        by_place.setdefault(place, {})[name] = known
+    return {place: Palette(fields(place), known) for place, known in by_place.items()}
+
+
+def variants(step: Step | None, moves: Moves, known: Mapping[pn.Place, Palette]) -> Iterator[Variant]:
+    """Yield the ways to fire a transition, in a fixed order.
+
+    Parameters
+    ----------
+    step : Step or None
+        What it asks and assigns; None: nothing.
+    moves : Moves
+        Its tokens, of places with a palette.
+    known : mapping of place to Palette
+        The palettes.
+    """
+    guard = {} if step is None else step.guard
+    assigned = {} if step is None else step.assigned
+    copied = {value[0] for each in assigned.values() for value in each.values() if isinstance(value, tuple)}
+    takes = {place: _allowed(place, count, guard, known) for place, count in moves.takes.items()}
+    reads = {
+        place: _allowed(place, count, guard, known)
+        for place, count in moves.reads.items()
+        if place in guard or place in copied
+    }
+    for chosen in product(*takes.values(), *reads.values()):
+        taken = dict(zip(takes, chosen, strict=False))
+        read = dict(zip(reads, chosen[len(takes) :], strict=True))
+        seen = {place: colours[0] for place, colours in (taken | read).items()}
+        puts = {
+            place: _made(place, count, assigned.get(place, {}), seen, known)
+            for place, count in moves.puts.items()
+        }
+        for made in product(*puts.values()):
+            yield Variant(taken, read, dict(zip(puts, made, strict=True)))
+
+
+def _allowed(
+    place: pn.Place, count: int, guard: Mapping[pn.Place, Condition], known: Mapping[pn.Place, Palette]
+) -> list[tuple[Colour, ...]]:
+    """Return the choices of tokens that a guard lets a transition take from a place."""
+    palette = known[place]
+    colours = [c for c in palette.colours if place not in guard or palette.fulfils(c, guard[place])]
+    return list(combinations_with_replacement(colours, count))
+
+
+def _made(
+    place: pn.Place,
+    count: int,
+    given: Mapping[str, int | Source],
+    seen: Mapping[pn.Place, Colour],
+    known: Mapping[pn.Place, Palette],
+) -> list[tuple[Colour, ...]]:
+    """Return the choices of tokens that a transition puts: any value where nothing is assigned."""
+    palette = known[place]
+    allowed = []
+    for name, classes in palette.fields.items():
+        value = given.get(name)
+        if isinstance(value, tuple):
+            source, field = value
+            value = known[source].values(seen[source], field)[0]
+        allowed.append([each for each in classes if value is None or value in each])
+    return list(combinations_with_replacement(list(product(*allowed)), count))
+
+
+def _add(asked: dict[Source, list[Comparison]], source: Source, comparison: Comparison) -> bool:
+    known = asked.setdefault(source, [])
+    if comparison in known:
+        return False
+    known.append(comparison)
+    return True
+
+
+def _shown(field: FieldType, values: tuple[int, ...]) -> str:
+    names = {value: name for name, value in field.range.names}
+    if field.kind == "boolean":
+        names = {0: "false", 1: "true"}
+    runs: list[list[int]] = []
+    for value in values:
+        if runs and value == runs[-1][-1] + 1 and value not in names:
+            runs[-1].append(value)
+        else:
+            runs.append([value])
+    texts = [names.get(run[0], str(run[0])) + (f"..{run[-1]}" if len(run) > 1 else "") for run in runs]
+    return "|".join(texts)

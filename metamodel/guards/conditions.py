@@ -1,0 +1,130 @@
+"""Conditions over fields of tokens, and assignments to fields: immutable trees without names resolved."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+Constant = int | bool | str
+"""A number, a truth value, or the name of a value."""
+
+SIGNS: dict[str, Callable[[int, int], bool]] = {
+    "=": operator.eq,
+    "<>": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+
+
+class FieldName(NamedTuple):
+    """A field as a text names it: with the id of its place, or without."""
+
+    place: str | None
+    field: str
+
+    def __str__(self) -> str:
+        return self.field if self.place is None else f"{self.place}.{self.field}"
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A condition over fields."""
+
+    @property
+    def operands(self) -> tuple[Condition, ...]:
+        """The conditions that it is made of."""
+        return ()
+
+    def holds(self, values: Mapping[FieldName, int]) -> bool:
+        """Return whether it holds for the values of all its fields; truth values are 0 and 1."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Comparison(Condition):
+    """A field compared with a constant."""
+
+    field: FieldName
+    sign: str
+    value: Constant
+
+    def holds(self, values: Mapping[FieldName, int]) -> bool:  # noqa: D102
+        assert not isinstance(self.value, str), "names are resolved"
+        return SIGNS[self.sign](values[self.field], self.value)
+
+
+@dataclass(frozen=True)
+class Not(Condition):
+    """Negation."""
+
+    operand: Condition
+
+    @property
+    def operands(self) -> tuple[Condition, ...]:  # noqa: D102
+        return (self.operand,)
+
+    def holds(self, values: Mapping[FieldName, int]) -> bool:  # noqa: D102
+        return not self.operand.holds(values)
+
+
+@dataclass(frozen=True)
+class And(Condition):
+    """Conjunction."""
+
+    parts: tuple[Condition, ...]
+
+    @property
+    def operands(self) -> tuple[Condition, ...]:  # noqa: D102
+        return self.parts
+
+    def holds(self, values: Mapping[FieldName, int]) -> bool:  # noqa: D102
+        return all(part.holds(values) for part in self.parts)
+
+
+@dataclass(frozen=True)
+class Or(Condition):
+    """Disjunction."""
+
+    parts: tuple[Condition, ...]
+
+    @property
+    def operands(self) -> tuple[Condition, ...]:  # noqa: D102
+        return self.parts
+
+    def holds(self, values: Mapping[FieldName, int]) -> bool:  # noqa: D102
+        return any(part.holds(values) for part in self.parts)
+
+
+class Assignment(NamedTuple):
+    """A field of a token that is put gets a constant, or the value of a field of a token taken or read."""
+
+    field: FieldName
+    value: Constant | FieldName
+
+
+def comparisons(condition: Condition) -> Iterator[Comparison]:
+    """Yield the comparisons of a condition, from left to right."""
+    stack = [condition]
+    while stack:
+        part = stack.pop()
+        if isinstance(part, Comparison):
+            yield part
+        stack.extend(reversed(part.operands))
+
+
+def with_comparisons(condition: Condition, changed: Callable[[Comparison], Comparison]) -> Condition:
+    """Return a condition with each comparison replaced; its depth is bounded by the parser."""
+    match condition:
+        case Comparison():
+            return changed(condition)
+        case Not(operand):
+            return Not(with_comparisons(operand, changed))
+        case And(parts):
+            return And(tuple(with_comparisons(part, changed) for part in parts))
+        case Or(parts):
+            return Or(tuple(with_comparisons(part, changed) for part in parts))
+    raise TypeError(f"no condition: {condition!r}")

@@ -1,0 +1,175 @@
+"""Models that break the constraints of `guards`."""
+
+from __future__ import annotations
+
+from dineros.metamodel import sym
+from dineros.metamodel.build import flow, read
+from tests.support.broken.cases import Cases
+from tests.support.broken.small import Small
+
+CASES = Cases()
+
+GUARD = "write a condition over fields of tokens that it takes or reads, such as Response.success = false"
+ASSIGNED = "assign a value or a field to a field of a token that it puts: Answer.success := true"
+
+
+def _with_fields(small: Small) -> Small:
+    small["Token"].fields.extend(
+        [
+            sym.TokenField(name="ok", kind="boolean"),
+            sym.TokenField(name="mode", kind="integer", values="IDLE=0, BUSY=1"),
+        ]
+    )
+    return small
+
+
+@CASES.breaks(
+    "guard-usable",
+    "transition 'Done' has a guard that cannot be used: column 4 has '!', which does not fit there",
+    "write it like success = false and level between 1 and 3",
+)
+def no_condition(small: Small) -> None:
+    _with_fields(small)["Done"].guard = "ok ! false"
+
+
+@CASES.breaks(
+    "guard-usable",
+    "transition 'Done' has a guard that cannot be used: no place has a field 'okay'",
+    "did you mean 'ok'?",
+)
+def unknown_field(small: Small) -> None:
+    _with_fields(small)["Done"].guard = "okay = false"
+
+
+@CASES.breaks(
+    "guard-usable",
+    "transition 'Done' has a guard that cannot be used: the transition takes no 'Idle'",
+    "its places are Answer",
+)
+def place_that_is_put(small: Small) -> None:
+    _with_fields(small)["Done"].guard = "Idle.ok = false"
+
+
+@CASES.breaks(
+    "guard-usable",
+    "transition 'Done' has a guard that cannot be used: the field 'count' has no range of at most "
+    "4096 values",
+    "use a boolean, or give an integer a minimum and a maximum, or named values",
+)
+def field_without_a_range(small: Small) -> None:
+    _with_fields(small)["Done"].guard = "count = 3"
+
+
+@CASES.breaks(
+    "guard-usable",
+    "transition 'Done' has a guard that cannot be used: no token of Answer can fulfil it",
+    "compare with values of the fields",
+)
+def contradiction(small: Small) -> None:
+    _with_fields(small)["Done"].guard = "ok = true and Answer.ok = false"
+
+
+@CASES.breaks(
+    "guard-usable",
+    "transition 'Done' has a guard that cannot be used: the field 'mode' has no value 'BUZY'",
+    "did you mean 'BUSY'?",
+)
+def unknown_value(small: Small) -> None:
+    _with_fields(small)["Done"].guard = "mode = 'BUZY'"
+
+
+@CASES.breaks(
+    "guard-usable",
+    "transition 'Done' has a guard that cannot be used: the field 'ok' takes true or false, not 1",
+    GUARD,
+)
+def number_for_a_truth_value(small: Small) -> None:
+    _with_fields(small)["Done"].guard = "ok = 1"
+
+
+@CASES.breaks(
+    "guard-usable",
+    "transition 'Done' has a guard that cannot be used: one part compares fields of Answer and Idle",
+    "join conditions about different places by 'and' only",
+)
+def places_in_one_part(small: Small) -> None:
+    done = _with_fields(small)["Done"]
+    read(small["Idle"], done)
+    done.guard = "Answer.ok = true or Idle.ok = true"
+
+
+@CASES.breaks(
+    "guard-usable",
+    "transition 'Done' has a guard that cannot be used: it asks about Answer, of which the transition takes "
+    "or reads 2 tokens",
+    "let it take or read one token, by one arc",
+)
+def two_tokens(small: Small) -> None:
+    done = _with_fields(small)["Done"]
+    done.incoming[0].weight = 2
+    done.guard = "ok = true"
+
+
+@CASES.breaks(
+    "assignments-usable",
+    "transition 'Done' has assignments that cannot be used: Idle.mode cannot be 2",
+    ASSIGNED,
+)
+def value_out_of_range(small: Small) -> None:
+    _with_fields(small)["Done"].assigns = "Idle.mode := 2"
+
+
+@CASES.breaks(
+    "assignments-usable",
+    "transition 'Done' has assignments that cannot be used: it assigns Idle.ok twice",
+    ASSIGNED,
+)
+def assigned_twice(small: Small) -> None:
+    _with_fields(small)["Done"].assigns = "Idle.ok := true, ok := Answer.ok"
+
+
+@CASES.breaks(
+    "assignments-usable",
+    "transition 'Done' has assignments that cannot be used: Answer.wide has values that "
+    "Idle.mode cannot have",
+    "give both fields the same range",
+)
+def copy_of_a_wider_field(small: Small) -> None:
+    done = _with_fields(small)["Done"]
+    small["Token"].fields.append(sym.TokenField(name="wide", kind="integer", minimum=0, maximum=3))
+    done.assigns = "Idle.mode := Answer.wide"
+
+
+@CASES.breaks(
+    "assignments-not-sent",
+    "transition 'Serve' assigns data of tokens that a port sends: place 'Exit'",
+    "leave the assignment out: whoever receives the message counts with every value",
+)
+def assigned_answer(small: Small) -> None:
+    _with_fields(small)["Serve"].assigns = "Exit.ok := true"
+
+
+@CASES.breaks(
+    "guard-not-sent",
+    "transition 'Done' has a guard about tokens that a port sends: place 'Ask'",
+    "ask before: about the token that the transition before it takes",
+)
+def guard_about_a_request(small: Small) -> None:
+    done = _with_fields(small)["Done"]
+    read(small["Ask"], done)
+    done.guard = "Ask.ok = true"
+
+
+@CASES.breaks(
+    "guards-of-one-subscriber",
+    "topic channel 'chatter' has several subscribers whose guards ask about its messages: place 'Heard' and "
+    "place 'Heard2'",
+    "let guards of one subscriber decide, and tell the others by a topic of its own",
+)
+def two_subscribers(small: Small) -> None:
+    page = _with_fields(small)["hear"]
+    other = sym.Place(id="Heard2", page=page)
+    small["chatter"].subscribers.append(sym.SubscriberPort(place=other))
+    for number, place in enumerate((small["Heard"], other)):
+        drop = sym.Transition(id=f"Drop{number}", page=page, guard="ok = true")
+        flow(place, drop)

@@ -1,0 +1,211 @@
+"""Guards in flattened nets, compared with an interpreter that gives every token its data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import callback, node_net, place, step
+from dineros.metamodel.elements import find, places
+from dineros.metamodel.errors import GuardError
+from dineros.transformations.flattening.flatten import flatten
+from tests.support.references.guards import (
+    ALL,
+    GUARDS,
+    Choice,
+    Data,
+    Rules,
+    interpreted,
+    modelled,
+    unfolded,
+    without_guards,
+)
+
+
+def _choice(takes: tuple[int, ...] | None, puts: tuple[int, ...] | None) -> st.SearchStrategy[Choice]:
+    some = st.lists(st.integers(0, 3), min_size=1, max_size=2, unique=True).map(tuple)
+    return st.builds(
+        Choice,
+        takes=some if takes is None else st.just(takes),
+        puts=st.lists(st.integers(0, 3), max_size=1).map(tuple) if puts is None else st.just(puts),
+        reads=st.none() | st.integers(0, 3),
+        guard=st.none() | st.integers(0, len(GUARDS) - 1),
+        ok=st.none() | st.booleans(),
+        copied=st.booleans(),
+    )
+
+
+def _chosen() -> st.SearchStrategy[list[Choice]]:
+    """Return transitions from each place to the next, so that data matters later, and a few others."""
+    chain = st.tuples(*(_choice((number,), (number + 1,)) for number in range(3)))
+    return st.builds(lambda one, two: [*one, *two], chain, st.lists(_choice(None, None), max_size=1))
+
+
+@settings(max_examples=60, deadline=None)
+@given(_chosen(), st.lists(st.sampled_from(ALL), min_size=1, max_size=2), st.booleans())
+def test_the_net_does_what_tokens_with_data_do(chosen: list[Choice], data: list[Data], topic: bool) -> None:
+    model, meanings = modelled(chosen, data, topic=topic)
+    expected = interpreted(model, meanings)
+    if expected is not None:
+        assert unfolded(flatten(model)) == expected
+
+
+def test_a_copy_of_a_field_that_is_only_read() -> None:
+    copies = Choice((0,), (1,), 2, None, None, copied=True)
+    asks = Choice((1,), (3,), None, 5, None, copied=False)
+    model, meanings = modelled([copies, asks], [ALL[0]], topic=False)
+    read_place = find(model, "P2", sym.Place)
+    read_place.tokens = 1
+    found = unfolded(flatten(model))
+    assert found == interpreted(model, meanings)
+    assert all("T1" not in enabled for _, enabled in found)  # P2 has the level LOW, so has the copy
+
+
+def test_priorities_hold_for_all_variants() -> None:
+    """A transition that another one overrides waits while any variant of that is enabled."""
+    asks = Choice((0,), (1,), None, 3, None, copied=False)
+    other = Choice((0,), (2,), None, None, None, copied=False)
+    model, _ = modelled([asks, other], [ALL[0]], topic=False)
+    find(model, "T0", sym.Transition).overrides.append(find(model, "T1", sym.Transition))
+    flattened = flatten(model)
+    by_name: dict[str, list[pn.Transition]] = {}
+    for link in flattened.trace:
+        if isinstance(link.target, pn.Transition):
+            by_name.setdefault(link.sources[0].id, []).append(link.target)  # type: ignore[attr-defined]
+    assert len(by_name["T1"]) == 4  # two classes of `level`, two of `ok`
+    for each in by_name["T0"]:
+        assert set(each.overrides) == set(by_name["T1"])
+    for each in by_name["T1"]:
+        assert not each.overrides
+
+
+def test_limits_are_shared_by_all_values() -> None:
+    """A queue of depth 1 loses a second message, whatever its values: the colours share its capacity."""
+    guarded = Choice((1,), (2,), None, 0, None, copied=False)
+    other = Choice((1,), (3,), None, 1, None, copied=False)
+    model, _ = modelled([guarded, other], [ALL[0]], topic=True)
+    net = flatten(model).net
+    bare = flatten(without_guards(model)).net
+    own = {each.id: each.tokens for each in places(bare)}
+    assert own.items() <= {each.id: each.tokens for each in places(net)}.items()
+    assert len(places(net)) == len(own) + 2
+
+
+def test_too_many_variants_are_refused() -> None:
+    token = sym.TokenType(
+        id="Token",
+        fields=[sym.TokenField(name=name, kind="integer", ros="uint8") for name in ("one", "two", "three")],
+    )
+    model = sym.SystemModel(id="m", tokenType=token)
+    node = node_net(model, "node")
+    before, after = place(node, "Before", tokens=1), place(node, "After")
+    step(node, "Make", [before], [after])
+    for number in range(6):
+        asked = " and ".join(f"{name} > {number * 7}" for name in ("one", "two", "three"))
+        step(node, f"Ask{number}", [after], [before]).guard = asked
+    odd = [" or ".join(f"{name} = {number}" for number in range(9, 140, 2)) for name in ("one", "two")]
+    step(node, "Same", [after], [before]).guard = f"({odd[0]}) and ({odd[1]})"
+    with pytest.raises(GuardError, match="more than"):
+        flatten(model)
+
+
+def test_models_with_guards_are_refused_where_guards_would_be_ignored() -> None:
+    from dineros.analysis.conformance.net import ConformanceNet
+    from dineros.analysis.model.subject import subject_of
+    from dineros.analysis.timed.timed_subject import timed_base_subject, timed_subject_of
+    from dineros.generators.application.collecting import application_of
+    from dineros.runtime import Net
+    from dineros.transformations.flattening.split import split
+
+    model, _ = modelled([Choice((0,), (1,), None, 0, None, copied=False)], [ALL[0]], topic=True)
+    part = next(each for each in split(model) if each.node.id == "node")
+    refusing: list[Callable[[], object]] = [
+        lambda: ConformanceNet(model),
+        lambda: subject_of(part),
+        lambda: timed_base_subject(model),
+        lambda: timed_subject_of(model),
+        lambda: flatten(model, times=True),
+        lambda: application_of(model),
+        lambda: Net(part),
+    ]
+    for refuse in refusing:
+        with pytest.raises(GuardError, match="does not support") as error:
+            refuse()
+        assert error.value.element == "T0"
+
+
+def _served(execution: str, timeout: float | None) -> tuple[sym.SystemModel, dict[str, Rules]]:
+    """Return a service of two instances, with guards on its page and at one of its two clients."""
+    model, _ = modelled([], [ALL[0]], topic=False)
+    client = model.pages[0]
+    server = node_net(model, "server", execution=execution)
+    ask, got, late = place(client, "Ask"), place(client, "Got"), place(client, "Late")
+    step(client, "First", [find(model, "P0", sym.Place)], [ask])
+    meanings = {}
+    for number, guard in enumerate((0, 4)):
+        made = step(client, f"Take{number}", [got], [find(model, f"P{number + 1}", sym.Place)])
+        made.guard = GUARDS[guard].text.format("Got")
+        meanings[made.id] = Rules({"Got": GUARDS[guard].holds}, {}, {})
+    page = callback(server, "Serve", "server")
+    entry, exit_, kept = place(page, "Entry"), place(page, "Exit"), place(page, "Kept")
+    keep = step(page, "Keep", [entry], [kept])
+    keep.guard, keep.assigns = "level >= 1", "Kept.level := Entry.level"
+    meanings["Keep"] = Rules({"Entry": lambda data: data[1] >= 1}, {}, {"Kept": "Entry"})
+    for number, guard in enumerate((1, 5)):
+        made = step(page, f"Answer{number}", [kept], [exit_])
+        made.guard = GUARDS[guard].text.format("Kept")
+        meanings[made.id] = Rules({"Kept": GUARDS[guard].holds}, {}, {})
+    step(page, "Low", [entry], [exit_]).guard = "Entry.level = 'LOW'"
+    meanings["Low"] = Rules({"Entry": lambda data: data[1] == 0}, {}, {})
+    other = node_net(model, "other")
+    clients = [
+        sym.ClientPort(client="c", request=ask, response=got),
+        sym.ClientPort(client="d", request=place(other, "Ask2", 1), response=place(other, "Got2")),
+    ]
+    if timeout is not None:
+        clients[0].timeout, clients[0].timedOut = timeout, late
+    model.channels.append(
+        sym.ServiceChannel(
+            id="s",
+            service="/s",
+            instances=2,
+            server=sym.ServerPort(page=page, entry=entry, exit=exit_),
+            clients=clients,
+        )
+    )
+    return model, meanings
+
+
+@pytest.mark.parametrize("execution", ["net", "callbacks"])
+@pytest.mark.parametrize("timeout", [None, 1.0])
+def test_server_instances_have_tokens_of_their_own(execution: str, timeout: float | None) -> None:
+    model, meanings = _served(execution, timeout)
+    expected = interpreted(model, meanings, 100_000)
+    assert expected is not None and len(expected) > 200
+    assert unfolded(flatten(model)) == expected
+
+
+def test_no_value_is_owed_to_a_fair_run() -> None:
+    """Fairness to a transition says nothing about values: that would prove that each comes sometime."""
+    from dineros.analysis.logic.language.errors import FormulaError
+    from dineros.analysis.model.fairness import fair_transitions, unfairness
+    from dineros.analysis.model.subject import base_subject
+
+    again = Choice((0,), (0,), None, None, None, copied=False)
+    leave = Choice((0,), (1,), None, 0, None, copied=False)
+    model, _ = modelled([again, leave], [ALL[0]], topic=False)
+    subject = base_subject(model)
+    for word in ("T0", "all", "node:node", subject.net.transitions[0]):
+        with pytest.raises(FormulaError, match="guards tell its tokens apart"):
+            fair_transitions(subject, [word])
+    (loop,) = (
+        t
+        for t, name in enumerate(subject.net.transitions)
+        if name.startswith("T0") and name.count("ok=false") == 1 and "ok=true" not in name
+    )
+    found = unfairness(subject, [], [loop])
+    assert not found.weakly and not found.strongly
