@@ -30,7 +30,7 @@ End = sym.CallbackPage | sym.TopicChannel
 
 _CHAIN_KEYS = ("lost", "reaction", "age")
 _OF_CHAINS: tuple[Asks, ...] = ("reaction", "age")
-_RELEASED = {sym.CallbackKind.timer, sym.CallbackKind.subscriber, sym.CallbackKind.server}
+RELEASED = {sym.CallbackKind.timer, sym.CallbackKind.subscriber, sym.CallbackKind.server}
 """Callbacks that are released by what comes from outside of their node."""
 
 
@@ -90,16 +90,19 @@ class Everything:
     ----------
     callbacks : dict of str to Latency
         Response times by the id of a callback.
-    readers : dict of str to (int, bool)
+    readers : dict of str to (int, bool or None)
         By place of a subscriber: the greatest number of messages in its history, and whether it can
-        overflow.
-    timers : dict of str to bool
-        By the id of a timer's callback, whether it can lose ticks.
+        overflow; None if that is not known.
+    timers : dict of str to bool or None
+        By the id of a timer's callback, whether it can lose ticks; None if that is not known.
+    is_exact : bool
+        Whether `readers` and `timers` are; else they are safe bounds.
     """
 
     callbacks: dict[str, Latency] = field(default_factory=dict)
-    readers: dict[str, tuple[int, bool]] = field(default_factory=dict)
-    timers: dict[str, bool] = field(default_factory=dict)
+    readers: dict[str, tuple[int, bool | None]] = field(default_factory=dict)
+    timers: dict[str, bool | None] = field(default_factory=dict)
+    is_exact: bool = True
 
     def to_dict(self) -> dict[str, object]:
         """Return it for JSON."""
@@ -113,7 +116,24 @@ class Everything:
                 for name, (longest, overflow) in self.readers.items()
             },
             "timers": {name: {"lostTicks": loses} for name, loses in self.timers.items()},
+            "exact": self.is_exact,
         }
+
+
+def require_times(model: sym.SystemModel) -> None:
+    """Refuse a model whose times cannot be asked for.
+
+    Raises
+    ------
+    DinerosError
+        It runs on another middleware, or does not say how long anything takes.
+    """
+    if model.middleware != sym.Middleware.ros2:
+        hint = "set middleware to ros2"
+        raise DinerosError("latencies are those of ROS 2", hint=hint, element=model.id)
+    if not says_times(model):
+        hint = "give durations to callbacks, and latencies to topics and services"
+        raise DinerosError("the model does not say how long anything takes", hint=hint, element=model.id)
 
 
 class Latencies:
@@ -136,12 +156,7 @@ class Latencies:
     """
 
     def __init__(self, model: sym.SystemModel, budget: Budget, subject: TimedSubject | None = None) -> None:
-        if model.middleware != sym.Middleware.ros2:
-            hint = "set middleware to ros2"
-            raise DinerosError("latencies are those of ROS 2", hint=hint, element=model.id)
-        if not says_times(model):
-            hint = "give durations to callbacks, and latencies to topics and services"
-            raise DinerosError("the model does not say how long anything takes", hint=hint, element=model.id)
+        require_times(model)
         self._model = model
         self._budget = budget.begun()
         self._subject: TimedSubject = subject or timed_base_subject(model)
@@ -174,7 +189,7 @@ class Latencies:
         paths = paths_between(self._model, first, last)
         if not paths:
             raise DinerosError(
-                f"no data goes from {_named(first)} to {_named(last)}",
+                f"no data goes from {named(first)} to {named(last)}",
                 hint="data goes from a callback over a topic to the callbacks that take its messages",
             )
         found = self._measured(paths)
@@ -225,7 +240,7 @@ class Latencies:
             return found
         for page in callback_pages(self._model):
             node = node_net_of(page)
-            if runs_callbacks(node) and page.kind in _RELEASED:
+            if runs_callbacks(node) and page.kind in RELEASED:
                 found.callbacks[page.id] = self.response(page)
         names = self._subject.timed.untimed.transitions
         fired = {names[t] for t in self._explored.ways}
@@ -322,7 +337,8 @@ def _beside(page: sym.CallbackPage) -> Iterator[sym.CallbackPage]:
             yield each
 
 
-def _named(end: End) -> str:
+def named(end: End) -> str:
+    """Return how messages call an end of a chain."""
     return f"topic {end.topic}" if isinstance(end, sym.TopicChannel) else f"callback {label(end)}"
 
 

@@ -96,6 +96,7 @@ FOLDERS = {
         "callbacks",
         "questions",
         "latencies",
+        "bounds",
         "requirements",
         "checks",
         "timed_checks",

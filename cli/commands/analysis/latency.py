@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,16 +22,18 @@ if TYPE_CHECKING:
 @search_command(
     "dineros latency chain.sym.xmi",
     "dineros latency chain.sym.xmi --from sense --to act",
+    "dineros latency robot.sym.xmi --bounds",
 )
 @model_argument()
 @click.option("--from", "first", metavar="X", help="Callback or topic at which data begins.")
 @click.option("--to", "last", metavar="Y", help="Callback or topic at which it ends.")
+@click.option("--bounds", is_flag=True, help="Give safe bounds instead of exact times: quick at any size.")
 @settings_option
 @json_option
 def latency(
-    model: Path, first: str | None, last: str | None, settings: tuple[str, ...], as_json: bool
+    model: Path, first: str | None, last: str | None, bounds: bool, settings: tuple[str, ...], as_json: bool
 ) -> int:
-    """Compute the least and greatest time that data takes through a model of ROS 2, exactly.
+    """Compute the least and greatest time that data takes through a model of ROS 2.
 
     With --from and --to: from the release of callback X, or a publication on topic X, to the end of callback
     Y, or the publication on topic Y; and whether an instance can be lost. Also the reaction time (how long it
@@ -38,13 +41,18 @@ def latency(
     stays the newest one). Without them: the response time of each callback, the longest history of each
     reader, and which timers lose ticks.
 
+    Times are exact. If the search does not end within --timeout or --memory, or with --bounds, the answers
+    are safe bounds instead: nothing takes longer than "at most" says.
+
     The model says how long callbacks, messages and periods take. If one of these times is missing, the answer
     names it. The exit status is 3 if a bound is open.
     """
     if (first is None) != (last is None):
         raise click.UsageError("--from and --to go together")
     start_quickly()
-    from dineros.analysis.latencies.answers import Latencies, end_of
+    from dineros.analysis.bounds.answers import Bounds
+    from dineros.analysis.bounds.combining import known_everything, known_latency
+    from dineros.analysis.latencies.answers import Everything, Latencies, end_of, require_times
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
 
@@ -52,60 +60,104 @@ def latency(
     if not isinstance(net, sym.SystemModel):
         raise DinerosError("latencies are those of a system model", location=Location(model))
     run = search()
-
-    def so_far(ending: str) -> int:
-        if as_json:
-            say_json({"model": str(model), "reason": ending})
-        else:
-            say(f"open: {ending}")
-        return UNKNOWN
-
-    run.draft(so_far)
-    run.stage("measuring times")
+    saying = _Saying(model, f"{first} to {last}", as_json)
+    run.draft(saying.nothing)
+    run.stage("bounding times")
+    reason = ""
     try:
+        require_times(net)
         ends = None if first is None or last is None else (end_of(net, first), end_of(net, last))
-        asked = Latencies(net, run.budget())
-        if ends is not None:
-            found = asked.between(*ends)
-            with run.answer():
-                return _say_latency(f"{first} to {last}", found, model, as_json)
-        everything = asked.everything()
+        safe = Bounds(net)
+        found = bound = safe.everything() if ends is None else safe.between(*ends)
+        if not bounds:
+            run.draft(partial(saying.all, bound))
+            run.stage("measuring times")
+            asked = Latencies(net, run.budget())
+            reason = asked.reason and run.reason(asked.reason)
+            if isinstance(bound, Everything):
+                found = known_everything(asked.everything(), bound)
+            elif ends is not None:
+                found = known_latency(asked.between(*ends), bound)
     except DinerosError as error:
         error.location = error.location or Location(model)
         raise
     with run.answer():
-        return _say_everything(everything, asked.reason, model, as_json)
+        return saying.all(found, reason)
 
 
-def _say_latency(what: str, found: Latency, model: Path, as_json: bool) -> int:
-    if as_json:
-        say_json({"model": str(model), **found.to_dict()})
-    else:
-        say(f"{what}: {_span(found)}{', an instance can be lost' if found.is_lost else ''}")
+class _Saying:
+    """Prints what was found.
+
+    Parameters
+    ----------
+    model : Path
+        The file.
+    chain : str
+        What is asked, if it is a chain.
+    as_json : bool
+        Whether JSON is printed.
+    """
+
+    def __init__(self, model: Path, chain: str, as_json: bool) -> None:
+        self.model, self.chain, self.as_json = model, chain, as_json
+
+    def nothing(self, ending: str) -> int:
+        """Say that the search ended before anything was found."""
+        if self.as_json:
+            say_json({"model": str(self.model), "reason": ending})
+        else:
+            say(f"open: {ending}")
+        return UNKNOWN
+
+    def all(self, found: Everything | Latency, ended: str) -> int:
+        """Say what is known, and why the search for exact times ended early; return the exit status."""
+        from dineros.analysis.bounds.answers import ASSUMES
+        from dineros.analysis.latencies.answers import Latency
+
+        times = [found] if isinstance(found, Latency) else list(found.callbacks.values())
+        is_exact = all(each.is_exact or each.greatest is None for each in times)
+        if not isinstance(found, Latency):
+            is_exact = is_exact and found.is_exact
+        if self.as_json:
+            assumed = {} if is_exact else {"assumes": ASSUMES}
+            why = {"ended": ended} if ended else {}
+            say_json({"model": str(self.model), **found.to_dict(), **assumed, **why})
+        else:
+            for line in self._of_chain(found) if isinstance(found, Latency) else _of_all(found):
+                say(line)
+            if ended:
+                say(f"note: the search for exact times has not ended: {ended}")
+            if not is_exact:
+                say(f"note: these bounds are safe, and need not be reached; they assume that {ASSUMES}")
+        return UNKNOWN if any(each.reason for each in times) else HOLDS
+
+    def _of_chain(self, found: Latency) -> list[str]:
+        lost = {True: ", an instance can be lost", False: "", None: ""}
+        if found.greatest is not None:
+            lost[None] = ", whether an instance can be lost is not known"
+        lines = [f"{self.chain}: {_span(found)}{lost[found.is_lost]}"]
         longest = [("reaction time", found.reaction), ("data age", found.age)]
         words = [f"{name} up to {float(each.value):g} s" for name, each in longest if each is not None]
         if words:
-            say(", ".join(words))
+            lines.append(", ".join(words))
         if found.reason:
-            say(f"no bound for {what}: {found.reason}")
-    return UNKNOWN if found.reason else HOLDS
+            lines.append(f"no bound for {self.chain}: {found.reason}")
+        return lines
 
 
-def _say_everything(found: Everything, reason: str, model: Path, as_json: bool) -> int:
-    if as_json:
-        say_json({"model": str(model), **found.to_dict(), **({"reason": reason} if reason else {})})
-    else:
-        for name, each in found.callbacks.items():
-            say(f"callback {name}: {_span(each)}")
-            if each.reason:
-                say(f"    no bound: {each.reason}")
-        for name, (longest, overflows) in found.readers.items():
-            say(f"reader {name}: at most {longest} waiting{', can overflow' if overflows else ''}")
-        for name, loses in found.timers.items():
-            say(f"timer {name}: {'can lose ticks' if loses else 'loses no tick'}")
-        if reason:
-            say(f"open: {reason}")
-    return UNKNOWN if reason or any(each.reason for each in found.callbacks.values()) else HOLDS
+def _of_all(found: Everything) -> list[str]:
+    lines = []
+    for name, each in found.callbacks.items():
+        lines.append(f"callback {name}: {_span(each)}")
+        if each.reason:
+            lines.append(f"    no bound: {each.reason}")
+    overflows = {True: ", can overflow", False: "", None: ", whether it can overflow is not known"}
+    for name, (longest, can_overflow) in found.readers.items():
+        lines.append(f"reader {name}: at most {longest} waiting{overflows[can_overflow]}")
+    ticks = {True: "can lose ticks", False: "loses no tick", None: "whether it loses ticks is not known"}
+    for name, loses in found.timers.items():
+        lines.append(f"timer {name}: {ticks[loses]}")
+    return lines
 
 
 def _span(found: Latency) -> str:
@@ -116,5 +168,6 @@ def _span(found: Latency) -> str:
     if found.greatest is None:
         return f"at least {least} s"
     greatest = f"{'less than ' if not found.greatest.is_reached else ''}{float(found.greatest.value):g}"
-    words = f"{least} s" if least == greatest else f"{least} to {greatest} s"
-    return words if found.is_exact else f"within {words} (safe bounds)"
+    if not found.is_exact:
+        return f"at least {least} s, at most {greatest} s"
+    return f"{least} s" if least == greatest else f"{least} to {greatest} s"

@@ -87,6 +87,63 @@ def test_stored_bounds(run: Run, robot: Path) -> None:
     assert run("verify", "--time", robot, "Bad").exit_code == 2
 
 
+ASSUMED = (
+    "note: these bounds are safe, and need not be reached; they assume that each thread of an executor has a "
+    "processor of its own, and nothing outside of the model publishes"
+)
+
+
+def test_bounds(run: Run, robot: Path) -> None:
+    found = run("latency", robot, "--bounds")
+    assert found.exit_code == 0
+    assert found.stdout.splitlines() == [
+        "callback tick: at least 0 s, at most 0.01 s",
+        "callback log: at least 0.02 s, at most 0.15 s",
+        "reader log.heard: at most 2 waiting, whether it can overflow is not known",
+        "timer tick: loses no tick",
+        ASSUMED,
+    ]
+    answer = json.loads(run("latency", robot, "--bounds", "--json").stdout)
+    assert answer["callbacks"]["log"] == {"least": 0.02, "greatest": 0.15, "exact": False}
+    assert answer["readers"] == {"log.heard": {"longest": 2, "overflow": None}}
+    assert answer["exact"] is False and "processor" in answer["assumes"]
+
+
+def test_bounds_of_a_chain(run: Run, robot: Path) -> None:
+    found = run("latency", robot, "--bounds", "--from", "tick", "--to", "log")
+    assert found.exit_code == 0
+    assert found.stdout.splitlines() == [
+        "tick to log: at least 0.02 s, at most 0.17 s, whether an instance can be lost is not known",
+        ASSUMED,
+    ]
+    answer = json.loads(run("latency", robot, "--bounds", "--from", "tick", "--to", "log", "--json").stdout)
+    assert (answer["greatest"], answer["lost"], answer["exact"]) == (0.17, None, False)
+
+
+def test_bounds_where_the_search_does_not_end(run: Run, tmp_path: Path) -> None:
+    """Thirty timers in as many nodes have more states than can be explored."""
+    callbacks = [
+        {
+            "name": f"tick{number}", "node": f"n{number}", "group": "default", "period": 7 + number,
+            "offset": "any", "script": [["work", 1, 2]],
+        }
+        for number in range(30)
+    ]  # fmt: skip
+    nodes = {each["node"]: {"threads": 1} for each in callbacks}
+    path = tmp_path / "large.sym.xmi"
+    files.save(model_of({"nodes": nodes, "latency": {}, "chains": [], "callbacks": callbacks}, 0.01), path)
+    found = run("latency", path, "--timeout", "8")
+    assert found.exit_code == 0
+    lines = found.stdout.splitlines()
+    assert (
+        "callback tick7: at least 0.01 s, at most 0.02 s" in lines and "timer tick7: loses no tick" in lines
+    )
+    assert any(
+        line.startswith("note: the search for exact times has not ended: time ran out") for line in lines
+    )
+    assert ASSUMED in lines
+
+
 def test_what_is_open_ends_with_status_3(run: Run, tmp_path: Path) -> None:
     model, path = model_of(COUNTED[1].system, 0.01), tmp_path / "open.sym.xmi"
     page = find(model, "log")

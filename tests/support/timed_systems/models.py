@@ -78,6 +78,8 @@ class _Maker:
         page.group = self._group(each["node"], each["group"])
         if kind == "timer":
             page.timer = round(each["period"] * self.unit, 9)
+            if "jitter" in each:
+                page.jitter = round(each["jitter"] * self.unit, 9)
             if each["offset"] != "any":
                 page.offset = self.interval(each["offset"], each["offset"])
         before: list[pn.PlaceNode] = []

@@ -1,0 +1,225 @@
+"""Safe bounds of a system model: response times, longest histories, lost ticks, and latencies of chains.
+
+Nothing here takes longer than a bound says, whatever the model allows: the model is not explored, so that the
+bounds are there for systems of any size. They need not be attained. Each node's threads are taken to have a
+processor of their own, as in all questions with time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+from dineros.analysis.bounds.solving import solve
+from dineros.analysis.bounds.tasks import Task, Tasks
+from dineros.analysis.bounds.work import Publishing
+from dineros.analysis.latencies.answers import RELEASED, End, Everything, Latency, named
+from dineros.analysis.latencies.measuring import Bound
+from dineros.analysis.latencies.paths import Hop, Path, callback_pages, paths_between, responses_of
+from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.groups import runs_callbacks
+from dineros.metamodel.elements import channels, label, node_net_of, resolve
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.matching import is_best_effort
+from dineros.metamodel.times.given import latency_between, require_known
+from dineros.metamodel.times.rates import seconds_of
+
+ASSUMES = "each thread of an executor has a processor of its own, and nothing outside of the model publishes"
+"""What bounds rest on besides the times of the model, as reports say it."""
+
+
+class Bounds:
+    """Bounds how long data takes through a system model.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        A model of the middleware ``ros2``.
+
+    Raises
+    ------
+    DinerosError
+        The model says something of time that no rule obeys.
+    """
+
+    def __init__(self, model: sym.SystemModel) -> None:
+        require_known(model)
+        self._model = model
+        self._tasks = Tasks(model)
+        self._solved = solve(self._tasks)
+
+    def response(self, page: sym.CallbackPage) -> Latency:
+        """Return bounds of the response time of a callback: from its release to its end, in seconds."""
+        return _worst([self._along(path) for path in responses_of(page)])
+
+    def between(self, first: End, last: End) -> Latency:
+        """Return bounds of how long data takes from a callback or topic to another one, on any way.
+
+        Raises
+        ------
+        DinerosError
+            No data goes from one to the other.
+        """
+        paths = paths_between(self._model, first, last)
+        if not paths:
+            raise DinerosError(
+                f"no data goes from {named(first)} to {named(last)}",
+                hint="data goes from a callback over a topic to the callbacks that take its messages",
+            )
+        found = _worst([self._along(path) for path in paths])
+        return self._reacting(paths[0], found) if len(paths) == 1 else found
+
+    def longest(self, reader: sym.SubscriberPort) -> int | None:
+        """Return how many messages wait in a history at most, if it is deep enough; None if that is open."""
+        waited = [self._solved.waited.get(task) for task in self._tasks.all if task.reader is reader]
+        return waited[0].longest if waited and waited[0] is not None else None
+
+    def never_overflows(self, reader: sym.SubscriberPort) -> bool:
+        """Tell whether it is proved that a history never overflows."""
+        longest = self.longest(reader)
+        return longest is not None and longest <= reader.limit
+
+    def loses_no_tick(self, page: sym.CallbackPage) -> bool:
+        """Tell whether it is proved that a timer never strikes while its last tick still waits."""
+        task = self._task(page, None)
+        waited = None if task is None else self._solved.waited.get(task)
+        return task is not None and waited is not None and waited.start < task.period - task.jitter
+
+    def everything(self) -> Everything:
+        """Return bounds of all response times, and what is proved to be never lost."""
+        found = Everything(is_exact=False)
+        for page in callback_pages(self._model):
+            if runs_callbacks(node_net_of(page)) and page.kind in RELEASED:
+                found.callbacks[page.id] = self.response(page)
+                if page.kind == sym.CallbackKind.timer and page.timer:
+                    found.timers[page.id] = False if self.loses_no_tick(page) else None
+        for topic in channels(self._model, sym.TopicChannel):
+            for reader in topic.subscribers:
+                longest = self.longest(reader)
+                at_most = int(reader.limit) if longest is None else min(longest, int(reader.limit))
+                found.readers[reader.place.id] = at_most, False if self.never_overflows(reader) else None
+        return found
+
+    # ------------------------------------------------------------------------------------------------- paths
+
+    def _task(self, page: sym.CallbackPage, reader: sym.SubscriberPort | None) -> Task | None:
+        found = [task for task in self._tasks.of(page) if task.reader is reader]
+        return found[0] if found else None
+
+    def _along(self, path: Path) -> Latency:
+        """Return bounds of a path: the sum of those of its callbacks, and of the times on the way."""
+        entering: list[sym.SubscriberPort | None] = [hop.reader for hop in path.hops]
+        leaving: list[sym.PublisherPort | None] = [hop.writer for hop in path.hops]
+        readers = [*entering] if path.begins_with_message else [path.reader, *entering]
+        writers = [*(leaving[1:] if path.begins_with_message else leaving), path.last]
+        least, reasons, is_kept = Fraction(0), [], True
+        for page, reader, writer in zip(path.callbacks, readers, writers, strict=True):
+            task = self._task(page, reader)
+            waited = None if task is None else self._solved.waited.get(task)
+            if task is None or waited is None:
+                reasons.append(self._why(page, task))
+            is_kept = is_kept and waited is not None and (reader is None or self.never_overflows(reader))
+            publishing = _publishing(task, writer)
+            if task is not None and task.work is not None and (publishing is None or publishing.only_at_end):
+                least += task.work.least
+        for hop in path.hops:
+            latency = latency_between(hop.writer, hop.reader)
+            least += Fraction(0) if latency is None else seconds_of(latency.earliest or 0.0)
+            if latency is None or latency.latest is None:
+                topic = "" if hop.writer.channel is None else hop.writer.channel.topic
+                reasons.append(f"the latency of topic {topic} is not given")
+            is_kept = is_kept and not is_best_effort(hop.writer, hop.reader)
+        return Latency(
+            Bound(least),
+            None if reasons else Bound(self._greatest(path, readers)),
+            False if is_kept else None,
+            False,
+            reasons[0] if reasons else "",
+        )
+
+    def _greatest(self, path: Path, readers: list[sym.SubscriberPort | None]) -> Fraction:
+        """Return the greatest time of a path whose callbacks have bounds, and whose latencies are given."""
+        tasks = [self._task(page, reader) for page, reader in zip(path.callbacks, readers, strict=True)]
+        known = [task for task in tasks if task is not None]
+        ways = [self._time_of(path, known, since_strike=False)]
+        if known[0].reader is None and all(task.lane.is_exclusive for task in known):
+            ways.append(self._time_of(path, known, since_strike=True))
+        return min(ways)
+
+    def _time_of(self, path: Path, tasks: list[Task], since_strike: bool) -> Fraction:
+        """Return the sum of response times and latencies; of delays if it counts from the strike of a timer.
+
+        Tasks of a cluster that follow one another count once.
+        """
+        hops: list[Hop | None] = [*path.hops] if path.begins_with_message else [None, *path.hops]
+        total = tasks[0].jitter if since_strike else 0
+        inside, cluster = 0, None
+        for task, hop in zip(tasks, hops, strict=True):
+            on_the_way = 0
+            if hop is not None:
+                latency = latency_between(hop.writer, hop.reader)
+                assert latency is not None and latency.latest is not None
+                on_the_way = self._tasks.units(seconds_of(latency.latest))
+            known, curve = self._solved.clusters.get(task), self._solved.curves[task]
+            waited = self._solved.waited[task]
+            if known is not None and known is cluster:
+                assert known.within is not None
+                inside = min(known.within, inside + on_the_way + waited.response)
+                continue
+            has_moments = known is None and curve is not None and curve.one_period is not None
+            total += inside + on_the_way
+            inside = waited.delay if since_strike and has_moments else waited.response
+            cluster = known
+        return (total + inside) * self._tasks.unit
+
+    def _reacting(self, path: Path, found: Latency) -> Latency:
+        """Return it with the longest reaction time and data age, if they are known.
+
+        An event that happens just after a release is in the data of the next one, which comes a period and
+        the jitter later at most; its data comes out within the latency, as none is lost. Until then, an
+        output of the release before is the newest one. A run of each callback must publish.
+        """
+        first = self._task(path.callbacks[0], None)
+        if path.reader is not None or path.begins_with_message or first is None or found.greatest is None:
+            return found
+        writers = [hop.writer for hop in path.hops] + ([] if path.last is None else [path.last])
+        publishes = [
+            (known := _publishing(self._task(page, reader), writer)) is not None and known.fewest > 0
+            for page, reader, writer in zip(
+                path.callbacks, [None, *(hop.reader for hop in path.hops)], writers, strict=False
+            )
+        ]
+        if found.is_lost is not False or not all(publishes) or not self.loses_no_tick(first.page):
+            return found
+        longest = Bound(found.greatest.value + (first.period + first.jitter) * self._tasks.unit)
+        return replace(found, reaction=longest, age=longest)
+
+    def _why(self, page: sym.CallbackPage, task: Task | None) -> str:
+        if task is not None:
+            return self._solved.reasons[task]
+        return f"callback {label(page)} is called neither by a timer nor by messages"
+
+
+def _publishing(task: Task | None, writer: sym.PublisherPort | None) -> Publishing | None:
+    """Return how a task publishes by a port; None if it does not, or if that is not asked."""
+    if task is None or task.work is None or writer is None:
+        return None
+    place = resolve(writer.place)
+    assert isinstance(place, pn.Place)
+    return task.work.publishes.get(place)
+
+
+def _worst(found: list[Latency]) -> Latency:
+    """Return bounds that hold for all of several paths."""
+    if not found:
+        return Latency(None, None, None, False, "nothing releases it")
+    least = min((each.least for each in found if each.least is not None), key=lambda each: each.value)
+    greatest = [each.greatest for each in found if each.greatest is not None]
+    reason = next((each.reason for each in found if each.reason), "")
+    return Latency(
+        least,
+        None if reason else max(greatest, key=lambda each: each.value),
+        False if all(each.is_lost is False for each in found) else None,
+        False,
+        reason,
+    )
