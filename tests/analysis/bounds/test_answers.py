@@ -13,8 +13,7 @@ from dineros.analysis.latencies.answers import Latency, end_of
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, flow, here, node_net, place, seconds, step
 from dineros.metamodel.elements import channels, find, node_nets
-from tests.analysis.latencies.test_answers import CHAINS, RESPONSES
-from tests.support.timed_systems.counted import COUNTED
+from tests.support.timed_systems.counted import CHAINS, COUNTED, RESPONSES
 from tests.support.timed_systems.models import System, model_of
 
 OPEN_RESPONSES = {2: {"log"}, 8: {"fast", "slow"}, 15: {"look"}, 16: {"look", "spin"}}
