@@ -22,7 +22,7 @@ from dineros.metamodel.elements import channels, label, node_net_of, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import is_best_effort
 from dineros.metamodel.times.given import latency_between, require_known
-from dineros.metamodel.times.rates import seconds_of
+from dineros.metamodel.times.rates import on_the_way, seconds_of
 
 ASSUMES = "each thread of an executor has a processor of its own, and nothing outside of the model publishes"
 """What bounds rest on besides the times of the model, as reports say it."""
@@ -78,6 +78,22 @@ class Bounds:
         """Tell whether it is proved that a history never overflows."""
         longest = self.longest(reader)
         return longest is not None and longest <= reader.limit
+
+    def never_waits(self, writer: sym.PublisherPort, reader: sym.SubscriberPort) -> bool:
+        """Tell whether it is proved that messages never wait in a writer history of the net with times.
+
+        They do not if each that can be on its way has a clock: those were published within the latency.
+        """
+        latency, clocks = latency_between(writer, reader), on_the_way(writer, reader)
+        if any(_is_managed(port) for port in (writer, reader)) or latency is None or latency.latest is None:
+            return False
+        tasks = [task for task in self._tasks.all if task.reader is reader]
+        if not clocks or not tasks or tasks[0].reason:
+            return False
+        published = [self._solved.published[each] for each in tasks[0].sources if each.writer is writer]
+        window = self._tasks.units(seconds_of(latency.latest))
+        known = [each for each in published if each is not None]
+        return len(known) == len(published) and sum(each.within(window) for each in known) <= clocks
 
     def loses_no_tick(self, page: sym.CallbackPage) -> bool:
         """Tell whether it is proved that a timer never strikes while its last tick still waits."""
@@ -198,6 +214,11 @@ class Bounds:
         if task is not None:
             return self._solved.reasons[task]
         return f"callback {label(page)} is called neither by a timer nor by messages"
+
+
+def _is_managed(port: sym.TopicPort) -> bool:
+    node = node_net_of(port.place)
+    return node is not None and node.lifecycle is not None
 
 
 def _publishing(task: Task | None, writer: sym.PublisherPort | None) -> Publishing | None:

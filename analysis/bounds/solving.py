@@ -49,12 +49,15 @@ class Solved:
         Of those that rest on one another; all that follows from an event there is done within its bound.
     curves : dict from Task to Curve or None
         Their releases; None if nothing bounds them.
+    published : dict from Source to Curve or None
+        When messages are published; None if nothing bounds that.
     """
 
     waited: dict[Task, Waited] = field(default_factory=dict)
     reasons: dict[Task, str] = field(default_factory=dict)
     clusters: dict[Task, Cluster] = field(default_factory=dict)
     curves: dict[Task, Curve | None] = field(default_factory=dict)
+    published: dict[Source, Curve | None] = field(default_factory=dict)
 
 
 def solve(tasks: Tasks) -> Solved:
@@ -90,12 +93,17 @@ class _Solver:
         )
 
     def solved(self) -> Solved:
+        """Solve part by part, each after what it rests on."""
         graph = self._arrivals()
         for lanes in self.nodes.values():
             for together in _depending(lanes):
                 nx.add_cycle(graph, together)
         for part in reversed(list(nx.topological_sort(condensed := nx.condensation(graph)))):
             self._solve(sorted(condensed.nodes[part]["members"], key=self.tasks.all.index))
+        for task in self.tasks.all:
+            for source in task.sources:
+                runs = self._runs(source, self.circles[task] == self.circles[source.task])
+                self.found.published[source] = None if runs is None else runs.times(source.most)
         return self.found
 
     def _arrivals(self) -> nx.DiGraph[Task]:

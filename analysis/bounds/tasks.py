@@ -56,6 +56,7 @@ class Source:
     ----------
     task : Task
         What publishes them.
+    writer : sym.PublisherPort
     most : int
         Messages of one run.
     separation : int
@@ -67,6 +68,7 @@ class Source:
     """
 
     task: Task
+    writer: sym.PublisherPort
     most: int
     separation: int
     only_at_end: bool
@@ -262,7 +264,7 @@ class Tasks:
                 publishes = other.work.publishes.get(place)
                 if publishes is not None:
                     separation = other.least if other.lane.is_exclusive else 0
-                    source = Source(other, publishes.most, separation, publishes.only_at_end, span)
+                    source = Source(other, writer, publishes.most, separation, publishes.only_at_end, span)
                     task.sources.append(source)
         return ""
 

@@ -20,6 +20,7 @@ from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.elements import arcs, label, resolve, transitions
 from dineros.metamodel.times.given import duration_of, runs_at_once, waits
 from dineros.metamodel.times.rates import seconds_of
+from dineros.metamodel.times.runs import places_of_ports
 
 MOST_STATES = 500
 """So many markings of one run are explored at most."""
@@ -105,7 +106,7 @@ class Works:
         for transition, move in self.moves.items():
             for place in {*move.takes, *move.reads, *move.puts}:
                 self.around[place].append(transition)
-        self.ports = _places_of_ports(model)
+        self.ports = places_of_ports(model)
         self.starts = {
             start
             for page in model.eAllContents()
@@ -153,14 +154,6 @@ class Works:
             Nothing bounds how long it takes.
         """
         return _Run(self, page, message).work()
-
-
-def _places_of_ports(model: sym.SystemModel) -> set[pn.Place]:
-    """Return the places that ports of the model name: the middleware puts tokens there, or takes them."""
-    ports = [part for channel in model.channels for part in channel.eAllContents()]
-    named = [getattr(port, each.name) for port in ports for each in type(port).eClass.eAllReferences()]
-    found = [resolve(each) for each in named if isinstance(each, pn.PlaceNode)]
-    return {each for each in found if isinstance(each, pn.Place)}
 
 
 _Marking = frozenset[tuple[pn.Place, int]]

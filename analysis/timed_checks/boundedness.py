@@ -48,9 +48,22 @@ class TimedBoundedness(Question):
                 f"at most {int(markings.max(initial=0))} tokens in a place"
             )
         checked.firings = _firings(explored)
+        if not explored.is_complete:
+            with checked.guarded(None):
+                self._bound_responses(checked, checked.firings)
         if explored.growth is None and not explored.is_complete:
             self._ask_without_times(checked, explored, checked.firings)
             self._look_far(checked, explored, checked.firings)
+
+    @staticmethod
+    def _bound_responses(checked: Checked, found: Firings) -> None:
+        """Note what bounds of response times exclude: they are there for models of any size."""
+        from dineros.analysis.bounds.losses import never_lost
+
+        excluded = {checked.subject.transition_index[name] for name in never_lost(checked.subject)}
+        if excluded := excluded - found.traces.keys():
+            found.dead |= excluded
+            checked.report.by += "; bounds of response times"
 
     @staticmethod
     def _ask_without_times(checked: Checked, explored: Explored, found: Firings) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 
 from dineros.metamodel import pn, pnm, sym
+from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body, calls_of
 from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.elements import nodes, resolve, system_model_of
@@ -54,14 +55,24 @@ def is_changed_elsewhere(page: sym.CallbackPage, place: pn.Place) -> bool:
     return any(callback_page_of(arc) is not page and not isinstance(arc.page, pnm.Sheet) for arc in around)
 
 
-def _places_of_ports(page: sym.CallbackPage) -> set[pn.Node]:
-    """Return the places that ports of the model name: the middleware puts tokens there, or takes them."""
-    model = system_model_of(page)
-    if model is None:
-        return set()
-    ports = [part for channel in model.channels for part in channel.eAllContents()]
-    named = [getattr(port, each.name) for port in ports for each in type(port).eClass.eAllReferences()]
+def places_of_ports(model: sym.SystemModel | None) -> set[pn.Place]:
+    """Return the places that ports of a model name: the middleware puts tokens there, or takes them."""
+    channels = model.channels if model is not None else ()
+    ports = [part for channel in channels for part in channel.eAllContents()]
+    named = [getattr(port, name) for port in ports for name in _references(port)]
     return {each for each in named if isinstance(each, pn.Place)}
+
+
+_REFERENCES: dict[str, tuple[str, ...]] = {}
+"""By class of a part of a channel: its features that may name a node of a net."""
+
+
+def _references(part: EObject) -> tuple[str, ...]:
+    kind = type(part).__name__
+    if kind not in _REFERENCES:
+        found = type(part).eClass.eAllReferences()
+        _REFERENCES[kind] = tuple(each.name for each in found if not each.containment and not each.many)
+    return _REFERENCES[kind]
 
 
 class _UnboundedError(Exception):
@@ -85,7 +96,7 @@ class _Run:
         changes = [each for change in self.changes.values() for each in change.items()]
         raised = {node for node, number in changes if number > 0}
         lowered = {node for node, number in changes if number < 0}
-        self.fed = _places_of_ports(page)
+        self.fed = places_of_ports(system_model_of(page))
         responses = {response for request, response in calls if request in self.body.requests}
         self.own = {node for node in raised & lowered if node in responses or self._is_own(node)}
         timer = page.kind == sym.CallbackKind.timer
