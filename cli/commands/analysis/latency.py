@@ -55,6 +55,7 @@ def latency(
     from dineros.analysis.latencies.answers import Everything, Latencies, end_of, require_times
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.times.rates import TooManyOnTheWayError
 
     net = load_valid(model, settings)
     if not isinstance(net, sym.SystemModel):
@@ -72,12 +73,15 @@ def latency(
         if not bounds:
             run.draft(partial(saying.all, bound))
             run.stage("measuring times")
-            asked = Latencies(net, run.budget())
-            reason = asked.reason and run.reason(asked.reason)
-            if isinstance(bound, Everything):
-                found = known_everything(asked.everything(), bound)
-            elif ends is not None:
-                found = known_latency(asked.between(*ends), bound)
+            try:
+                asked = Latencies(net, run.budget())
+                reason = asked.reason and run.reason(asked.reason)
+                if isinstance(bound, Everything):
+                    found = known_everything(asked.everything(), bound)
+                elif ends is not None:
+                    found = known_latency(asked.between(*ends), bound)
+            except TooManyOnTheWayError as error:
+                reason = error.message
     except DinerosError as error:
         error.location = error.location or Location(model)
         raise

@@ -7,11 +7,14 @@ import pytest
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.bounds.losses import never_lost
+from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.model.queues import queues
 from dineros.analysis.requirements.latencies import AskedLatency
 from dineros.analysis.requirements.latency_bounds import latency_bound
 from dineros.analysis.timed.exploring import explore_timed
 from dineros.analysis.timed.timed_subject import timed_base_subject
+from dineros.analysis.timed_checks import boundedness
+from dineros.analysis.timed_checks.boundedness import TimedBoundedness
 from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
@@ -58,8 +61,11 @@ def large() -> System:
     return system
 
 
-def test_a_check_that_cannot_build_all_classes() -> None:
-    report = check_timed(model_of(large(), 0.001), Budget(seconds=6))
+def test_a_check_that_cannot_build_all_classes(monkeypatch: pytest.MonkeyPatch) -> None:
+    for share in ("CLASSES_SHARE", "UNTIMED_SHARE", "FAR_SHARE"):
+        monkeypatch.setattr(boundedness, share, 0.01)
+    questions = (TimedBoundedness(), Overflow())
+    report = check_timed(model_of(large(), 0.001), Budget(seconds=100), questions=questions)
     proved = [each for each in report.proved if each.endswith("never overflows")]
     assert len(proved) == 2 * 11
     assert "bounds of response times" in report.by

@@ -144,6 +144,29 @@ def test_bounds_where_the_search_does_not_end(run: Run, tmp_path: Path) -> None:
     assert ASSUMED in lines
 
 
+def test_bounds_where_too_many_messages_are_on_their_way(run: Run, tmp_path: Path) -> None:
+    """A hundred messages at once have no clocks of their own; bounds need none."""
+    callbacks = [
+        {
+            "name": "tick", "node": "a", "group": "default", "period": 1, "offset": 0,
+            "script": [["work", 0, 0], ["publish", "t"]],
+        },
+        {
+            "name": "log", "node": "b", "group": "default", "topic": "t", "depth": 9,
+            "script": [["work", 0, 0]],
+        },
+    ]  # fmt: skip
+    nodes = {each["node"]: {"threads": 1} for each in callbacks}
+    path = tmp_path / "far.sym.xmi"
+    system = {"nodes": nodes, "latency": {"t": (100, 103)}, "chains": [], "callbacks": callbacks}
+    files.save(model_of(system, 0.01), path)
+    found = run("latency", path, "--from", "tick", "--to", "log")
+    assert found.exit_code == 0
+    lines = found.stdout.splitlines()
+    assert lines[0] == "tick to log: at least 1 s, at most 1.03 s"
+    assert "messages of topic t can be on their way at once" in lines[2]
+
+
 def test_what_is_open_ends_with_status_3(run: Run, tmp_path: Path) -> None:
     model, path = model_of(COUNTED[1].system, 0.01), tmp_path / "open.sym.xmi"
     page = find(model, "log")
