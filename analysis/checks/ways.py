@@ -29,7 +29,8 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     """Return a sequence that ends with one of some transitions, which can fire; a shortest one if it is near.
 
     What is further off is searched for where the state equation sees it near, and led to by the state space
-    where that search gives up. None stands for memory that runs out.
+    where that search gives up. None stands for memory that runs out, or for a sequence with times that is
+    too long to be shown.
     """
     if not checked.is_shown:
         return Witness(())
@@ -43,6 +44,8 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
         number = next(each for each in numbers if checked.space.enabled(subject.net.transitions[each]))
     elif not known.traces.keys().isdisjoint(numbers):
         return witness_to(subject, known.way_to(numbers))
+    elif subject.is_timed:
+        return None  # a sequence of the net without its times may have no schedule
     else:
         number = next(each for each in numbers if each in known.possible)
     trace = find_firing(subject.net, number, checked.budget, WITNESS).trace
