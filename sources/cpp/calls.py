@@ -2,21 +2,43 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Protocol
 
 from dineros.sources.cpp.expressions import Expressions, named
 from dineros.sources.cpp.index import ClassInfo, Routine, function_of, parameters_of
 from dineros.sources.cpp.machine import MOST_CALLS, coerced
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
-from dineros.sources.cpp.values import Either, Frame, Lambda, Made, Method, Obj, Open, Value, node_in, options
+from dineros.sources.cpp.values import (
+    NO_VALUE,
+    Either,
+    Frame,
+    Lambda,
+    Made,
+    Method,
+    Obj,
+    Open,
+    Value,
+    node_in,
+    options,
+)
 
 if TYPE_CHECKING:
     from tree_sitter import Node
 
 
 _HARMLESS = {
-    *("ParamListener", "CreateTimerROS", "shared_from_this", "Buffer", "Clock", "TimeSource", "make_pair"),
+    *(
+        "ParamListener",
+        "CreateTimerROS",
+        "shared_from_this",
+        "Buffer",
+        "Clock",
+        "TimeSource",
+        "make_pair",
+    ),
     *("declare_parameter_if_not_declared", "declare_parameter", "get_logger", "weak_ptr", "Bond", "Rate"),
+    *("setCreateTimerInterface", "TransportHints", "setMouseCallback"),
     *("emplace", "emplace_back", "push_back", "insert", "swap", "get_child", "set_parameter", "what"),
     *(
         "RequiredInterfaces",
@@ -95,7 +117,7 @@ class Calls(Expressions):
         found = self.library.call(call)
         if found is None:
             self.escapes(call)
-        return found if found is not None else Made(name, args, node=node)
+        return found if found is not None else Made(name, args, node=kind if kind is not None else node)
 
     def _call_expression(self, node: Node, frame: Frame) -> Value:
         function = node.child_by_field_name("function")
@@ -190,6 +212,7 @@ class Calls(Expressions):
 
     def escapes(self, call: Call) -> None:
         """Note that code that cannot be followed gets a node: it may do anything with its ports."""
+        self.forget(call)
         nodes = [each for each in map(node_in, call.args) if each is not None]
         if not nodes or call.last in _HARMLESS or call.path.startswith(_HARMLESS_SPACES):
             return
@@ -198,6 +221,12 @@ class Calls(Expressions):
         self.unread.append(
             f"{place}: {name} gets the node; its code is not in the folder, so its ports are not known"
         )
+
+    def forget(self, call: Call) -> None:
+        """Note that variables without a value may get one by a call that cannot be followed."""
+        for node, value in zip(call.nodes, call.args, strict=False):
+            if value is NO_VALUE:
+                self.assign(node, Open(text_of(call.node)[:60]), call.frame)
 
     def invoke(self, called: Value, args: list[Value], node: Node, frame: Frame) -> Value:
         """Call what a value is."""
@@ -244,11 +273,13 @@ class Calls(Expressions):
         fitting = fitting or [each for each in found if len(each.parameters) > len(args)] or found
         results = []
         for each in fitting[:4]:
-            if len(fitting) > 1:
-                with self.perhaps():
-                    results.append(self._body(each.body, self.frame_of(each, args, this, types), each.node))
-            else:
-                results.append(self._body(each.body, self.frame_of(each, args, this, types), each.node))
+            frame = self.frame_of(each, args, this, types)
+            self.sites.append((each.name, node, self.frames[-1] if self.frames else None, frame))
+            try:
+                with self.perhaps() if len(fitting) > 1 else nullcontext():
+                    results.append(self._body(each.body, frame, each.node))
+            finally:
+                self.sites.pop()
         return results[0] if len(results) == 1 else Either(tuple(results))
 
     def frame_of(self, routine: Routine, args: list[Value], this: Obj | None, types: list[str]) -> Frame:

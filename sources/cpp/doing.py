@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from dineros.sources.cpp.binding import bound, copied
 from dineros.sources.cpp.calls import Call
 from dineros.sources.cpp.machine import coerced, duration, is_node
+from dineros.sources.cpp.parameters import parameter
 from dineros.sources.cpp.parsing import arguments_of, text_of
 from dineros.sources.cpp.ports import SELF, Ports
 from dineros.sources.cpp.quality import CHAINED, PRESETS, changed
@@ -14,7 +16,6 @@ from dineros.sources.cpp.values import (
     Const,
     Frame,
     Items,
-    Lambda,
     Made,
     Method,
     Obj,
@@ -23,6 +24,7 @@ from dineros.sources.cpp.values import (
     Seconds,
     Value,
     constant,
+    is_same,
     options,
     part,
     shown,
@@ -35,6 +37,7 @@ _SAME = {
     *("move", "forward", "ref", "cref", "dynamic_pointer_cast", "static_pointer_cast"),
     *("const_pointer_cast", "shared_ptr", "unique_ptr", "as_const", "string", "string_view"),
 }
+_RESOLVE = {"resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"}
 _OF_THIS = {"shared_from_this", "weak_from_this"}
 """Methods of a node that return it; so do those for its interfaces."""
 _LOCKS = {"lock_guard", "unique_lock", "scoped_lock", "shared_lock"}
@@ -62,7 +65,7 @@ class Ros(Ports):
         """Return what a call of a library returns; None: it is none that is known."""
         found = self.maker.entity(call)
         if found is None:
-            found = self.maker.parameter(call)
+            found = parameter(self.machine, call)
         if found is not None:
             return found
         on = call.on
@@ -76,7 +79,7 @@ class Ros(Ports):
                 return found
         elif isinstance(on, Items):
             return self._items(call, on)
-        if call.last in ("resolve_topic_name", "resolve_service_name") and call.args:
+        if call.last in _RESOLVE and call.args:
             return call.args[0]
         if call.last in SELF and not isinstance(on, Open):
             return on
@@ -104,7 +107,9 @@ class Ros(Ports):
             kind = self.machine.type_text(given[0], call.frame)
             return duration(kind, "", args) or coerced(kind, args[0])
         if last == "bind" and args:
-            return _bound(args)
+            return bound(args)
+        if path.endswith("MessageFilter") and args and isinstance(args[0], (Port, Made)):
+            return args[0]  # of tf2_ros: it hears what its first argument hears, later
         if last in _SAME and args and (path.startswith("std::") or "::" not in path):
             return args[0]
         if last == "to_string" and args:
@@ -149,6 +154,7 @@ class Ros(Ports):
         if found is None and path.startswith(("rclcpp::", "std::", "rclcpp_", "rcl_", "RCLCPP_", "builtin")):
             if path.startswith("std::function") and args:
                 return args[0]
+            self.machine.forget(call)
             return Made(path, args, node=call.node)
         return found
 
@@ -192,7 +198,7 @@ class Ros(Ports):
                 )
 
     def _thread(self, call: Call, args: list[Value]) -> Value:
-        target = _bound(args)
+        target = bound(args)
         machine = self.machine
         owner = machine.owner or next(
             (each.this for each in options(target) if isinstance(each, Method) and each.this), None
@@ -226,6 +232,8 @@ class Ros(Ports):
             )
         if "xecutor" in path:
             return self._executor(call, on)
+        if path in self.machine.idioms and last in ("subscribe", "registerCallback") and call.args:
+            return self._subscribes(call, on)
         if "ynchronizer" in path:
             return self._synchronizes(call, on)
         if "condition_variable" in path and last.startswith("wait"):
@@ -241,6 +249,20 @@ class Ros(Ports):
             return self._library_object(path, call.args, call)
         return None
 
+    def _subscribes(self, call: Call, on: Made) -> Value | None:
+        """Follow a filter of ``message_filters`` that is made first, and subscribes later."""
+        if call.last == "registerCallback":
+            on.fields["heard"] = bound(call.args)
+            return Open(call.last)
+        found = self.maker.idiom(Call(call.node, call.frame, on.path, call.args, name=on.node))
+        if isinstance(found, Port) and found.entity.kind == "subscriptions":
+            if "heard" in on.fields:
+                self.maker.callback(found.entity, "callback", "subscription", on.fields["heard"], found.owner)
+            function = call.node.child_by_field_name("function")
+            left = None if function is None else function.child_by_field_name("argument")
+            self.machine.assign(left, found, call.frame)
+        return found
+
     def _synchronizes(self, call: Call, on: Made) -> Value | None:
         """Follow a synchronizer of ``message_filters``: one callback takes the messages of its inputs."""
         held = on.fields.setdefault("inputs", Items([each for each in on.args if isinstance(each, Port)]))
@@ -250,7 +272,7 @@ class Ros(Ports):
             held.values += [one for each in call.args for one in options(each) if isinstance(one, Port)]
             return Const(None)
         if call.last == "registerCallback" and call.args:
-            target = _bound(call.args)
+            target = bound(call.args)
             for each in held.values:
                 if isinstance(each, Port):
                     self.maker.callback(each.entity, "callback", "subscription", target, each.owner)
@@ -287,8 +309,8 @@ class Ros(Ports):
 
     def _items(self, call: Call, on: Items) -> Value:
         if call.last in ("push_back", "emplace_back", "insert", "emplace", "push", "push_front"):
-            value = call.args[-1] if call.args else Open("an item")
-            if value not in on.values:
+            value = copied(call.args[-1], call) if call.args else Open("an item")
+            if not any(is_same(each, value) for each in on.values):
                 on.values.append(value)
             on.is_open = on.is_open or isinstance(value, Open) or self.machine.when != "always"
             return on
@@ -299,6 +321,8 @@ class Ros(Ports):
             if isinstance(index, int) and 0 <= index < len(on.values):
                 return on.values[index]
             return on.values[0] if len(on.values) == 1 else Either(tuple(on.values))
+        if call.last == "size" and not on.is_open:
+            return Const(len(on.values))
         return Open(text_of(call.node)[:60])
 
     def _unknown(self, call: Call, on: Value) -> Value | None:
@@ -314,23 +338,3 @@ class Ros(Ports):
         elif last in ("wait", "wait_for") and "future" in what.lower() and machine.role != "done callback":
             return self._await(call, None, call.args, "blocks")
         return None
-
-
-def _bound(args: list[Value]) -> Value:
-    """Return what ``std::bind`` or ``std::thread`` makes of a callable and its arguments."""
-    target, rest = args[0], args[1:]
-    if isinstance(target, Lambda):
-        return target
-    if isinstance(target, Method):
-        this = target.this
-        if rest and isinstance(rest[0], Obj) and any(each.cls is not None for each in target.routines):
-            this, rest = rest[0], rest[1:]
-        plain = [
-            Open("an argument")
-            if "_1" in (p := getattr(each, "path", getattr(each, "text", "")))
-            or p.startswith(("std::placeholders", "placeholders", "_2", "_3", "_4"))
-            else each
-            for each in rest
-        ]
-        return Method(target.routines, target.name, this, [*target.args, *plain])
-    return target

@@ -202,7 +202,8 @@ class Expressions(Machine):
         if text_of(node).startswith("&") and inner is not None and inner.type == "qualified_identifier":
             path = path_of(inner)
             scope, _, name = path.rpartition("::")
-            cls = self.class_of(self.type_text(inner.child_by_field_name("scope"), frame), frame)
+            cls = self.class_of(scope, frame) if "::" in scope else None
+            cls = cls or self.class_of(self.type_text(inner.child_by_field_name("scope"), frame), frame)
             cls = cls or self.class_of(scope, frame) or (frame.cls if scope in frame.types else None)
             routines = self.methods(cls, name) if cls is not None else []
             return Method(routines, name) if routines else self.value(inner, frame)

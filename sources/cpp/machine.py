@@ -63,6 +63,8 @@ class Machine:
         self.calls: list[tuple[int, int]] = []
         self.turns: list[int] = []
         self.frames: list[Frame] = []
+        self.sites: list[tuple[str, Node, Frame | None, Frame]] = []
+        """Of routines that run: name, the call, the frame of the caller, the own frame."""
         self.holding: list[str] = []
         self.owner: Obj | None = None
         self.entity: Entity | None = None
@@ -184,6 +186,16 @@ class Machine:
                 if alias is not None and path_of(alias) != first:
                     return f"{self.type_text(alias, frame, depth + 1)}::{rest}"
         return path
+
+    def templated(self, node: Node | None, frame: Frame) -> list[Node]:
+        """Return the arguments of a template in a name, or in the type that it is an alias of."""
+        for _ in range(8):
+            found = arguments_of(node)
+            if found or node is None:
+                return found
+            space = frame.cls.full if frame.cls else frame.space
+            node = self.index.find_alias(path_of(node), frame.path, space)
+        return []
 
     def template_text(self, node: Node | None, frame: Frame) -> str:
         """Return the text of a type with what it is a pointer or a list of."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.cpp.calls import Call
-from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
+from dineros.sources.cpp.parsing import line_of, path_of, text_of
 from dineros.sources.cpp.quality import USUAL, profile
 from dineros.sources.cpp.statements import Statements
 from dineros.sources.cpp.values import (
@@ -50,7 +50,6 @@ _ADAPTED = {
     "init_sub": "subscriptions",
 }
 """Methods of ``component_interface_utils::NodeAdaptor`` of Autoware; the first argument gets the port."""
-_DECLARE_OR_GET = ("declare_or_get_parameter", "declare_parameter_if_not_declared")
 TRANSITIONS = ("on_configure", "on_activate", "on_deactivate", "on_cleanup", "on_shutdown", "on_error")
 """Methods of a node with a lifecycle that its transitions call."""
 
@@ -94,7 +93,7 @@ class Maker:
         if call.last in _ADAPTED:
             return self._adapted(call)
         kind = _MAKES.get(call.last)
-        if kind is None:
+        if kind is None or (call.on is None and call.path in self.machine.idioms):
             return None
         owner, args = self._owner(call)
         if "rclcpp_action" in call.path:
@@ -105,7 +104,8 @@ class Maker:
             place = self.machine.place(call.node, call.frame)
             self.machine.unread.append(f"{place}: {call.last} on a node that could not be followed")
             return Open(call.last)
-        entity = self.machine.entity_of(kind, self._port(call), call.node, call.frame, owner)
+        call_at, frame_at = self._site(call)
+        entity = self.machine.entity_of(kind, self._port(call_at), call_at, frame_at, owner)
         port = Port(entity, owner)
         if self.machine.role not in ("main", "constructor", "thread"):
             do = "create_timer" if kind == "timers" else "create"
@@ -162,8 +162,16 @@ class Maker:
             return None, rest[1:]
         return (this if this is not None and this.node is not None else None), rest
 
-    def _port(self, call: Call) -> str:
-        node: Any = call.node.parent
+    def _site(self, call: Call) -> tuple[Node, Frame]:
+        """Return where an entity is made: a method that has the name of what it wraps says who calls it."""
+        if self.machine.sites:
+            name, node, caller, frame = self.machine.sites[-1]
+            if name == call.last and frame is call.frame and caller is not None:
+                return node, caller
+        return call.node, call.frame
+
+    def _port(self, made: Node) -> str:
+        node: Any = made.parent
         for _ in range(4):
             if node is None:
                 break
@@ -178,7 +186,7 @@ class Maker:
 
     def type_of(self, call: Call, args: list[Value]) -> str:
         """Return the type of messages that a call gives as a template's argument."""
-        given = arguments_of(call.named)
+        given = self.machine.templated(call.named, call.frame)
         if not given:
             first = args[1] if "generic" in call.last and len(args) > 1 else None
             return shown(first) if isinstance(first, Const) else "open: no type is written"
@@ -205,6 +213,8 @@ class Maker:
             self.callback(entity, "callback", "timer", args[callback], owner)
 
     def _others(self, kind: str, entity: Entity, args: list[Value], owner: Obj) -> None:
+        if kind == "subscriptions" and args and _is_callable(args[0]):  # of nav2
+            args = [args[1] if len(args) > 1 else Made("rclcpp::QoS", [Const(10)]), args[0], *args[2:]]
         if kind in ("publishers", "subscriptions"):
             entity.details |= profile(args[0] if args else None)
         if kind == "publishers":
@@ -261,6 +271,8 @@ class Maker:
         known = self.machine.idioms.get(call.path)
         if known is None or not known.makes:
             return None
+        if len(call.args) == 1 and isinstance(call.args[0], Port):  # a copy
+            return call.args[0]
         owner = next((each for each in map(node_in, call.args) if each is not None), None)
         if owner is None and known.arguments[:1] == ("node",) and call.args:
             this = call.frame.this
@@ -275,10 +287,10 @@ class Maker:
             args.setdefault("remote", Const(owner.node.name))
         made: list[Entity] = []
         for entry in known.makes:
-            port = f"{self._port(call)}{'' if not made else f'#{len(made)}'}"
+            port = f"{self._port(call.node)}{'' if not made else f'#{len(made)}'}"
             entity = self.machine.entity_of(entry["kind"], port, call.node, call.frame, owner)
             made.append(entity)
-            entity.port = self._port(call)
+            entity.port = self._port(call.node)
             entity.name = self._filled(str(entry.get("name", "")), args)
             entity.type = str(entry.get("type", ""))
             if entity.type == "{0}":
@@ -304,47 +316,6 @@ class Maker:
         for key, value in args.items():
             name = name.replace(f"{{{key}}}", part(value))
         return name
-
-    # ------------------------------------------------------------------------------------------- parameters
-
-    def parameter(self, call: Call) -> Value | None:
-        """Return what a call that declares or gets parameters returns; None: it does something else."""
-        on = call.on if call.on is not None else call.frame.this
-        args = call.args
-        if call.last in _DECLARE_OR_GET:  # of nav2: the node, or parts of it, may stand before the name
-            first = next((at for at, each in enumerate(args) if isinstance(constant(each), str)), len(args))
-            given = [each for each in map(node_in, args[:first]) if each is not None]
-            on, args = (given[0] if given else on), args[first:]
-        if not isinstance(on, Obj) or on.node is None:
-            return None
-        if call.last in ("get_name", "get_fully_qualified_name") and not call.args:
-            return Const(on.node.name) if not is_open(on.node.name) else Open("the name of the node")
-        if not args:
-            return None
-        name = shown(args[0])
-        if call.last == "has_parameter":
-            return Const(name in on.parameters)
-        if call.last in ("declare_parameter", "add_parameter", *_DECLARE_OR_GET):
-            value = self.machine.given.get(name, None)
-            default = args[1] if len(args) > 1 else Open(f"parameter {name}")
-            default = on.parameters.get(name, default) if call.last in _DECLARE_OR_GET else default
-            if isinstance(default, Made) and default.path.endswith("ParameterValue") and default.args:
-                default = default.args[0]
-            default = default if value is None else Const(value)
-            on.parameters[name] = default
-            entity = self.machine.entity_of("parameters", name, call.node, call.frame, on)
-            entity.name = name
-            if constant(default) is not None:
-                entity.details["default"] = constant(default)
-            return default
-        if call.last in ("get_parameter", "get_parameter_or"):
-            found = on.parameters.get(name, Open(f"parameter {name}"))
-            if len(call.args) > 2 and name not in on.parameters:
-                found = call.args[2]
-            if len(call.nodes) > 1:
-                self.machine.assign(call.nodes[1], found, call.frame)
-            return found
-        return None
 
 
 def _is_callable(value: Value) -> bool:

@@ -162,6 +162,8 @@ def arguments_of(node: Node | None) -> list[Node]:
             return [] if inner is None else [each for each in inner.named_children if each.type != "comment"]
         if node.type == "type_descriptor":
             node = node.child_by_field_name("type")
+        elif node.type == "dependent_name":  # node->template create_service<T>(...)
+            node = next(iter(node.named_children), None)
         elif node.type == "qualified_identifier":
             inner = node.child_by_field_name("name")
             scope = node.child_by_field_name("scope")

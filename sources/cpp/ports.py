@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dineros.sources.cpp.binding import bound
 from dineros.sources.cpp.calls import Call
 from dineros.sources.cpp.making import Maker
 from dineros.sources.cpp.parsing import text_of
@@ -93,7 +94,7 @@ class Ports:
             entity.details |= {**PRESETS["ParameterEventsQoS"], "group": "default", "via": "parameter client"}
             heard = Port(entity, on.owner)
         if call.args and heard.entity.kind == "subscriptions":
-            self.maker.callback(heard.entity, "callback", "subscription", call.args[0], heard.owner)
+            self.maker.callback(heard.entity, "callback", "subscription", bound(call.args), heard.owner)
         return Open(call.last)
 
     def _known(self, call: Call, on: Port, known: dict[str, object]) -> Value:

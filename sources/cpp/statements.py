@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.calls import Call, Calls
+from dineros.sources.cpp.calls import Call
 from dineros.sources.cpp.expressions import named
 from dineros.sources.cpp.index import ClassInfo, function_of, name_of
+from dineros.sources.cpp.loops import Loops
 from dineros.sources.cpp.machine import MOST_CALLS, coerced, is_node
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
-from dineros.sources.cpp.values import Const, Frame, Items, Made, Obj, Open, Value, joined, options
+from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Obj, Open, Value, joined, options
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -32,7 +31,7 @@ _TEMPLATE = re.compile(r"<.*>", re.DOTALL)
 """Arguments of a template: a list of pointers is a list."""
 
 
-class Statements(Calls):
+class Statements(Loops):
     """Runs statements."""
 
     def run_block(self, node: Node | None, frame: Frame) -> None:
@@ -120,6 +119,8 @@ class Statements(Calls):
             value = self._made(kind, args, declarator, frame)
         else:
             value = self._made(kind, [], declarator, frame)
+            if isinstance(value, Obj) and value.node is None:
+                value.is_held = True
         frame.values[name] = value
 
     def _made(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
@@ -129,13 +130,14 @@ class Statements(Calls):
             or kind.type in ("primitive_type", "sized_type_specifier")
             or text.startswith(("std::string", "string"))
         ):
-            return coerced(text, args[0]) if args else Open("a variable without a value")
+            return coerced(text, args[0]) if args else NO_VALUE
         if path_of(kind).endswith(("Ptr", "shared_ptr", "unique_ptr")) and args:
             return args[0]
         is_declared = node.type.endswith("declarator")
         if text_of(node).startswith("*") if is_declared else "*" in _TEMPLATE.sub("", text):
             return args[0] if args else Const(None)
-        if path_of(kind).rpartition("::")[2] in ("vector", "list", "array", "map", "deque", "set"):
+        name = path_of(kind) if "::" in text else self.type_text(kind, frame)
+        if name.rpartition("::")[2] in ("vector", "list", "array", "map", "deque", "set"):
             return args[0] if len(args) == 1 and isinstance(args[0], Items) else Items(args)
         return self.make(kind, args, node, frame)
 
@@ -169,61 +171,6 @@ class Statements(Calls):
             if each.type == "catch_clause":
                 with self.perhaps():
                     self.run_block(each.child_by_field_name("body"), frame)
-
-    @contextmanager
-    def _loop(self, node: Node, frame: Frame) -> Iterator[None]:
-        todo = [node]
-        while todo:
-            each = todo.pop()
-            todo += each.named_children
-            if each.type in ("update_expression", "assignment_expression"):
-                target = each.child_by_field_name("argument") or each.child_by_field_name("left")
-                name = text_of(target)
-                if name in frame.values and isinstance(frame.values[name], Const):
-                    frame.values[name] = Open(name)
-        self.loops += 1
-        try:
-            yield
-        finally:
-            self.loops -= 1
-
-    def _do_for_statement(self, node: Node, frame: Frame) -> None:
-        self.run_block(node.child_by_field_name("initializer"), frame)
-        with self._loop(node, frame):
-            for name in ("condition", "body", "update"):
-                each = node.child_by_field_name(name)
-                if each is not None:
-                    self.run_block(each, frame)
-
-    def _do_while_statement(self, node: Node, frame: Frame) -> None:
-        with self._loop(node, frame):
-            self.values(node.child_by_field_name("condition"), frame)
-            self.run_block(node.child_by_field_name("body"), frame)
-
-    def _do_do_statement(self, node: Node, frame: Frame) -> None:
-        with self._loop(node, frame):
-            self.run_block(node.child_by_field_name("body"), frame)
-            self.value(node.child_by_field_name("condition"), frame)
-
-    def _do_for_range_loop(self, node: Node, frame: Frame) -> None:
-        name = name_of(node.child_by_field_name("declarator"))
-        body = node.child_by_field_name("body")
-        over = self.value(node.child_by_field_name("right"), frame)
-        found = over.values if isinstance(over, Items) else []
-        if isinstance(over, Items) and not over.is_open and 0 < len(found) <= 100:
-            self._turns(found, name, body, frame)  # each item once, for certain
-            return
-        with self._loop(node, frame):
-            rest = Open(f"each of {text_of(node.child_by_field_name('right'))}")
-            self._turns([*found[:100], rest], name, body, frame)
-
-    def _turns(self, items: list[Value], name: str, body: Node | None, frame: Frame) -> None:
-        """Run the body of a loop with each item: each turn makes ports of its own."""
-        for turn, each in enumerate(items):
-            frame.values[name] = each
-            self.turns.append(turn)
-            self.run_block(body, frame)
-            self.turns.pop()
 
     # ---------------------------------------------------------------------------------------------- objects
 

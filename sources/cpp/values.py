@@ -39,6 +39,10 @@ class Open(Value):
     parts: str = ""
 
 
+NO_VALUE = Open("a variable without a value")
+"""Of a variable that is declared only."""
+
+
 @dataclass(frozen=True)
 class Either(Value):
     """One of several values."""
@@ -57,6 +61,8 @@ class Obj(Value):
     parameters: dict[str, Value] = field(default_factory=dict)
     made_at: int = 0
     """Which expression made it: read again, it makes the same object."""
+    is_held: bool = False
+    """Whether a variable holds the object itself, and no pointer to it: a list gets a copy."""
 
 
 @dataclass(eq=False)
@@ -164,18 +170,19 @@ def joined(old: Value | None, new: Value) -> Value:
     if (
         old is None
         or old is new
-        or _is_same(old, new)
+        or old is NO_VALUE
+        or is_same(old, new)
         or (isinstance(old, Const) and old.value in (None, ""))
     ):
         return new
-    if isinstance(new, Const) and new.value is None:
+    if new is NO_VALUE or (isinstance(new, Const) and new.value is None):
         return old
     if isinstance(old, Open) and isinstance(new, (Obj, Port, Made, Lambda, Method)):
         return new
     found: list[Value] = []
     for each in (old, new):
         for option in each.options if isinstance(each, Either) else (each,):
-            same = next((at for at, known in enumerate(found) if _is_same(known, option)), None)
+            same = next((at for at, known in enumerate(found) if is_same(known, option)), None)
             if same is None:
                 found.append(option)
             else:
@@ -183,7 +190,7 @@ def joined(old: Value | None, new: Value) -> Value:
     return Either(tuple(found)) if len(found) <= 8 else Open("many values")
 
 
-def _is_same(one: Value, other: Value) -> bool:
+def is_same(one: Value, other: Value) -> bool:
     """Tell whether two values are equal, or objects of one expression."""
     if isinstance(one, Obj) and isinstance(other, Obj) and one.made_at:
         return one.cls is other.cls and one.made_at == other.made_at

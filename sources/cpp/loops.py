@@ -1,0 +1,115 @@
+"""Loops in C++: over known items, each turn is followed for itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from dineros.sources.cpp.calls import Calls
+from dineros.sources.cpp.index import name_of
+from dineros.sources.cpp.parsing import path_of, text_of
+from dineros.sources.cpp.values import Const, Frame, Items, Open, Value
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+_MOST_TURNS = 100
+"""Items of a list that are followed one by one."""
+
+
+class Loops(Calls):
+    """Runs loops."""
+
+    @contextmanager
+    def _loop(self, node: Node, frame: Frame) -> Iterator[None]:
+        todo = [node]
+        while todo:
+            each = todo.pop()
+            todo += each.named_children
+            if each.type in ("update_expression", "assignment_expression"):
+                target = each.child_by_field_name("argument") or each.child_by_field_name("left")
+                name = text_of(target)
+                if name in frame.values and isinstance(frame.values[name], Const):
+                    frame.values[name] = Open(name)
+        self.loops += 1
+        try:
+            yield
+        finally:
+            self.loops -= 1
+
+    def _do_for_statement(self, node: Node, frame: Frame) -> None:
+        self.run_block(node.child_by_field_name("initializer"), frame)
+        name, count = self._counted(node, frame)
+        if count:
+            turns: list[Value] = [Const(each) for each in range(count)]
+            self._turns(turns, name, node.child_by_field_name("body"), frame)
+            return
+        with self._loop(node, frame):
+            for name in ("condition", "body", "update"):
+                each = node.child_by_field_name(name)
+                if each is not None:
+                    self.run_block(each, frame)
+
+    def _counted(self, node: Node, frame: Frame) -> tuple[str, int]:
+        """Return the variable and the turns of ``for (i = 0; i < list.size(); ++i)``."""
+        asked, update = node.child_by_field_name("condition"), node.child_by_field_name("update")
+        left = asked.child_by_field_name("left") if asked is not None else None
+        right = asked.child_by_field_name("right") if asked is not None else None
+        name = text_of(left)
+        if (
+            asked is None
+            or update is None
+            or right is None
+            or right.type != "call_expression"
+            or not path_of(right.child_by_field_name("function")).endswith("size")
+            or text_of(asked.child_by_field_name("operator")) != "<"
+            or text_of(update) not in (f"++{name}", f"{name}++")
+            or frame.values.get(name) != Const(0)
+            or _leaves(node.child_by_field_name("body"))
+        ):
+            return name, 0
+        most = self.value(right, frame)
+        count = most.value if isinstance(most, Const) and isinstance(most.value, int) else 0
+        return name, count if count <= _MOST_TURNS else 0
+
+    def _do_while_statement(self, node: Node, frame: Frame) -> None:
+        with self._loop(node, frame):
+            self.values(node.child_by_field_name("condition"), frame)
+            self.run_block(node.child_by_field_name("body"), frame)
+
+    def _do_do_statement(self, node: Node, frame: Frame) -> None:
+        with self._loop(node, frame):
+            self.run_block(node.child_by_field_name("body"), frame)
+            self.value(node.child_by_field_name("condition"), frame)
+
+    def _do_for_range_loop(self, node: Node, frame: Frame) -> None:
+        name = name_of(node.child_by_field_name("declarator"))
+        body = node.child_by_field_name("body")
+        over = self.value(node.child_by_field_name("right"), frame)
+        found = over.values if isinstance(over, Items) else []
+        if isinstance(over, Items) and not over.is_open and 0 < len(found) <= _MOST_TURNS:
+            self._turns(found, name, body, frame)  # each item once, for certain
+            return
+        with self._loop(node, frame):
+            rest = Open(f"each of {text_of(node.child_by_field_name('right'))}")
+            self._turns([*found[:_MOST_TURNS], rest], name, body, frame)
+
+    def _turns(self, items: list[Value], name: str, body: Node | None, frame: Frame) -> None:
+        """Run the body of a loop with each item: each turn makes ports of its own."""
+        for turn, each in enumerate(items):
+            frame.values[name] = each
+            self.turns.append(turn)
+            self.run_block(body, frame)
+            self.turns.pop()
+
+
+def _leaves(body: Node | None) -> bool:
+    """Tell whether the body of a loop may skip a part of it, or end the loop early."""
+    todo = [] if body is None else [body]
+    while todo:
+        each = todo.pop()
+        if each.type in ("break_statement", "continue_statement", "goto_statement"):
+            return True
+        todo += each.named_children
+    return False

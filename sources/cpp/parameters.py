@@ -1,0 +1,57 @@
+"""Parameters of nodes: what declares them, and what asks for their values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dineros.sources.cpp.calls import Call
+from dineros.sources.cpp.statements import Statements
+from dineros.sources.cpp.values import Const, Items, Made, Obj, Open, Value, constant, node_in, shown
+from dineros.sources.facts import is_open
+
+_DECLARE_OR_GET = ("declare_or_get_parameter", "declare_parameter_if_not_declared")
+
+
+def parameter(machine: Statements, call: Call) -> Value | None:
+    """Return what a call that declares or gets parameters returns; None: it does something else."""
+    on = call.on if call.on is not None else call.frame.this
+    args = call.args
+    if call.last in _DECLARE_OR_GET:  # of nav2: the node, or parts of it, may stand before the name
+        first = next((at for at, each in enumerate(args) if isinstance(constant(each), str)), len(args))
+        given = [each for each in map(node_in, args[:first]) if each is not None]
+        on, args = (given[0] if given else on), args[first:]
+    if not isinstance(on, Obj) or on.node is None:
+        return None
+    if call.last in ("get_name", "get_fully_qualified_name") and not call.args:
+        return Const(on.node.name) if not is_open(on.node.name) else Open("the name of the node")
+    if not args:
+        return None
+    name = shown(args[0])
+    if call.last == "has_parameter":
+        return Const(name in on.parameters)
+    if call.last in ("declare_parameter", "add_parameter", *_DECLARE_OR_GET):
+        value = machine.given.get(name, None)
+        default = args[1] if len(args) > 1 else Open(f"parameter {name}")
+        default = on.parameters.get(name, default) if call.last in _DECLARE_OR_GET else default
+        if isinstance(default, Made) and default.path.endswith("ParameterValue") and default.args:
+            default = default.args[0]
+        default = default if value is None else _value(value)
+        on.parameters[name] = default
+        entity = machine.entity_of("parameters", name, call.node, call.frame, on)
+        entity.name = name
+        if constant(default) is not None:
+            entity.details["default"] = constant(default)
+        return default
+    if call.last in ("get_parameter", "get_parameter_or"):
+        found = on.parameters.get(name, Open(f"parameter {name}"))
+        if len(call.args) > 2 and name not in on.parameters:
+            found = call.args[2]
+        if len(call.nodes) > 1:
+            machine.assign(call.nodes[1], found, call.frame)
+        return found
+    return None
+
+
+def _value(given: Any) -> Value:
+    """Return a value that a launch or parameter file gives."""
+    return Items([_value(each) for each in given]) if isinstance(given, list) else Const(given)

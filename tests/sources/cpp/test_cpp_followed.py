@@ -1,0 +1,204 @@
+"""Names, types and callbacks that code in C++ hands on: templates, aliases, lists, filters, wrappers."""
+
+from pathlib import Path
+
+import pytest
+
+from dineros.sources.facts import Entity, is_open
+from dineros.sources.reading import read_source
+
+pytest.importorskip("tree_sitter_cpp")
+
+HEAD = """
+#include <rclcpp/rclcpp.hpp>
+using std_msgs::msg::String;
+"""
+MAIN = """
+int main(int argc, char ** argv) {
+  rclcpp::init(argc, argv);
+  rclcpp::spin(std::make_shared<Robot>());
+}
+"""
+
+
+def _entities(folder: Path, code: str) -> list[Entity]:
+    (folder / "robot.cpp").write_text(HEAD + code + MAIN, encoding="utf-8")
+    (node,) = read_source(folder).nodes
+    return [each for each in node.entities if each.kind not in ("parameters", "groups")]
+
+
+def _of(folder: Path, body: str, members: str = "", before: str = "") -> list[Entity]:
+    return _entities(
+        folder,
+        f"{before}\nclass Robot : public rclcpp::Node {{\n public:\n"
+        f'  Robot() : Node("robot") {{\n{body}\n  }}\n'
+        f"  void onText(const String & text) {{ RCLCPP_INFO(get_logger(), text.data); }}\n{members}\n}};\n",
+    )
+
+
+def test_a_method_of_a_template_argument_has_a_type(tmp_path: Path) -> None:
+    helper = """
+template<class NodeT>
+struct Saver {
+  explicit Saver(NodeT node) {
+    out_ = node->template create_publisher<std_msgs::msg::String>("saved", 1);
+  }
+  rclcpp::Publisher<std_msgs::msg::String>::SharedPtr out_;
+};
+"""
+    (found,) = _of(tmp_path, "saver_ = std::make_unique<Saver<Robot *>>(this);", before=helper)
+    assert (found.name, found.type) == ("saved", "std_msgs/msg/String")
+
+
+def test_an_alias_of_a_filter_has_its_type(tmp_path: Path) -> None:
+    (found,) = _of(
+        tmp_path,
+        'sub_.reset(new Texts(this, "in"));\nsub_->registerCallback(&Robot::onText, this);',
+        "typedef message_filters::Subscriber<std_msgs::msg::String> Texts;\n  std::shared_ptr<Texts> sub_;",
+    )
+    assert (found.kind, found.name, found.type) == ("subscriptions", "in", "std_msgs/msg/String")
+    assert found.callbacks["callback"].name == "onText"
+
+
+@pytest.mark.parametrize("order", ["callback first", "callback last"])
+def test_a_filter_that_subscribes_later_is_a_subscription(tmp_path: Path, order: str) -> None:
+    steps = [
+        'filter_ = std::make_shared<tf2_ros::MessageFilter<String>>(sub_, buffer_, "map", 10);\n'
+        "filter_->registerCallback(std::bind(&Robot::onText, this, std::placeholders::_1));",
+        'sub_.subscribe(this, "cloud", rmw_qos_profile_sensor_data);',
+    ]
+    (found,) = _of(
+        tmp_path,
+        "\n".join(steps if order == "callback first" else reversed(steps)),
+        "message_filters::Subscriber<std_msgs::msg::String> sub_;\n"
+        "  std::shared_ptr<tf2_ros::MessageFilter<String>> filter_;",
+    )
+    assert (found.name, found.type) == ("cloud", "std_msgs/msg/String")
+    assert found.callbacks["callback"].name == "onText"
+
+
+def test_images_have_their_own_publishers_and_a_copy_is_no_second_one(tmp_path: Path) -> None:
+    (found,) = _of(
+        tmp_path,
+        "auto base = get_node_base_interface();\n"
+        'std::string topic = base->resolve_topic_or_service_name("image", false);\n'
+        "out_ = std::make_shared<image_transport::Publisher>(\n"
+        "  image_transport::create_publisher(this, topic));",
+    )
+    assert (found.name, found.type) == ("image", "sensor_msgs/msg/Image")
+
+
+@pytest.mark.parametrize(
+    ("start", "name"),
+    [
+        ("std::string topic;", "other"),  # it has no name else
+        ('std::string topic = "one";', None),
+        ("std::string topic; vendor::fill(topic);", None),
+        ("std::string topic; std::getline(std::cin, topic);", None),
+    ],
+)
+def test_a_variable_without_a_value_has_the_one_that_it_gets(
+    tmp_path: Path, start: str, name: str | None
+) -> None:
+    (found,) = _of(
+        tmp_path,
+        f'{start}\nif (argc_ > 1) {{ topic = "other"; }}\ncreate_publisher<std_msgs::msg::String>(topic, 1);',
+    )
+    assert is_open(found.name) if name is None else found.name == name
+
+
+def test_a_loop_by_number_turns_for_each_item_of_a_list_of_copies(tmp_path: Path) -> None:
+    body = """
+    Map map;
+    map.name = "low";
+    maps_.push_back(map);
+    map.name = "high";
+    maps_.push_back(map);
+    for (size_t i = 0; i < maps_.size(); ++i) {
+      outs_.push_back(create_publisher<std_msgs::msg::String>(maps_.at(i).name, 1));
+    }
+"""
+    members = "struct Map { std::string name; };\n  typedef std::vector<Map> Maps;\n  Maps maps_;"
+    assert [each.name for each in _of(tmp_path, body, members)] == ["low", "high"]
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "for (size_t i = 0; i < names.size(); ++i) { if (i > 0) { break; } OUT }",
+        "for (size_t i = 1; i < names.size(); ++i) { OUT }",
+        "for (size_t i = 0; i < names.size(); i += 2) { OUT }",
+        "for (size_t i = 0; i < count; ++i) { OUT }",
+    ],
+)
+def test_other_loops_by_number_are_not_turned_one_by_one(tmp_path: Path, loop: str) -> None:
+    out = "create_publisher<std_msgs::msg::String>(names[i], 1);"
+    found = _of(tmp_path, f'std::vector<std::string> names{{"a", "b"}};\n{loop.replace("OUT", out)}')
+    assert [each.details.get("instances", "one") != "one" for each in found] == [True]
+
+
+def test_parts_of_a_robot_are_those_of_its_parameter(tmp_path: Path) -> None:
+    (tmp_path / "package.xml").write_text("<package><name>robots</name></package>", encoding="utf-8")
+    (tmp_path / "robot.launch.py").write_text(
+        "from launch import LaunchDescription\nfrom launch_ros.actions import Node\n\n\n"
+        "def generate_launch_description():\n"
+        "    return LaunchDescription([Node(package='robots', executable='robot', "
+        "parameters=[{'arms': ['left', 'right']}])])\n",
+        encoding="utf-8",
+    )
+    found = _of(
+        tmp_path,
+        'for (const auto & arm : declare_parameter("arms", std::vector<std::string>())) {\n'
+        '  outs_.push_back(create_publisher<std_msgs::msg::String>(arm + "/state", 1));\n}',
+    )
+    assert [each.name for each in found] == ["left/state", "right/state"]
+
+
+def test_a_wrapper_of_the_same_name_makes_ports_where_it_is_called(tmp_path: Path) -> None:
+    base = """
+class Base : public rclcpp::Node {
+ public:
+  explicit Base(const std::string & name) : Node(name) {}
+  template<typename MessageT, typename CallbackT>
+  auto create_subscription(const std::string & topic, CallbackT && callback, const rclcpp::QoS & qos = 5) {
+    return vendor::create_subscription<MessageT>(
+      shared_from_this(), topic, std::forward<CallbackT>(callback), qos);
+  }
+};
+class Robot : public Base {
+ public:
+  Robot() : Base("robot") {
+    in_ = create_subscription<std_msgs::msg::String>("in", [this](const std_msgs::msg::String & text) {
+      RCLCPP_INFO(get_logger(), text.data); }, rclcpp::QoS(3));
+  }
+  rclcpp::Subscription<std_msgs::msg::String>::SharedPtr in_;
+};
+"""
+    (found,) = _entities(tmp_path, base)
+    assert (found.name, found.type, found.port) == ("in", "std_msgs/msg/String", "in_")
+    assert (found.details["depth"], found.at.line) == (3, 17)
+    assert not found.callbacks["callback"].is_open
+
+
+def test_methods_of_a_nested_class_are_callbacks(tmp_path: Path) -> None:
+    code = """
+class Robot : public rclcpp::Node {
+ public:
+  Robot();
+  struct Inner;
+  Inner * inner_;
+};
+struct Robot::Inner {
+  void onText(const String & text);
+  rclcpp::Publisher<std_msgs::msg::String>::SharedPtr out;
+};
+Robot::Robot() : Node("robot") {
+  inner_ = new Inner;
+  inner_->out = create_publisher<std_msgs::msg::String>("out", 1);
+  create_subscription<std_msgs::msg::String>("in", 1,
+    std::bind(&Robot::Inner::onText, this->inner_, std::placeholders::_1));
+}
+void Robot::Inner::onText(const String & text) { out->publish(text); }
+"""
+    out, heard = _entities(tmp_path, code)
+    assert [(each.do, each.entity) for each in heard.callbacks["callback"].effects] == [("publish", out)]
