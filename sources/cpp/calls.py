@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from typing import TYPE_CHECKING, Protocol
 
-from dineros.sources.cpp.expressions import Expressions, named
-from dineros.sources.cpp.index import ClassInfo, Routine, function_of, parameters_of
-from dineros.sources.cpp.machine import MOST_CALLS, coerced
+from dineros.sources.cpp.expressions import named
+from dineros.sources.cpp.index import ClassInfo, function_of, parameters_of
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
+from dineros.sources.cpp.routines import Routines
 from dineros.sources.cpp.values import (
     NO_VALUE,
     Either,
@@ -93,7 +92,7 @@ class Library(Protocol):
         """Make an object a node."""
 
 
-class Calls(Expressions):
+class Calls(Routines):
     """Evaluates calls."""
 
     library: Library
@@ -246,64 +245,6 @@ class Calls(Expressions):
         frame = Frame(each.frame.path, each.frame.space, each.frame.this, each.frame.cls, outer=each.frame)
         frame.values = {p.name: args[n] if n < len(args) else Open(p.name) for n, p in enumerate(parameters)}
         return self._body(each.node.child_by_field_name("body"), frame, each.node)
-
-    def _body(self, body: Node | None, frame: Frame, called: Node) -> Value:
-        key = (called.id, id(frame.this))
-        if len(self.calls) >= MOST_CALLS or self.calls.count(key) > 0:
-            return Open("a call within itself")
-        self.calls.append(key)
-        self.frames.append(frame)
-        held, frame.level = len(self.holding), self.cond + self.loops
-        try:
-            self.run_block(body, frame)
-        finally:
-            self.calls.pop()
-            self.frames.pop()
-            del self.holding[held:]
-        return frame.result or Open("a result")
-
-    def run(
-        self, routines: list[Routine], args: list[Value], this: Obj | None, node: Node, types: list[str]
-    ) -> Value:
-        """Call a routine; the one of several that takes so many arguments."""
-        found = [each for each in routines if each.body is not None]
-        if not found:
-            return Open(text_of(node)[:60])
-        fitting = [each for each in found if len(each.parameters) == len(args)]
-        fitting = fitting or [each for each in found if len(each.parameters) > len(args)] or found
-        results = []
-        for each in fitting[:4]:
-            frame = self.frame_of(each, args, this, types)
-            self.sites.append((each.name, node, self.frames[-1] if self.frames else None, frame))
-            try:
-                with self.perhaps() if len(fitting) > 1 else nullcontext():
-                    results.append(self._body(each.body, frame, each.node))
-            finally:
-                self.sites.pop()
-        return results[0] if len(results) == 1 else Either(tuple(results))
-
-    def frame_of(self, routine: Routine, args: list[Value], this: Obj | None, types: list[str]) -> Frame:
-        """Return the variables with which a routine begins."""
-        space = routine.cls.full if routine.cls is not None else routine.space
-        frame = Frame(routine.path, space, this, routine.cls)
-        frame.types = dict(zip(routine.templates, types, strict=False))
-        declared = routine.cls.defaults.get(routine.name, []) if routine.cls is not None else []
-        same = next((each for each in declared if len(each) == len(routine.parameters)), [])
-        for number_, each in enumerate(routine.parameters):
-            if number_ < len(args):
-                value = coerced(text_of(each.type), args[number_])
-            else:
-                default = each.default or (same[number_].default if number_ < len(same) else None)
-                value = self.value(default, frame) if default is not None else Open(each.name)
-            if each.name:
-                frame.values[each.name] = value
-            if each.type is not None and number_ < len(args):
-                text = path_of(each.type)
-                if text in routine.templates and isinstance(args[number_], Obj):
-                    cls = args[number_].cls  # type: ignore[attr-defined]
-                    if cls is not None:
-                        frame.types.setdefault(text, cls.full)
-        return frame
 
     def construct(self, cls: ClassInfo, args: list[Value], types: list[str], node: Node, frame: Frame) -> Obj:
         """Return a new object of a class of the folder."""

@@ -205,6 +205,9 @@ class Expressions(Machine):
             cls = self.class_of(scope, frame) if "::" in scope else None
             cls = cls or self.class_of(self.type_text(inner.child_by_field_name("scope"), frame), frame)
             cls = cls or self.class_of(scope, frame) or (frame.cls if scope in frame.types else None)
+            ours = frame.this.cls if frame.this is not None else None
+            if cls is not None and ours is not None and cls in self.bases(ours):
+                cls = ours  # which may override it
             routines = self.methods(cls, name) if cls is not None else []
             return Method(routines, name) if routines else self.value(inner, frame)
         return self.value(inner, frame)

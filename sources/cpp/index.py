@@ -21,6 +21,8 @@ class Parameter:
     name: str
     type: Node | None
     default: Node | None
+    is_out: bool = False
+    """Whether it is a reference by which a function gives a value to its caller."""
 
 
 @dataclass(eq=False)
@@ -324,10 +326,22 @@ def parameters_of(node: Node) -> list[Parameter]:
             name_of(each.child_by_field_name("declarator")),
             each.child_by_field_name("type"),
             each.child_by_field_name("default_value"),
+            _is_out(each),
         )
         for each in _of(node.child_by_field_name("parameters"))
         if each.type in ("parameter_declaration", "optional_parameter_declaration")
     ]
+
+
+def _is_out(node: Node) -> bool:
+    declarator = node.child_by_field_name("declarator")
+    return (
+        declarator is not None
+        and declarator.type == "reference_declarator"
+        and text_of(declarator).startswith("&")
+        and not text_of(declarator).startswith("&&")
+        and all(text_of(each) != "const" for each in node.children)
+    )
 
 
 def _of(node: Node | None) -> Iterator[Node]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from dineros.sources.cpp.index import ClassInfo, Index
 from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
+from dineros.sources.cpp.reach import Reach
 from dineros.sources.cpp.values import Const, Either, Frame, Obj, Open, Seconds, Todo, Value, joined
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
 from dineros.sources.libraries.idioms import Idiom
@@ -45,9 +46,13 @@ class Machine:
         Name of what is started.
     idioms : mapping of str to Idiom
         The table of libraries.
+    reach : Reach, optional
+        Of the index; programs of one folder share it.
     """
 
-    def __init__(self, index: Index, program: str, idioms: Mapping[str, Idiom]) -> None:
+    def __init__(
+        self, index: Index, program: str, idioms: Mapping[str, Idiom], reach: Reach | None = None
+    ) -> None:
         self.index = index
         self.program = program
         self.idioms = idioms
@@ -69,7 +74,8 @@ class Machine:
         self.owner: Obj | None = None
         self.entity: Entity | None = None
         self.unread: list[str] = []
-        self._steps = 0
+        self.steps = 0
+        self.reach = reach if reach is not None else Reach(index, idioms)
         self._places: dict[tuple[int, str, str], Entity] = {}
         self._facts: dict[tuple[int, str, int, str], CallbackFact] = {}
 
@@ -81,8 +87,8 @@ class Machine:
         TooLong
             There were too many.
         """
-        self._steps += 1
-        if self._steps > MOST_STEPS:
+        self.steps += 1
+        if self.steps > MOST_STEPS:
             raise TooLong
 
     @contextmanager

@@ -15,6 +15,7 @@ from dineros.sources.cpp.doing import Ros
 from dineros.sources.cpp.index import ClassInfo, Index, Routine
 from dineros.sources.cpp.machine import TooLong
 from dineros.sources.cpp.parsing import parse
+from dineros.sources.cpp.reach import Reach
 from dineros.sources.cpp.statements import Statements
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
 from dineros.sources.facts import CallbackFact, NodeFact, Place
@@ -61,6 +62,7 @@ class CppPrograms:
                 except RecursionError:
                     folder.unread.append(f"{path}: it is nested too deeply")
         self.index.finish()
+        self._reach = Reach(self.index, self._idioms)
 
     def nodes(self, given: Mapping[str, Mapping[str, Any]] | None = None) -> list[NodeFact]:
         """Return the nodes of all programs, and one of each class of nodes that none makes."""
@@ -170,7 +172,7 @@ class CppPrograms:
     ) -> list[NodeFact]:
         path = main.path if main is not None else cls.path if cls is not None else ""
         program = self._full(name, path)
-        machine = Statements(self.index, program, self._idioms)
+        machine = Statements(self.index, program, self._idioms, self._reach)
         machine.library = Ros(machine)
         machine.given = given.get(program, {})
         machine.fact = CallbackFact("main", "main", Place(path, main.line if main is not None else 1))

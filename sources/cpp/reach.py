@@ -1,0 +1,84 @@
+"""Which routines may reach something of ROS, by the words in them and in what they may call."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from dineros.sources.cpp.index import Index, Routine
+
+_ROS = re.compile(
+    r"publish|subscri|advertise|sleep|spin|wait|lock_guard|_lock$|async|thread|notify|rclcpp|tf2|nav2|timer|"
+    r"future|promise|Callback|_callback|executor",
+)
+_EXACT = {
+    *("create_publisher", "create_subscription", "create_generic_publisher", "create_service"),
+    *("create_generic_subscription", "create_client", "create_server", "create_callback_group"),
+    *("declare_parameter", "get_parameter", "get_parameter_or", "get_parameters", "has_parameter"),
+    *("declare_or_get_parameter", "declare_parameter_if_not_declared", "sendTransform", "shutdown"),
+    *("lock", "unlock", "join", "call", "bind", "cin", "getline", "getchar", "scanf", "message_filters"),
+    *("image_transport", "diagnostic_updater", "on_activate", "on_deactivate", "succeed", "canceled"),
+}
+"""Words of code that makes ports or uses them, waits, or keeps callbacks."""
+_WORD = re.compile(rb"[A-Za-z_]\w*")
+
+
+class Reach:
+    """What the routines of a folder may reach; found by names, so that nothing is missed.
+
+    Parameters
+    ----------
+    index : Index
+        What the folder defines.
+    idioms : iterable of str
+        Names of the classes and functions of the table of libraries.
+    """
+
+    def __init__(self, index: Index, idioms: Iterable[str] = ()) -> None:
+        self._exact = _EXACT | {path.rpartition("::")[2] for path in idioms}
+        self._named: dict[str, list[Routine]] = {}
+        self._own: dict[int, frozenset[str]] = {}
+        self._all: dict[int, frozenset[str]] = {}
+        self._matters: dict[int, bool] = {}
+        self._index = index
+
+    def words(self, routine: Routine) -> frozenset[str]:
+        """Return the words of a routine and of all that it may call."""
+        key = id(routine)
+        if key not in self._all:
+            if not self._named:
+                self._collect()
+            found: set[str] = set()
+            todo, seen = [routine], {key}
+            while todo:
+                inner = self._words(todo.pop()) - found
+                found |= inner
+                for each in (one for word in inner for one in self._named.get(word, ())):
+                    if id(each) not in seen:
+                        seen.add(id(each))
+                        todo.append(each)
+            self._all[key] = frozenset(found)
+        return self._all[key]
+
+    def does_matter(self, routine: Routine) -> bool:
+        """Tell whether a routine, or something that it may call, may have to do with ROS."""
+        key = id(routine)
+        if key not in self._matters:
+            self._matters[key] = bool(self.words(routine) & self._exact) or any(
+                map(_ROS.search, self.words(routine))
+            )
+        return self._matters[key]
+
+    def _words(self, routine: Routine) -> frozenset[str]:
+        key = id(routine)
+        if key not in self._own:
+            text = routine.node.text or b""
+            self._own[key] = frozenset(each.decode() for each in _WORD.findall(text))
+        return self._own[key]
+
+    def _collect(self) -> None:
+        classes = (each for found in self._index.classes.values() for each in found)
+        methods = (found for cls in classes for found in cls.methods.values())
+        for found in (*self._index.functions.values(), *methods):
+            for each in found:
+                self._named.setdefault(each.name, []).append(each)

@@ -1,0 +1,121 @@
+"""Routines of the folder: how they begin, run and give values back; which need not be followed."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from typing import TYPE_CHECKING
+
+from dineros.sources.cpp.expressions import Expressions, named
+from dineros.sources.cpp.index import Routine
+from dineros.sources.cpp.machine import MOST_CALLS, MOST_STEPS, coerced
+from dineros.sources.cpp.parsing import path_of, text_of
+from dineros.sources.cpp.values import Const, Either, Frame, Items, Obj, Open, Seconds, Value, options
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+_LARGE = MOST_STEPS // 4
+"""Steps after which only routines are followed that may do something with ROS."""
+_MOST_OBJECTS = 200
+"""Objects whose members a routine that is not followed may change."""
+
+
+class Routines(Expressions):
+    """Runs routines."""
+
+    def _body(self, body: Node | None, frame: Frame, called: Node) -> Value:
+        key = (called.id, id(frame.this))
+        if len(self.calls) >= MOST_CALLS or self.calls.count(key) > 0:
+            return Open("a call within itself")
+        self.calls.append(key)
+        self.frames.append(frame)
+        held, frame.level = len(self.holding), self.cond + self.loops
+        try:
+            self.run_block(body, frame)
+        finally:
+            self.calls.pop()
+            self.frames.pop()
+            del self.holding[held:]
+        return frame.result or Open("a result")
+
+    def run(
+        self, routines: list[Routine], args: list[Value], this: Obj | None, node: Node, types: list[str]
+    ) -> Value:
+        """Call a routine; the one of several that takes so many arguments."""
+        found = [each for each in routines if each.body is not None]
+        if not found:
+            return Open(text_of(node)[:60])
+        fitting = [each for each in found if len(each.parameters) == len(args)]
+        fitting = fitting or [each for each in found if len(each.parameters) > len(args)] or found
+        results = []
+        for each in fitting[:4]:
+            frame = self.frame_of(each, args, this, types)
+            self.sites.append((each.name, node, self.frames[-1] if self.frames else None, frame))
+            try:
+                with self.perhaps() if len(fitting) > 1 else nullcontext():
+                    results.append(self._followed(each, frame, node))
+                    self._give_back(each, args, frame, node)
+            finally:
+                self.sites.pop()
+        return results[0] if len(results) == 1 else Either(tuple(results))
+
+    def frame_of(self, routine: Routine, args: list[Value], this: Obj | None, types: list[str]) -> Frame:
+        """Return the variables with which a routine begins."""
+        space = routine.cls.full if routine.cls is not None else routine.space
+        frame = Frame(routine.path, space, this, routine.cls)
+        frame.types = dict(zip(routine.templates, types, strict=False))
+        declared = routine.cls.defaults.get(routine.name, []) if routine.cls is not None else []
+        same = next((each for each in declared if len(each) == len(routine.parameters)), [])
+        for number_, each in enumerate(routine.parameters):
+            if number_ < len(args):
+                value = coerced(text_of(each.type), args[number_])
+            else:
+                default = each.default or (same[number_].default if number_ < len(same) else None)
+                value = self.value(default, frame) if default is not None else Open(each.name)
+            if each.name:
+                frame.values[each.name] = value
+            if each.type is not None and number_ < len(args):
+                text = path_of(each.type)
+                if text in routine.templates and isinstance(args[number_], Obj):
+                    cls = args[number_].cls  # type: ignore[attr-defined]
+                    if cls is not None:
+                        frame.types.setdefault(text, cls.full)
+        return frame
+
+    def _followed(self, routine: Routine, frame: Frame, node: Node) -> Value:
+        """Return what a routine returns; in a large program, one without ROS in it is not followed."""
+        if self.steps < _LARGE or self.reach.does_matter(routine):
+            return self._body(routine.body, frame, routine.node)
+        words = self.reach.words(routine)
+        held = [frame.this, *frame.values.values()]
+        _open_members([each for value in held for each in options(value) if isinstance(each, Obj)], words)
+        for each in routine.parameters:
+            if each.is_out:
+                frame.values[each.name] = Open(each.name)
+        return Open(text_of(node)[:60])
+
+    def _give_back(self, routine: Routine, args: list[Value], frame: Frame, node: Node) -> None:
+        """Give the variables of the caller what a routine gave to its references."""
+        given = named(node.child_by_field_name("arguments")) if node.type == "call_expression" else []
+        if len(given) != len(args) or not self.frames:
+            return
+        for each, left, before in zip(routine.parameters, given, args, strict=False):
+            value = frame.values.get(each.name)
+            # What `frame_of` has made of the argument is no new value.
+            if each.is_out and value is not None and value != coerced(text_of(each.type), before):
+                self.assign(left, value, self.frames[-1])
+
+
+def _open_members(objects: list[Obj], words: frozenset[str]) -> None:
+    """Forget values of members that a routine names: it may have changed them."""
+    seen: set[int] = set()
+    while objects and len(seen) < _MOST_OBJECTS:
+        each = objects.pop()
+        if id(each) in seen:
+            continue
+        seen.add(id(each))
+        for name, value in each.fields.items():
+            objects += [one for one in options(value) if isinstance(one, Obj)]
+            plain = all(isinstance(one, (Const, Seconds)) and one != Const(None) for one in options(value))
+            if name in words and (plain or isinstance(value, Items)):
+                each.fields[name] = Open(name)
