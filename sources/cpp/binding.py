@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from dineros.sources.cpp.calls import Call
+from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.values import Lambda, Made, Method, Obj, Open, Value
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.binding import bound, copied
-from dineros.sources.cpp.calls import Call
-from dineros.sources.cpp.machine import coerced, duration, is_node
+from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.machine import coerced, duration, is_node
+from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.parameters import parameter
 from dineros.sources.cpp.parsing import arguments_of, text_of
 from dineros.sources.cpp.ports import SELF, Ports
 from dineros.sources.cpp.quality import CHAINED, PRESETS, changed
-from dineros.sources.cpp.statements import Statements
 from dineros.sources.cpp.values import (
     Const,
     Frame,

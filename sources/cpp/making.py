@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from dineros.sources.cpp.calls import Call
+from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.parsing import line_of, path_of, text_of
 from dineros.sources.cpp.quality import USUAL, profile
-from dineros.sources.cpp.statements import Statements
 from dineros.sources.cpp.values import (
     Const,
     Either,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from dineros.sources.cpp.calls import Call
-from dineros.sources.cpp.statements import Statements
+from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.values import Const, Items, Made, Obj, Open, Value, constant, node_in, shown
 from dineros.sources.facts import is_open
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dineros.sources.cpp.binding import bound
-from dineros.sources.cpp.calls import Call
+from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.making import Maker
 from dineros.sources.cpp.parsing import text_of
 from dineros.sources.cpp.quality import PRESETS
-from dineros.sources.cpp.statements import Statements
 from dineros.sources.cpp.values import Const, Made, Obj, Open, Port, Value, constant, options
 from dineros.sources.facts import CallbackFact
 

@@ -12,11 +12,11 @@ from typing import Any
 
 from dineros.sources.cmake import Component
 from dineros.sources.cpp.doing import Ros
+from dineros.sources.cpp.following.machine import TooLong
+from dineros.sources.cpp.following.reach import Reach
+from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.index import ClassInfo, Index, Routine
-from dineros.sources.cpp.machine import TooLong
 from dineros.sources.cpp.parsing import parse
-from dineros.sources.cpp.reach import Reach
-from dineros.sources.cpp.statements import Statements
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
 from dineros.sources.facts import CallbackFact, NodeFact, Place
 from dineros.sources.folders import CPP, SourceFolder

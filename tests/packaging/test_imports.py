@@ -143,8 +143,11 @@ FOLDERS = {
         *("yaml_text", "parameters", "substitutions", "description", "containers", "markup", "reading")
     ],
     "sources/cpp": [
-        *("parsing", "index", "values", "operations", "machine", "expressions", "calls"),
-        *("statements", "quality", "making", "ports", "doing", "programs"),
+        *("parsing", "index", "values", "operations", "following", "binding", "quality", "parameters"),
+        *("making", "ports", "doing", "programs"),
+    ],
+    "sources/cpp/following": [
+        *("reach", "machine", "expressions", "routines", "calls", "loops", "statements"),
     ],
     "sources/language": [
         *(

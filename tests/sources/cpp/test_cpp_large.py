@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.sources.cpp import routines
+from dineros.sources.cpp.following import routines
 from dineros.sources.facts import NodeFact, is_open
 from dineros.sources.reading import read_source
 

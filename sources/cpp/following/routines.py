@@ -5,9 +5,9 @@ from __future__ import annotations
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.expressions import Expressions, named
+from dineros.sources.cpp.following.expressions import Expressions, named
+from dineros.sources.cpp.following.machine import MOST_CALLS, MOST_STEPS, coerced
 from dineros.sources.cpp.index import Routine
-from dineros.sources.cpp.machine import MOST_CALLS, MOST_STEPS, coerced
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import Const, Either, Frame, Items, Obj, Open, Seconds, Value, options
 
@@ -103,7 +103,12 @@ class Routines(Expressions):
             value = frame.values.get(each.name)
             # What `frame_of` has made of the argument is no new value.
             if each.is_out and value is not None and value != coerced(text_of(each.type), before):
-                self.assign(left, value, self.frames[-1])
+                if left.type == "subscript_expression":  # an item of a list: which one, may not be known
+                    held = self.value(left.child_by_field_name("argument"), self.frames[-1])
+                    if isinstance(held, Items):
+                        held.is_open = True
+                else:
+                    self.assign(left, value, self.frames[-1])
 
 
 def _open_members(objects: list[Obj], words: frozenset[str]) -> None:

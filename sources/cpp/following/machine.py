@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.index import ClassInfo, Index
 from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
-from dineros.sources.cpp.reach import Reach
 from dineros.sources.cpp.values import Const, Either, Frame, Obj, Open, Seconds, Todo, Value, joined
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
 from dineros.sources.libraries.idioms import Idiom

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from dineros.sources.cpp.following.machine import MOST_CALLS, UNITS, Machine, coerced
 from dineros.sources.cpp.index import ClassInfo, Routine
-from dineros.sources.cpp.machine import MOST_CALLS, UNITS, Machine, coerced
 from dineros.sources.cpp.operations import binary, number, text_literal
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import (

@@ -1,0 +1,1 @@
+"""The interpreter of C++: what code says is followed, and nothing is run."""
