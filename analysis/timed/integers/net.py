@@ -11,6 +11,11 @@ unit of time passes: ``t`` is enabled, so its counter goes up to 1, and in a sec
 gets stuck at ``t``, which is enabled and has reached its latest bound: it never comes back to ``now``. ``t``
 fires at 1 or at 2, by one transition for each value, which also sets the counter back.
 
+A transition with priority over others holds them back as soon as it is enabled if its earliest bound is 0.
+Then a firing first walks past all that stand above its transition, and gets stuck at one that is enabled.
+With a later earliest bound, whole units are not enough: a firing that must come strictly before one moment
+and strictly after another one may have no whole number between them. Such nets are refused.
+
 This engine shares nothing with state classes but the net, so each can confirm the other.
 """
 
@@ -57,7 +62,8 @@ def integer_net(net: TimedNet) -> IntegerNet:
     Raises
     ------
     DinerosError
-        An interval is open, the net has priorities, or its counters are too long.
+        An interval is open, a transition with priority over others has an earliest bound above 0, or the
+        counters are too long.
     """
     for name, interval in zip(net.untimed.transitions, net.intervals, strict=True):
         if interval.is_open_below or interval.is_open_above:
@@ -66,8 +72,16 @@ def integer_net(net: TimedNet) -> IntegerNet:
                 element=name,
                 hint="state classes (--classes) know open intervals",
             )
-    if net.has_priorities:
-        raise DinerosError("time as a counter does not know priorities", hint="state classes do: --classes S")
+    for above in net.above:
+        for high in above:
+            if net.intervals[high].earliest:
+                name, begins = net.untimed.transitions[high], net.intervals[high].earliest
+                raise DinerosError(
+                    f"transition {name} has priority over others only from {begins} on, "
+                    "so time is not made of whole units",
+                    element=name,
+                    hint="state classes know such priorities: --classes S",
+                )
     return _Maker(net).made()
 
 
@@ -144,7 +158,7 @@ class _Maker:
         Returns
         -------
         tuple of str
-            The transitions that begin the firing.
+            The transitions that take the tokens: once one has fired, nothing gets stuck.
         """
         timed, net = self._timed, self._timed.untimed
         take, put = dict(timed.take.row(transition)), dict(timed.put.row(transition))
@@ -172,7 +186,9 @@ class _Maker:
             for reset in resets
         ]
         puts = [[_Case(puts=self._named(put))]] if put else []
+        higher = [list(self._disabled(t)) for t in timed.above[transition]]
         steps = [
+            *higher,
             first,
             *([*self._kept(clock), *self._lost(clock)] for clock in at_once),
             *puts,
@@ -180,12 +196,12 @@ class _Maker:
         ]
         if not at_once:
             # Nothing looks at the marking between taking and putting.
-            steps[: 1 + len(puts)] = [
+            steps[len(higher) : len(higher) + 1 + len(puts)] = [
                 [_Case(c.takes, _sum(c.puts, self._named(put)), c.reads, c.inhibitors) for c in first]
             ]
-        begins = len(self._transitions)
+        begins = len(self._transitions) + sum(map(len, higher))
         self._steps(net.transitions[transition], self._now, self._now, steps)
-        return tuple(each.name for each in self._transitions[begins : begins + len(steps[0])])
+        return tuple(each.name for each in self._transitions[begins : begins + len(first)])
 
     def _ticks(self, clock: _Clock) -> Iterator[_Case]:
         """What a unit of time does to a counter; nothing where it would pass the latest bound."""
@@ -228,7 +244,7 @@ class _Maker:
             yield _Case(reads=self._named({place: weight}))
 
     def _steps(self, name: str, source: str, target: str, steps: list[list[_Case]]) -> None:
-        """Add steps, one after the other; each goes in any of its ways."""
+        """Add steps, one after the other; each goes in any of its ways, or gets stuck without one."""
         at = source
         for number, cases in enumerate(steps, 1):
             goes_to = target if number == len(steps) else self._place(f"{name} {number}")

@@ -20,7 +20,13 @@ COUNTED = [
     for kind in kinds
 ]
 CUT_IN_ANOTHER_ORDER = [("countertrains4", "A")]
-"""Where a class is cut by several bounds, their order may matter a little: 257 858 classes, not 257 863."""
+"""Not met: 257 858 classes and 3 201 833 edges are found, published are 257 863 and 3 202 032.
+
+The order of the cuts is not the reason. Breadth first or depth first, any order of the bounds, bounds of the
+class or of what it has in common with what leads on, cuts of the largest strong classes or of all: all give
+257 858. With one bound at a time, the order matters: 257 844 to 257 858. Without the rule that equal classes
+are one, there are more than 286 000, and the other figures are not met, either.
+"""
 
 pytestmark = pytest.mark.skipif(not FIGURES, reason="the nets are not beside the project")
 
@@ -36,7 +42,15 @@ def test_classes_and_edges(name: str, kind: str) -> None:
         assert [graph.classes, graph.edges] == FIGURES[name][kind]
 
 
-def test_atomic_classes_of_two_trains() -> None:
-    """The figure of the paper, which started from the largest strong classes."""
-    graph = class_graph(compile_timed_net(load(FOLDER / "nets" / "trains2.net")), "A")
-    assert (graph.classes, graph.edges) == (192, 844)
+@pytest.mark.parametrize(
+    ("name", "figures"),
+    [
+        ("trains2", (192, 844)),
+        ("trains3", (6_966, 49_802)),
+        pytest.param("trains4", (356_940, 3_447_624), marks=pytest.mark.long),
+    ],
+)
+def test_atomic_classes_of_trains(name: str, figures: tuple[int, int]) -> None:
+    """The figures of the paper, which started from the largest strong classes."""
+    graph = class_graph(compile_timed_net(load(FOLDER / "nets" / f"{name}.net")), "A")
+    assert (graph.classes, graph.edges) == figures

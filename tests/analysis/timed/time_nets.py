@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from random import Random
 
@@ -110,3 +111,18 @@ def lively_net(
             continue
         if len(graph.markings) >= 5:
             return net
+
+
+def prior_net(random: Random, most: int = 3_000) -> RandomNet:
+    """Return a net with closed intervals and priorities; what stands above others has no earliest bound."""
+    while True:
+        net = lively_net(random, has_priorities=True, is_closed=True, most=most)
+        higher = {high for high, _ in net.pairs}
+        transitions = [
+            replace(one, earliest=0) if number in higher else one
+            for number, one in enumerate(net.transitions)
+        ]
+        made = replace(net, transitions=transitions)
+        with suppress(OverflowError):
+            if net.pairs and len(made.regions(most).markings) >= 5:
+                return made
