@@ -205,10 +205,13 @@ def _is_of_all_runs(logic: str, formula: str, status: str) -> bool:
 
 def _is_shown_by_run(logic: str, formula: str, verdict: Outcome) -> bool:
     """Return whether a verdict stays if the net has more runs; a run that ends where it is stuck need not."""
+    from dineros.analysis.logic.language.bounded import bounds_times
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.logic.language.syntax import Deadlock
     from dineros.analysis.model.times import is_of_all_runs
 
+    if bounds_times(formula):
+        return False  # not asked of windows: the safe answer
     tree = parse(formula, "ltl" if logic == "ltl" else "ctl")
     if any(isinstance(part, Deadlock) for part in tree.subformulas()):
         return False
