@@ -44,7 +44,7 @@ certificate_option: Adds = click.option(
     "--certificate",
     type=ModelPath(),
     metavar="FILE",
-    help="Write the proof of an answer by structure or induction (.json), for 'dineros certify'.",
+    help="Write the proof of an answer (.json), for 'dineros certify': by structure, induction, or times.",
 )
 
 confirm_option: Adds = click.option(

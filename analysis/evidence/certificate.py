@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any, get_args
 
 from dineros.analysis.model.subject import Subject, base_subject, subject_of
+from dineros.analysis.nets.compiled import ArcTable
+from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subject, timed_subject_of
 from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.atomic import write_atomically
@@ -22,7 +24,7 @@ from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 BASE = "base"
 """Instead of a variant of signals: the net without them that `dineros check` asks."""
 
-FORMAT = "dineros certificate 2"
+FORMAT, TIMED_FORMAT = "dineros certificate 2", "dineros certificate with times 1"
 SIZE_LIMIT = 64 << 20
 """Bytes of a file."""
 
@@ -30,16 +32,26 @@ MOST_STEPS = 100
 """Of an induction."""
 
 _ROW = {"sum": {"": int}, "least": int}
-_SHAPE: dict[str, Any] = {
+_OF_ALL: dict[str, Any] = {
     **dict.fromkeys(("model", "net", "answer", "digest"), str),
-    "format": frozenset([FORMAT]),
     "settings": [str],
     "signals": frozenset([BASE, *get_args(SignalVariant)]),
     "overflow": frozenset(get_args(OverflowVariant)),
     "question": {"kind": str, "text": str},
+}
+_SHAPE: dict[str, Any] = {
+    **_OF_ALL,
+    "format": frozenset([FORMAT]),
     "never": [{"rows": [_ROW], "factors": [int], "weights": {"": int}}],
     "clauses": [[_ROW]],
     "steps": frozenset(range(MOST_STEPS + 1)),
+}
+_DIFFERENCE = {"first": str, "second": str, "most": str, "strict": bool}
+_TIMED_SHAPE: dict[str, Any] = {
+    **_OF_ALL,
+    "format": frozenset([TIMED_FORMAT]),
+    "classes": [{"marking": {"": int}, "times": {"": str}, "differences": [_DIFFERENCE]}],
+    "schedule": [{"fires": str, "at": str}],
 }
 """Types, lists of them, objects by their names or of any names, and what some may be."""
 
@@ -59,7 +71,7 @@ def read_certificate(path: Path) -> dict[str, Any]:
         The file cannot be read, or is too large.
     """
     found = decode_json(read_bytes(path, SIZE_LIMIT), location=Location(path))
-    if not _fits(found, _SHAPE):
+    if not _fits(found, _SHAPE) and not _fits(found, _TIMED_SHAPE):
         hint = "'dineros find', 'verify' and 'check' write some with --certificate"
         raise CertificateFileError("holds no certificate", location=Location(path), hint=hint)
     return dict(found)
@@ -76,19 +88,28 @@ def sealed(certificate: Mapping[str, Any]) -> dict[str, Any]:
     return {**says, "digest": _digest(says)}
 
 
-def subject_as(model: pn.Net, signals: str, overflow: str) -> Subject:
+def subject_as(model: pn.Net, signals: str, overflow: str, is_timed: bool = False) -> Subject:
     """Return the net of a model that a certificate is about."""
+    if is_timed:
+        if signals == BASE:
+            return timed_base_subject(model, overflow)  # type: ignore[arg-type]
+        return timed_subject_of(model, signals, overflow)  # type: ignore[arg-type]
     if signals == BASE:
         return base_subject(model, overflow)  # type: ignore[arg-type]
     return subject_of(model, signals, overflow)  # type: ignore[arg-type]
 
 
 def net_digest(subject: Subject) -> str:
-    """Identify places, tokens, transitions and arcs."""
+    """Identify places, tokens, transitions and arcs; of a net with times, intervals and priorities, too."""
     net = subject.net
-    tables, numbers = (net.pre, net.post, net.inhibitor), range(len(net.transitions))
-    arcs = [[table.row(t) for t in numbers] for table in tables]
-    return _digest([net.places, net.initial.tolist(), net.transitions, arcs])
+    tables: tuple[ArcTable, ...] = (net.pre, net.post, net.inhibitor)
+    more: list[object] = []
+    if isinstance(subject, TimedSubject):
+        timed = subject.timed
+        tables = (timed.take, timed.put, timed.test, net.inhibitor)
+        more = [list(map(str, timed.intervals)), timed.above]
+    arcs = [[table.row(t) for t in range(len(net.transitions))] for table in tables]
+    return _digest([net.places, net.initial.tolist(), net.transitions, arcs, *more])
 
 
 def difference(certificate: Mapping[str, Any], subject: Subject) -> str:

@@ -204,6 +204,9 @@ class Tina(Engine):
 CLASSES_SHARE = 0.7
 """Part of the time for state classes, if the net can be asked without its times, too."""
 
+WITHOUT_TIMES = ", without times"
+"""Ends the words of who answered if the net was asked without its times."""
+
 
 @dataclass(frozen=True)
 class Timed(Engine):
@@ -233,7 +236,7 @@ class Timed(Engine):
         plain = Own().answer(question, budget)
         if plain.status not in ("unreachable", "holds"):
             return found
-        return replace(plain, by=f"{plain.by or 'all markings'}, without times", evidence=None)
+        return replace(plain, by=f"{plain.by or 'all markings'}{WITHOUT_TIMES}", evidence=None)
 
     def _holds_with_fewer_runs(self, question: Question) -> bool:
         """Tell whether an answer without times, if it denies that something happens, is one with times.

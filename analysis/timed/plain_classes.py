@@ -81,7 +81,7 @@ class PlainClass:
         rows = [list(row) for row in self.matrix]
         for other in range(1, len(rows)):
             rows[first][other] = tighter(rows[first][other], AT_MOST_0)  # it fires before all others
-        closed = _closed(rows)
+        closed = normal_form(rows)
         if closed is None:
             return None
         between = list(self.marking)
@@ -136,12 +136,12 @@ def _joined(
             interval = net.intervals[t]
             rows[i][0] = None if interval.latest is None else (interval.latest, interval.is_open_above)
             rows[0][i] = (-interval.earliest, interval.is_open_below)
-    closed = _closed(rows)
+    closed = normal_form(rows)
     assert closed is not None, "what is enabled has an interval that is not empty"
     return tuple(tuple(row) for row in closed)
 
 
-def _closed(rows: list[list[Bound]]) -> list[list[Bound]] | None:
+def normal_form(rows: list[list[Bound]]) -> list[list[Bound]] | None:
     """Return the normal form (Floyd and Warshall); None if nothing fulfils the bounds."""
     size = range(len(rows))
     for k in size:

@@ -41,24 +41,52 @@ def refuse_certificates(output: Path, *, also_folder: bool = False) -> None:
         raise ModelFileError(missing, location=Location(output), hint="make it first")
 
 
-def certified(asked: Asked, answer: Outcome, output: Path) -> Outcome | None:
-    """Write the certificate of an answer, and return the answer with what it rests on; None without one."""
+def certified(asked: Asked, answer: Outcome, output: Path, budget: Budget) -> tuple[Outcome | None, str]:
+    """Write the certificate of an answer.
+
+    Returns
+    -------
+    answer : Outcome or None
+        The answer with what it rests on; None without a certificate.
+    reason : str
+        Why there is none, if that is not what the answer rests on.
+    """
     from dataclasses import replace
 
+    from dineros.analysis.answers.budget import RAN_OUT, BudgetExceededError
     from dineros.analysis.evidence.certificate import write_certificate
     from dineros.analysis.evidence.proving import certificate_of
+    from dineros.analysis.evidence.timed_proving import timed_certificate
+    from dineros.analysis.questions.engines import WITHOUT_TIMES
 
-    found = certificate_of(asked, answer.status, answer.evidence)
+    reason = ""
+    if asked.subject.is_timed and answer.by.endswith(WITHOUT_TIMES):
+        found, reason = None, "it is answered without times: find a certificate without --time"
+    elif asked.subject.is_timed:
+        reason = "no certificate tells of several moments of a run, or of what rests on priorities"
+        try:
+            found = timed_certificate(asked, answer, budget)
+        except BudgetExceededError as limit:
+            found, reason = None, f"{RAN_OUT.get(str(limit), str(limit))} before the certificate was checked"
+    else:
+        found = certificate_of(asked, answer.status, answer.evidence)
     if found is None:
-        return None
+        return None, reason
     write_certificate(found, output)
-    return replace(answer, reason=answer.reason or f"by {facts_text(found)}")
+    return replace(answer, reason=answer.reason or f"by {facts_text(found)}"), ""
 
 
 def check_certificates(
-    report: Report, model: pn.Net, settings: Sequence[str], output: Path, budget: Budget
+    report: Report,
+    model: pn.Net,
+    settings: Sequence[str],
+    output: Path,
+    budget: Budget,
+    with_times: TimedChecked | None = None,
 ) -> int:
     """Write certificates of what a check has proved: one of all into a file, or one each into a folder.
+
+    Those of a check with times are about all its state classes.
 
     Returns
     -------
@@ -67,8 +95,12 @@ def check_certificates(
     """
     from dineros.analysis.evidence.certificate import write_certificate
     from dineros.analysis.evidence.claims import certificates_of
+    from dineros.analysis.evidence.timed_claims import timed_certificates_of
 
-    found, all_of_it = certificates_of(model, report, settings, share_of(budget))
+    if with_times is None:
+        found, all_of_it = certificates_of(model, report, settings, share_of(budget))
+    else:
+        found, all_of_it = timed_certificates_of(with_times, settings, budget)
     if output.suffix == ".json":
         if all_of_it is not None:
             write_certificate(all_of_it, output)
@@ -87,7 +119,7 @@ def share_of(budget: Budget) -> Budget:
     return Budget(budget.memory_bytes, seconds=seconds, progress=budget.progress)
 
 
-def say_certificate(output: Path, answer: Outcome, is_written: bool, as_json: bool) -> None:
+def say_certificate(output: Path, answer: Outcome, is_written: bool, why_not: str, as_json: bool) -> None:
     """Say that a certificate was written, or why there is none."""
     if is_written and not as_json:
         summarise(f"certificate: {output}")
@@ -95,12 +127,17 @@ def say_certificate(output: Path, answer: Outcome, is_written: bool, as_json: bo
         shown = "a run" if answer.stem or answer.loop else "all markings"
         if answer.evidence is not None:
             shown = f"{answer.by}, of which only a part can be written down"
-        reason = "nothing is answered" if answer.status == "unknown" else f"the answer rests on {shown}"
+        reason = why_not or f"the answer rests on {shown}"
+        reason = "nothing is answered" if answer.status == "unknown" else reason
         warn(f"{output} is not written: {reason}")
 
 
 def facts_text(certificate: Mapping[str, Any]) -> str:
     """Return what a certificate holds, in words."""
+    if "schedule" in certificate:
+        classes, firings = len(certificate["classes"]), len(certificate["schedule"])
+        held = f"{classes:,} state class{'es' * (classes != 1)}"
+        return held if classes else f"a schedule of {counted(firings, 'firing')}"
     weights, clauses, steps = len(certificate["never"]), len(certificate["clauses"]), certificate["steps"]
     parts = [counted(weights, "weighting") + " of places"] if weights else []
     parts += [counted(clauses, "clause")] if clauses else []

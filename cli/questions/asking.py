@@ -26,6 +26,7 @@ from dineros.cli.questions.timed import load_timed_subject
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
+    from dineros.analysis.answers.budget import Budget
     from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
@@ -53,6 +54,8 @@ class Asking:
         Where the run that shows the answer is written; whether JSON is printed.
     is_proved : bool
         Whether the certificate is written.
+    no_certificate : str
+        Why it is not, if that is not what the answer rests on.
     confirmation : Confirmation or None
         What the others say.
     times : LeftOutTimes or None
@@ -73,6 +76,7 @@ class Asking:
     as_json: bool
     timed: bool = False
     is_proved: bool = False
+    no_certificate: str = ""
     confirmation: Confirmation | None = None
     times: LeftOutTimes | None = None
     assumes: list[str] = field(default_factory=list)
@@ -81,8 +85,8 @@ class Asking:
         """Find out that the options exclude each other; raises `UsageError`."""
         if self.scheduler is not None and self.engine == "tina":
             raise click.UsageError("workers of a scheduler do not ask TINA")
-        if self.timed and any((self.engine != "auto", self.scheduler, self.certificate)):
-            raise click.UsageError("--time goes without --engine, --scheduler and --certificate")
+        if self.timed and any((self.engine != "auto", self.scheduler)):
+            raise click.UsageError("--time goes without --engine and --scheduler")
 
     def subject(self) -> Subject:
         """Read the model, refuse an invalid one, and flatten and compile it."""
@@ -99,7 +103,15 @@ class Asking:
         self.times = left_out_times(model)
 
     def answer(
-        self, subject: Subject, kind: str, text: str, question: Question, *, signals: str = "", **more: Any
+        self,
+        subject: Subject,
+        kind: str,
+        text: str,
+        question: Question,
+        *,
+        signals: str = "",
+        ask: Callable[[Budget], Outcome] | None = None,
+        **more: Any,
     ) -> Outcome:
         """Answer a question, backed as is wanted.
 
@@ -111,6 +123,8 @@ class Asking:
             The same question, as certificates and as engines know it.
         signals : str
             How signals change in the net, where that is not as the options say.
+        ask : callable, optional
+            What answers instead of an engine.
         **more
             What workers are to know besides.
 
@@ -131,19 +145,22 @@ class Asking:
         if self.certificate is not None:
             refuse_certificates(self.certificate)
             run.stage("looking for a proof")
-            answer = proved(asked, share_of(budget))
+            answer = None if subject.is_timed else proved(asked, share_of(budget))
         if answer is None and self.scheduler is not None:
             run.stage(f"asking the workers of {self.scheduler}")
             told = {"kind": kind, "text": text, "signals": signals, "overflow": self.overflow, **more}
             answer = answer_on_workers(subject, self.scheduler, told, run.limits.memory, run.limits.left)
+        elif answer is None and ask is not None:
+            answer = ask(budget)
         elif answer is None:
             engine = Timed(subject.timed) if isinstance(subject, TimedSubject) else ENGINES[self.engine]
             answer = engine.answer(question, budget)
-        if self.certificate is not None and answer.evidence is not None:
+        is_open = answer.status == "unknown"
+        if self.certificate is not None and not is_open and (subject.is_timed or answer.evidence is not None):
             run.stage("writing the certificate")
-            backed = certified(asked, answer, self.certificate)
+            backed, self.no_certificate = certified(asked, answer, self.certificate, budget)
             self.is_proved, answer = backed is not None, backed or answer
-        if self.confirm and not self.is_proved:
+        if self.confirm and (subject.is_timed or not self.is_proved):
             run.stage("confirming the answer")
             timed = subject.timed if isinstance(subject, TimedSubject) else None
             answer, self.confirmation = confirmed(question, answer, budget, timed)
@@ -209,7 +226,7 @@ class Asking:
             if self.times is not None and answer.status != "unknown":
                 say_times(self.times, answer_and_times(self.times, is_universal))
         if self.certificate is not None:
-            say_certificate(self.certificate, answer, self.is_proved, self.as_json)
+            say_certificate(self.certificate, answer, self.is_proved, self.no_certificate, self.as_json)
         if self.confirm and (self.confirmation is not None or answer.status != "unknown"):
             say_confirmation(self.confirmation, self.as_json)
 

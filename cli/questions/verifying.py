@@ -105,6 +105,8 @@ def verify_formula(
 
 def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
     """Decide a property that a model stores; the exit status tells whether that is as expected."""
+    from dineros.analysis.evidence.certificate import BASE
+    from dineros.analysis.questions.engines import Linear
     from dineros.analysis.requirements.latency_bounds import latency_bound
     from dineros.analysis.requirements.stored import VARIANTS, asked, property_named
 
@@ -145,21 +147,22 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
         return HOLDS if (verdict.status == "holds") == is_expected else VIOLATED
 
     run.draft(lambda ending: say(run.unknown(ending)))
+    more: dict[str, Any] = {"weak": stored.weak, "strong": stored.strong}
+    signals: str = VARIANTS[str(property.signals)]
+    question = stored.question(orders)
     if asking.timed:
         asking.refuse_tina_on_workers()
-        answer = stored.outcome(run.budget(), orders)
-        asking.look_at_goals(stored.subject, answer)
-        verdict = replace(answer, reason=run.reason(answer.reason))
-        with run.answer():
-            return say(stored.verdict(verdict))
+        more = {"ask": partial(stored.outcome, orders=orders)}
+        signals = BASE if signals == "none" else signals
+        if isinstance(question, Linear):
+            question = replace(question, weak=(), strong=())  # it is decided for all runs
     verdict = asking.answer(
         stored.subject,
         reading.logic,
         str(reading.formula),
-        stored.question(orders),
-        signals=VARIANTS[str(property.signals)],
-        weak=stored.weak,
-        strong=stored.strong,
+        question,
+        signals=signals,
+        **more,
     )
     with run.answer():
         return say(stored.verdict(verdict))

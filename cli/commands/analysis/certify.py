@@ -1,4 +1,4 @@
-"""``dineros certify``: check what an answer by structure or induction rests on."""
+"""``dineros certify``: check what an answer rests on that has a certificate."""
 
 from __future__ import annotations
 
@@ -27,8 +27,16 @@ def certify(model: Path, certificate: Path, as_json: bool) -> int:
     The model is changed and flattened as recorded in the certificate; the output shows how. The exit status
     is 0 if the certificate proves its answer, 1 if it does not.
     """
-    from dineros.analysis.evidence.certificate import BASE, difference, read_certificate, subject_as
+    from dineros.analysis.evidence.certificate import (
+        BASE,
+        TIMED_FORMAT,
+        difference,
+        read_certificate,
+        subject_as,
+    )
     from dineros.analysis.evidence.checker import refutation
+    from dineros.analysis.evidence.timed_checker import timed_refutation
+    from dineros.analysis.timed.timed_subject import TimedSubject
     from dineros.cli.presentation.evidence import facts_text
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
@@ -36,15 +44,20 @@ def certify(model: Path, certificate: Path, as_json: bool) -> int:
     found = read_certificate(certificate)
     net = load_valid(model, found["settings"])
     search().stage("checking the certificate")
-    subject = subject_as(net, found["signals"], found["overflow"])
+    subject = subject_as(net, found["signals"], found["overflow"], found["format"] == TIMED_FORMAT)
     try:
-        reason = difference(found, subject) or refutation(found, subject)
+        reason = difference(found, subject)
+        if not reason and isinstance(subject, TimedSubject):
+            reason = timed_refutation(found, subject)
+        elif not reason:
+            reason = refutation(found, subject)
     except DinerosError as error:
         error.location = error.location or Location(certificate)
         raise
     asked, answer = found["question"], found["answer"]
     if as_json:
         report = {"certificate": str(certificate), "valid": not reason, "reason": reason}
+        report |= {"time": True} if isinstance(subject, TimedSubject) else {}
         names = ("question", "answer", "settings", "signals", "overflow")
         say_json({"model": str(model), **report, **{name: found[name] for name in names}})
         return VIOLATED if reason else HOLDS
@@ -56,9 +69,8 @@ def certify(model: Path, certificate: Path, as_json: bool) -> int:
     base = found["signals"] == BASE
     variant = " without signals" if base else f" --signals {found['signals']} --overflow {found['overflow']}"
     options = changed + (variant if isinstance(net, sym.SystemModel) else "")
-    say(
-        f"valid: {text} {answer if answer != 'unreachable' else 'is unreachable'} in {model}{options}",
-        "green",
-    )
+    options += " --time" if isinstance(subject, TimedSubject) else ""
+    said = f"is {answer}" if answer.endswith("reachable") else answer
+    say(f"valid: {text} {said} in {model}{options}", "green")
     say(f"  {facts_text(found)}")
     return HOLDS

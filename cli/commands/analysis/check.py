@@ -103,7 +103,7 @@ if TYPE_CHECKING:
     "--certificate",
     type=ModelPath(),
     metavar="FILE|FOLDER",
-    help="Write the proofs of answers by structure or induction: in one file (.json), or one file each.",
+    help="Write the proofs of answers, for 'dineros certify': in one file (.json), or one file each.",
 )
 @baseline_options
 @confirm_option
@@ -165,13 +165,7 @@ def check(
         written |= {"--time": timed or None}
         _refuse_beside(suggests, format, [option for option, value in written.items() if value is not None])
     if timed:
-        _refuse_with_time(
-            {
-                "--behaviour": behaviour,
-                "--scheduler": scheduler,
-                "--certificate": certificate,
-            }
-        )
+        _refuse_with_time({"--behaviour": behaviour, "--scheduler": scheduler})
     if certificate is not None:
         refuse_certificates(certificate, also_folder=True)
     if model is not None and folders:
@@ -257,7 +251,7 @@ def check(
     if certificate is not None:
         run.draft(lambda ending: not_written(ending, certificate))
         run.stage("looking for proofs")
-        count = check_certificates(report, net, settings, certificate, run.budget())
+        count = check_certificates(report, net, settings, certificate, run.budget(), with_times)
         if format == "text":
             summarise(f"certificates: {certificate}: {count}")
     if output is not None and output.suffix.lower() == ".html":

@@ -57,6 +57,8 @@ def find(enabled: str | None, marking: str | None, order: Order, quickest: bool,
     asking, run = Asking(**options), search()
     if quickest and not asking.timed:
         raise click.UsageError("--quickest goes with --time")
+    if quickest and (asking.certificate is not None or asking.confirm):
+        raise click.UsageError("--quickest goes without --certificate and --confirm")
     asking.refuse_tina_on_workers()
     goal = f"enabled({enabled})" if enabled is not None else str(marking)
     first: dict[str, object] = {}

@@ -106,7 +106,8 @@ def test_the_quickest_way(run: Run, race: Path) -> None:
 @pytest.mark.parametrize(
     "options",
     [
-        ("find", "--marking", "a >= 1", "--certificate", "c.json"),
+        ("find", "--marking", "a >= 1", "--quickest", "--certificate", "c.json"),
+        ("find", "--marking", "a >= 1", "--quickest", "--confirm"),
         ("find", "--marking", "a >= 1", "--engine", "tina"),
         ("verify", "--ltl", "F (a >= 1)", "--fair", "all"),
     ],

@@ -1,0 +1,151 @@
+"""Certificates of answers about nets with times: all state classes, or a schedule.
+
+The classes are those of the search, read from its tables; `timed_checker` checks them without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.evidence.certificate import TIMED_FORMAT, net_digest, sealed
+from dineros.analysis.evidence.proving import Asked, Certificate
+from dineros.analysis.evidence.timed_checker import timed_goal, timed_refutation
+from dineros.analysis.nets.compiled import Int64Array
+from dineros.analysis.timed.exploring import explore_timed
+from dineros.analysis.timed.kernels.records import decode
+from dineros.analysis.timed.nets import UNBOUNDED, TimedNet
+from dineros.analysis.timed.schedules import schedule
+from dineros.analysis.timed.timed_subject import TimedSubject
+from dineros.metamodel.errors import DinerosError
+
+Class = dict[str, Any]
+"""A state class as certificates have it: a marking, and when its transitions fire."""
+
+
+def timed_certificate(asked: Asked, answer: Outcome, budget: Budget = UNLIMITED) -> Certificate | None:
+    """Return the certificate of an answer about a net with times, which is checked first.
+
+    Parameters
+    ----------
+    asked
+        The question; its subject has times.
+    answer
+        The answer, with the run that shows it if one does.
+    budget
+        What building the classes and checking them may cost.
+
+    Returns
+    -------
+    Certificate or None
+        None if the answer is about more than one moment of a run, or rests on priorities.
+
+    Raises
+    ------
+    BudgetExceededError
+        A limit was hit before the certificate was checked.
+    """
+    subject, budget = asked.subject, budget.begun()
+    assert isinstance(subject, TimedSubject)
+    try:
+        _, is_shown = timed_goal(asked.kind, asked.text, answer.status)
+    except DinerosError:  # of the question of a certificate; whoever answers says what is wrong with it
+        return None
+    net = subject.timed
+    classes = [] if is_shown else list(classes_of(net, budget))
+    steps = _schedule(net, [*answer.stem, *answer.loop]) if is_shown else []
+    certificate = timed_form(asked, answer.status, classes, steps)
+    return None if timed_refutation(certificate, subject, budget) else certificate
+
+
+def timed_form(
+    asked: Asked, status: str, classes: Sequence[Class], steps: Sequence[Mapping[str, str]] = ()
+) -> Certificate:
+    """Return a certificate with these classes, or this schedule; it is not checked here."""
+    return sealed(
+        {
+            "format": TIMED_FORMAT,
+            "model": str(asked.subject.model.id),
+            "settings": list(asked.settings),
+            "signals": asked.signals,
+            "overflow": asked.overflow,
+            "net": net_digest(asked.subject),
+            "question": {"kind": asked.kind, "text": asked.text},
+            "answer": status,
+            "classes": list(classes),
+            "schedule": list(steps),
+        }
+    )
+
+
+def _schedule(net: TimedNet, trace: Sequence[int]) -> list[dict[str, str]]:
+    names = net.untimed.transitions
+    return [{"fires": names[one.transition], "at": str(one.at)} for one in schedule(net, trace)]
+
+
+def classes_of(net: TimedNet, budget: Budget) -> Iterator[Class]:
+    """Yield the largest linear classes of a net without its priorities, as certificates have them.
+
+    Raises
+    ------
+    BudgetExceededError
+        A limit was hit, or tokens grow without bound.
+    """
+    without = replace(net, above=tuple(() for _ in net.above)) if net.has_priorities else net
+    explored = explore_timed(without, budget)
+    if not explored.is_complete:
+        raise BudgetExceededError(explored.reason)
+    search, known = explored.search, explored.search.known
+    places, names, markings = net.untimed.places, net.untimed.transitions, explored.markings
+    for number in np.flatnonzero(search.kept() == np.arange(search.classes)).tolist():
+        budget.check_time()
+        row = int(search.marking_of[number])
+        clocks, first = int(known.clocks[row]), int(known.enabled_start[row])
+        matrix = np.full((clocks + 1, clocks + 1), UNBOUNDED, dtype=np.int64)
+        decode(known.codes, known.record_start[number], clocks, matrix, search.bits, search.top)
+        of = [names[t] for t in known.enabled[first : first + clocks]]
+        yield {
+            "marking": {places[p]: int(markings[row, p]) for p in np.flatnonzero(markings[row]).tolist()},
+            "times": dict(_intervals(net, of, matrix)),
+            "differences": list(_differences(net, of, matrix)),
+        }
+
+
+def _intervals(net: TimedNet, names: Sequence[str], matrix: Int64Array) -> Iterator[tuple[str, str]]:
+    """Yield in how much time each transition can fire."""
+    for at, name in enumerate(names, 1):
+        low, is_open_below = _bound(net, matrix[0, at])
+        left = "]" if is_open_below else "["
+        if matrix[at, 0] >= UNBOUNDED:
+            yield name, f"{left}{-low},w["
+        else:
+            high, is_open_above = _bound(net, matrix[at, 0])
+            yield name, f"{left}{-low},{high}{'[' if is_open_above else ']'}"
+
+
+def _differences(net: TimedNet, names: Sequence[str], matrix: Int64Array) -> Iterator[dict[str, object]]:
+    """Yield the bounds of differences that do not follow from the intervals."""
+    for i, first in enumerate(names, 1):
+        for j, second in enumerate(names, 1):
+            if i == j or matrix[i, j] >= UNBOUNDED:
+                continue
+            most, is_strict = _bound(net, matrix[i, j])
+            follows = matrix[i, 0] < UNBOUNDED and matrix[i, j] == _sum(matrix[i, 0], matrix[0, j])
+            if not follows:
+                yield {"first": first, "second": second, "most": str(most), "strict": is_strict}
+
+
+def _sum(one: int, other: int) -> int:
+    """Add two stored bounds."""
+    return int(one) + int(other) - ((int(one) | int(other)) & 1)
+
+
+def _bound(net: TimedNet, stored: int) -> tuple[Fraction, bool]:
+    """Return a bound that is stored as twice a number of units, plus 1 if it is allowed."""
+    return (int(stored) >> 1) * net.unit, not int(stored) & 1
