@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from dineros.analysis.timed.nets import TimedNet
 from dineros.metamodel import pn
 from dineros.metamodel.build import flow, inhibit, read
 from dineros.metamodel.files.exact import nearest
 
 
-def to_timed_model(net: TimedNet, id: str) -> pn.Net:
-    """Return a time Petri net as a model of one page; its times are whole numbers, in `TimedNet.unit`.
+def to_timed_model(net: TimedNet, id: str, unit: Fraction | None = None) -> pn.Net:
+    """Return a time Petri net as a model of one page.
 
-    Dividing all bounds by the same number changes no state class but the times in it.
+    Parameters
+    ----------
+    net, id
+        The net, and the id of the model.
+    unit
+        What all bounds are divided by, which changes no state class but the times in it. By default it is
+        `TimedNet.unit`: then they are whole numbers.
     """
+    unit = net.unit if unit is None else unit
     made = pn.Net(id=id)
     page = pn.Page(id=f"{id}.page", net=made)
     initial = net.untimed.initial.tolist()
@@ -25,8 +34,8 @@ def to_timed_model(net: TimedNet, id: str) -> pn.Net:
         interval = net.intervals[number]
         if not interval.is_free:
             transition.interval = pn.TimeInterval(
-                earliest=nearest(interval.earliest / net.unit),
-                latest=None if interval.latest is None else nearest(interval.latest / net.unit),
+                earliest=nearest(interval.earliest / unit),
+                latest=None if interval.latest is None else nearest(interval.latest / unit),
                 earliestExcluded=interval.is_open_below,
                 latestExcluded=interval.is_open_above and interval.latest is not None,
             )
