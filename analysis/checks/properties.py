@@ -127,12 +127,16 @@ class Properties(Question):
 
 
 def _unless(checked: Checked, question: Asked | AskedLatency, outcome: Outcome) -> str:
-    """Return the time of a violation, or the fairness that would prove the property; empty without either."""
+    """Return the time of a violation, or the fairness that would prove the property; empty without either.
+
+    A bound of a time may be violated by a run in which nothing fires: then only these words show it.
+    """
+    from dineros.analysis.logic.language.bounded import Bounded
     from dineros.analysis.questions.engines import Linear
     from dineros.analysis.questions.needed_fairness import needed_fairness
     from dineros.analysis.requirements.stored import Asked
 
-    if outcome.times or not isinstance(question, Asked):
+    if not isinstance(question, Asked) or isinstance(question.reading.formula, Bounded):
         return f"; {outcome.reason}"
     linear = question.question()
     if not isinstance(linear, Linear) or question.reading.is_negated:

@@ -21,6 +21,7 @@ from tests.support.systems.talker import talker
 
 Attempt = Callable[[bytes], Outcome]
 NET = "net n\npl a (2)\ntr t a -> b\ntr u b -> a\ntr v c -> c a\ntr w a*3 -> c\n"
+TIMED = "net n\npl a (2)\ntr t [1,2] a -> b\ntr u ]1/2,3[ b -> a\ntr w [9,w[ a -> c\n"
 
 
 def properties(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
@@ -43,6 +44,15 @@ def certificate(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attem
     model.write_text(NET)
     for number, goal in enumerate(("a + b >= 3 | c >= 1", "a + b == 0", "b >= 3 & deadlock")):
         seeds.made("find", model, "--marking", goal, "--certificate", folder / f"seed{number}.json")
+    return _certified(folder, model)
+
+
+def timed_certificate(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
+    """Check a certificate of a net with times: classes, and a schedule."""
+    model = folder / "net.net"
+    model.write_text(TIMED)
+    for number, goal in enumerate(("c >= 1", "a + b >= 3", "b >= 2")):
+        seeds.made("find", model, "--time", "--marking", goal, "--certificate", folder / f"seed{number}.json")
     return _certified(folder, model)
 
 

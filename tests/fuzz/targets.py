@@ -19,6 +19,7 @@ from tests.fuzz.answering_targets import (
     proofs,
     properties,
     suppressions,
+    timed_certificate,
 )
 from tests.fuzz.editing_targets import editor, editors_journal
 from tests.fuzz.foreign_targets import foreign_pnml, foreign_properties, mutate_foreign
@@ -338,6 +339,7 @@ KINDS = {
     "properties": Kind(properties, mutators.mutate_xml, share=50),
     "foreign properties": Kind(foreign_properties, mutators.mutate_xml),
     "certificate": Kind(certificate, mutators.mutate_json),
+    "certificate with times": Kind(timed_certificate, mutators.mutate_json),
     "proofs": Kind(proofs, mutators.mutate_json),
     "baseline": Kind(baseline, mutators.mutate_json),
     "suppressions": Kind(suppressions, mutate_suppressions),
