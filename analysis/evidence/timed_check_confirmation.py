@@ -58,7 +58,7 @@ class Behaviour:
     firings: frozenset[int]
 
     def ends(self, net: TimedNet) -> Int64Array:
-        """Return the markings in which nothing is enabled; without priorities the net ends there."""
+        """Return the markings in which nothing is enabled; the net ends there, unless priorities go round."""
         return self.markings[nothing_enabled(net, self.markings)]
 
 
@@ -121,7 +121,12 @@ def _compared(checked: TimedChecked, budget: Budget) -> dict[str, Confirmation]:
         FIRINGS: f"only one of state classes and {by} lets these fire: {', '.join(only)}" if only else "",
         ENDS: _difference(ends, other.ends(net), by),
     }
-    return {what: Confirmation(not wrong, (by,), wrong) for what, wrong in differences.items()}
+    told = {what: Confirmation(not wrong, (by,), wrong) for what, wrong in differences.items()}
+    if any(t in above for t, above in enumerate(net.above)):
+        told[ENDS] = Confirmation(
+            None, reason="priorities in a circle end the net, too, which one engine knows"
+        )
+    return told
 
 
 def _difference(ours: Int64Array, theirs: Int64Array, by: str) -> str:
