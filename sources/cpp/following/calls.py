@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from dineros.sources.cpp.following.expressions import named
+from dineros.sources.cpp.following.machine import coerced
 from dineros.sources.cpp.following.routines import Routines
 from dineros.sources.cpp.index import ClassInfo, function_of, parameters_of
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
@@ -135,6 +136,8 @@ class Calls(Routines):
         args = self.values(inner, frame)
         if function.type in ("identifier", "template_function", "qualified_identifier"):
             return self._plain(Call(node, frame, path_of(function), args, name=function))
+        if function.type in ("primitive_type", "sized_type_specifier") and len(args) == 1:  # int(rate * 1000)
+            return coerced(text_of(function), args[0])
         called = self.value(function, frame)
         return self.invoke(called, args, node, frame)
 

@@ -202,3 +202,19 @@ void Robot::Inner::onText(const String & text) { out->publish(text); }
 """
     out, heard = _entities(tmp_path, code)
     assert [(each.do, each.entity) for each in heard.callbacks["callback"].effects] == [("publish", out)]
+
+
+@pytest.mark.parametrize(
+    ("written", "period"),
+    [("int(pause * 1000)", 0.3), ("int(pause)", 0.0), ("int(vendor::pause())", None)],
+)
+def test_a_type_that_is_called_makes_a_number_of_it(
+    tmp_path: Path, written: str, period: float | None
+) -> None:
+    (timer,) = _of(
+        tmp_path,
+        "double pause = 0.3;\n"
+        f"create_wall_timer(std::chrono::milliseconds({written}), [this]() {{ onText(String()); }});",
+    )
+    found = timer.details["period"]
+    assert is_open(found) if period is None else found == period
