@@ -185,6 +185,27 @@ class Waiting:
                 )
         return ways
 
+    def lacking(self, page: str, marking: Marking) -> list[str]:
+        """Return the places of the model whose tokens a callback that has begun lacks, by their ids.
+
+        Parameters
+        ----------
+        page : str
+            Id of the callback page.
+        marking : sequence of int
+            The marking.
+        """
+        found: dict[str, None] = {}
+        for key, callback in self.callbacks.items():
+            if callback.waiter.element != page or not callback.has_begun(marking):
+                continue
+            begins = set(self._begins(callback))
+            for step in self._inside[key]:
+                if step not in begins and self._is_reached(step, marking):
+                    lacks = self._missing(step, marking) - self.resources.keys()
+                    found.update(dict.fromkeys(self._place_waiter(each).element for each in sorted(lacks)))
+        return list(found)
+
     def _is_reached(self, transition: int, marking: Marking) -> bool:
         inputs = [place for place, _ in self._net.pre.row(transition) if place not in self.resources]
         return _any(inputs, marking)

@@ -3,7 +3,8 @@
 Ports that do not match get the quality of service that is asked for, and what is published while a subscriber
 is not there is kept for it. A clause that can never be true is left out. Where callbacks wait for each other,
 groups and threads are changed, the fewest first, until none of them waits any more; a server that never hears
-of requests to cancel gets another thread.
+of requests to cancel gets another thread. A callback that waits forever gets what it waits for: a time-out of
+its call, or a transition that gives the token.
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.suggestions.changes import Changes, against_circle
 from dineros.analysis.witnesses.findings import Finding
-from dineros.metamodel import sym
-from dineros.metamodel.callbacks.groups import threads_of
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow, here, inhibit
+from dineros.metamodel.callbacks.groups import threads_of, works_on_goals
 from dineros.metamodel.clauses import remove_clause
-from dineros.metamodel.elements import find, node_net_of
+from dineros.metamodel.elements import channels, find, node_net_of
 from dineros.metamodel.matching import mismatch
 from dineros.metamodel.settings import apply
 
@@ -143,6 +145,46 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
     return None
 
 
+def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+    """Let what a callback waits for come: a time-out stands for a response, and others get a giver."""
+    witness = finding.witness
+    if witness is None or witness.subject is None:
+        return None
+    subject = witness.subject
+    marking = replay(subject.net, [subject.transition_index[step.transition] for step in witness.steps])[-1]
+    lacking = Waiting(subject).lacking(finding.elements[0], marking)
+    clients = {
+        str(client.response.id): client
+        for service in channels(model, sym.ServiceChannel)
+        for client in service.clients
+    }
+    page = find(model, finding.elements[0], sym.CallbackPage)
+    is_copied = page.kind == sym.CallbackKind.server or works_on_goals(page)
+    if not lacking or (is_copied and not clients.keys() >= set(lacking)):
+        return None  # a giver outside of a page that is copied would give to none of the copies
+
+    def mend(copied: sym.SystemModel) -> None:
+        for service in channels(copied, sym.ServiceChannel):
+            for client in service.clients:
+                if client.response.id in lacking:
+                    client.timeout, client.timedOut = client.timeout or 1.0, client.response
+        for id in lacking:
+            if id not in clients:
+                _give(find(copied, id, pn.Place))
+
+    return mend
+
+
+def _give(place: pn.Place) -> None:
+    """Add a transition to the node of a place that puts a token there whenever there is none."""
+    net = node_net_of(place)
+    assert net is not None
+    giver = sym.Transition(id=f"{place.id}.giver", page=net)
+    here_place = here(place, net)
+    flow(giver, here_place)
+    inhibit(here_place, giver)
+
+
 _Entry = tuple[tuple[int, int, int, int], int, Changes]
 
 
@@ -179,6 +221,7 @@ _MENDS: dict[str, Callable[[sym.SystemModel, Finding, Budget], Mend | None]] = {
     Clauses.UNSATISFIABLE.rule: _against_clause,
     Presence.MISSED.rule: _against_absence,
     Callbacks.CIRCLE.rule: _against_waiting,
+    Callbacks.ENDLESS.rule: _against_endless,
     Goals.UNHEARD.rule: _against_unheard,
 }
 """Kinds of faults that others may be consequences of, with what finds a change against each."""

@@ -23,12 +23,13 @@ from dineros.analysis.logic.language.atoms import BoundAtoms, all_resolved
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.rewriting import simplified
-from dineros.analysis.logic.language.syntax import And, Fired, Formula, Globally, Not
+from dineros.analysis.logic.language.syntax import And, Enabled, Fired, Formula, Globally, Name, Not, Or
 from dineros.analysis.logic.ltl.free_parts import without_free_parts
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.faults import check_fault, faulty_beginning
 from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import ending_with_one_of
 from dineros.analysis.portfolio.asking import find_enabled, find_marking
 from dineros.analysis.portfolio.plans import NEAR_STATES
 from dineros.analysis.properties.normal_form import goal_of
@@ -84,15 +85,32 @@ def verify_linear(
 
 
 def _is_goal(condition: Formula) -> bool:
-    """Whether what violates a condition is a goal: a marking, or that a transition is fired."""
-    return is_condition(condition) or (isinstance(condition, Not) and isinstance(condition.operand, Fired))
+    """Whether what violates a condition is a goal: a marking, or that a transition is fired in one."""
+    return is_condition(condition) or _firing_against(condition) is not None
+
+
+def _firing_against(condition: Formula) -> tuple[Name, tuple[Formula, ...]] | None:
+    """Return which transition violates a condition, fired where others hold; None for other conditions."""
+    parts = condition.operands if isinstance(condition, Or) else (condition,)
+    fired = [part.operand.name for part in parts if isinstance(part, Not) and isinstance(part.operand, Fired)]
+    others = tuple(part for part in parts if is_condition(part))
+    if len(fired) != 1 or len(others) != len(parts) - 1:
+        return None
+    return fired[0], tuple(Not(part) for part in others)
 
 
 def _way_against(net: CompiledNet, condition: Formula, names: Names, budget: Budget) -> Outcome:
     """Find a way to where a condition is violated."""
-    if isinstance(condition, Not) and isinstance(condition.operand, Fired):
-        return find_enabled(net, condition.operand.name.text, names, budget, is_shortest=False)
-    return find_marking(net, Not(condition), names, budget, is_shortest=False)
+    found = _firing_against(condition)
+    if found is None:
+        return find_marking(net, Not(condition), names, budget, is_shortest=False)
+    name, others = found
+    if not others:
+        return find_enabled(net, name.text, names, budget, is_shortest=False)
+    way = find_marking(net, And((Enabled(name), *others)), names, budget, is_shortest=False)
+    if way.trace is None:
+        return way
+    return replace(way, trace=ending_with_one_of(net, way.trace, names.transitions(name.text)))
 
 
 def _up_to_fault(net: CompiledNet, formula: Formula, names: Names, answer: Outcome) -> Outcome:

@@ -19,7 +19,19 @@ from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.rewriting import negated
 from dineros.analysis.logic.language.semantics import holds_on_lasso
-from dineros.analysis.logic.language.syntax import And, Exists, Finally, ForAll, Formula, Globally, Not, Or
+from dineros.analysis.logic.language.syntax import (
+    And,
+    Exists,
+    Finally,
+    Fired,
+    ForAll,
+    Formula,
+    Globally,
+    Implies,
+    Name,
+    Not,
+    Or,
+)
 from dineros.analysis.logic.verdicts.faults import check_fault, faulty_beginning
 from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
 from dineros.analysis.model.subject import Subject
@@ -89,6 +101,11 @@ def test_linear_time_under_fairness(near: int, seed: int) -> None:
         atoms = atoms_of(rng, net, with_fired=True)
         parts: list[Formula] = [Globally(condition_of(rng, net)) for _ in range(rng.randrange(1, 3))]
         if rng.random() < 0.5:
+            fired = Fired(Name(rng.choice(net.transitions)))
+            condition = condition_of(rng, net)
+            when_fired = rng.choice([Implies(fired, condition), Not(And((condition, fired)))])
+            parts = [*parts[1:], Globally(when_fired)]
+        if rng.random() < 0.5:
             parts.append(random_ltl(rng, rng.randrange(2, 6), atoms))
         formula = And(tuple(parts))
         fair = [rng.sample(net.transitions, rng.randrange(0, 2)) for _ in range(2)]
@@ -96,7 +113,7 @@ def test_linear_time_under_fairness(near: int, seed: int) -> None:
         bound = BoundAtoms(net, formula, NetNames(net))
         is_violated = has_counterexample(net, graph, translate(negated(formula)), bound, weak, strong)
         answer = verify_linear(net, formula, NetNames(net), fair[0], fair[1], LIMITS)
-        assert answer.status == ("violated" if is_violated else "holds"), (net, str(formula), fair)
+        assert answer.status == ("violated" if is_violated else "holds"), (net, str(formula), fair, answer)
         if is_violated:
             check_shown(net, formula, answer, weak, strong)
         seen[answer.status, answer.by] += 1
@@ -196,6 +213,33 @@ def test_a_witness_that_does_not_replay_is_no_answer(monkeypatch: pytest.MonkeyP
     answer = ENGINES["auto"].answer(question, LIMITS)
     assert (answer.status, answer.trace) == ("unknown", None)
     assert "the witness fires 't', which is not enabled" in answer.reason
+
+
+GROWS = CompiledNet.build(
+    {"start": 1, "on": 0, "grown": 0},
+    [
+        Transition("begin", {"start": 1}, {"on": 1}),
+        Transition("grow", {"on": 1}, {"on": 1, "grown": 1}),
+        Transition("shrink", {"grown": 3}, {"grown": 1}),
+    ],
+)
+
+
+@pytest.mark.parametrize(
+    ("formula", "status"),
+    [
+        ("G (fired(begin) -> grown = 0)", "holds"),
+        ("G !(fired(begin) & grown >= 1 & on >= 1)", "holds"),
+        ("G (fired(shrink) -> grown <= 5)", "violated"),
+    ],
+)
+def test_what_holds_when_a_transition_fires_is_proved_without_all_markings(formula: str, status: str) -> None:
+    """There is no end of markings: the automaton's product would grow until time or memory is spent."""
+    answer = verify_linear(GROWS, formula, NetNames(GROWS), budget=Budget(1 << 26, states=2_000, seconds=10))
+    assert answer.status == status
+    if status == "violated":
+        check_shown(GROWS, parse(formula), answer)
+        assert GROWS.transitions[answer.stem[-1]] == "shrink"
 
 
 @pytest.mark.long

@@ -1,0 +1,85 @@
+"""What follows from a callback that never ends folds under it; what has another cause does not."""
+
+from __future__ import annotations
+
+from dineros.analysis.answers.budget import UNLIMITED
+from dineros.analysis.checks.check import check
+from dineros.analysis.consequences.folding import fold_consequences
+from dineros.analysis.witnesses.findings import Finding
+from dineros.metamodel import sym
+from dineros.metamodel.build import callback, node_net, place, step
+from dineros.metamodel.elements import find
+
+
+def folded(model: sym.SystemModel) -> dict[str, list[tuple[str, str]]]:
+    """Return the consequences of each finding, notes aside, by its rule."""
+    budget = UNLIMITED.begun()
+    report = check(model, budget)
+    fold_consequences(model, report, budget)
+
+    def named(found: tuple[Finding, ...]) -> list[tuple[str, str]]:
+        return [(each.rule, each.elements[0]) for each in found]
+
+    return {each.rule: named(each.consequences) for each in report.findings if each.severity != "note"}
+
+
+def alone() -> sym.SystemModel:
+    """Return a node whose timer callback waits for a token that nothing gives."""
+    model = sym.SystemModel(id="alone", middleware="ros2")
+    page = callback(node_net(model, "n", execution="callbacks"), "OnTimer", "timer", 1.0)
+    never, between = place(page, "Never"), place(page, "Between")
+    step(page, "Begin", [], [between])
+    step(page, "End", [between, never], [])
+    return model
+
+
+def test_what_waits_for_a_token_that_nothing_gives() -> None:
+    found = folded(alone())
+    assert list(found) == ["callback-never-ends"]
+    assert sorted(found["callback-never-ends"]) == [("dead-transition", "End"), ("deadlock", "End")]
+
+
+def test_what_has_another_cause_stays() -> None:
+    """A transition beside it that lacks another token, and one that never fires in a callback that ends."""
+    model = alone()
+    other = callback(find(model, "n", sym.NodeNet), "OnOther", "timer", 1.0)
+    lacking, begun = place(other, "Lacking"), place(other, "Begun")
+    step(other, "BeginOther", [], [begun])
+    step(other, "EndOther", [begun], [])
+    step(other, "Idle", [lacking, begun], [])
+    found = folded(model)
+    assert found["dead-transition"] == []
+    assert ("dead-transition", "Idle") not in found["callback-never-ends"]
+    assert ("dead-transition", "End") in found["callback-never-ends"]
+
+
+def test_the_model_is_left_as_it_was() -> None:
+    model = alone()
+    before = [str(each.id) for each in model.pages]
+    transitions = sum(1 for each in model.eAllContents() if isinstance(each, sym.Transition))
+    folded(model)
+    assert [str(each.id) for each in model.pages] == before
+    assert sum(1 for each in model.eAllContents() if isinstance(each, sym.Transition)) == transitions
+
+
+def test_a_response_that_is_lost_with_its_server() -> None:
+    """A time-out would end the callback: the rest is a consequence, but for the losses themselves."""
+    model = sym.SystemModel(id="routes", middleware="ros2")
+    planner = node_net(model, "planner", execution="callbacks", lifecycle=sym.Lifecycle(cleansUp=True))
+    plan = callback(planner, "OnRoute", "server")
+    asked, planned = place(plan, "Asked"), place(plan, "Planned")
+    step(plan, "Plan", [asked], [planned])
+    user = node_net(model, "user", execution="callbacks", threads=2)
+    user.executor = sym.Executor.multi
+    user.callbackGroups.append(calls := sym.CallbackGroup(id="calls", kind="exclusive"))
+    page = callback(user, "OnTimer", "timer", 1.0)
+    request, response, waits = place(page, "Request"), place(page, "Response"), place(page, "Waits")
+    step(page, "Ask", [], [request, waits])
+    step(page, "Go", [response, waits], [])
+    client = sym.ClientPort(client="user", request=request, response=response, group=calls)
+    port = sym.ServerPort(page=plan, entry=asked, exit=planned)
+    model.channels.append(sym.ServiceChannel(id="Route", service="/route", server=port, clients=[client]))
+    found = folded(model)
+    assert found["callback-never-ends"] == [("deadlock", "Ask")]
+    assert {"server-not-there", "request-lost-with-server"} <= set(found)
+    assert client.timeout is None
