@@ -7,33 +7,20 @@ cancel it meanwhile, the request is under way until the goal is over, or comes t
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from dineros.analysis.conformance.player import Player
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.topics.parts import Queue
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import node_net_of
-from dineros.metamodel.records import (
-    Accept,
-    Accepted,
-    Cancel,
-    Canceling,
-    Drop,
-    Feedback,
-    Finish,
-    Goal,
-    GoalStep,
-    Hear,
-    Outcome,
-    Reject,
-    TooLate,
-    Transfer,
-)
-from dineros.metamodel.records.schema import Step
+from dineros.metamodel.records import Drop
+from dineros.metamodel.records.declarations import GoalChange
 
-_Key = tuple[type[Step], str, str | None, int | None, str | None]
-"""Kind of record, channel, client, slot and outcome."""
+_Key = tuple[GoalChange, str, str | None, int | None, str | None]
+"""What a step does to a goal (nothing, if it is silent), channel, client, slot and outcome."""
 
 
 @dataclass(eq=False)
@@ -83,89 +70,71 @@ class GoalFlow:
                 continue
             client = next((each for each in link.sources if isinstance(each, sym.ActionClientPort)), None)
             name = None if client is None else client.client
-            key = (role.kind, role.channel, name, link.index, role.outcome)
+            key = (role.kind.declared.goal, role.channel, name, link.index, role.outcome)
             self._steps[key].append(net.subject.transition_index[str(link.target.id)])
         self._queues: dict[tuple[str, str], Queue] = net.feedback_queues
 
     # The records.
 
-    def step(self, record: GoalStep | TooLate, forced: bool) -> Refusal | None:
-        """Replay a record; `forced`: lose feedback where its history is full."""
+    def step(self, record: Any, forced: bool) -> Refusal | None:
+        """Replay a step of a goal, as its kind declares it; `forced`: lose feedback if there is no room."""
         channel = self._channels.get(record.channel)
         if channel is None:
             return Fault(f"the model has no action channel {record.channel!r}")
         goal = self._goals.get((record.channel, record.message or ""))
-        if isinstance(record, Goal):
+        change: GoalChange = record.declared.goal
+        if change == "is sent":
             return self._sent(record, goal)
-        if isinstance(record, Cancel) and not record.message:
+        if change == "is asked to cancel" and not record.message:
             return self._canceled_nothing(record)
         if goal is None:
             return self._unknown(record)
-        match record:
-            case Accept():
-                return self._accepted(record, goal)
-            case Reject():
-                return self._rejected(record, goal)
-            case Accepted():
-                return self._learned(record, goal)
-            case Cancel():
-                return self._canceled(record, goal)
-            case Canceling():
-                return self._heard_cancel(record, goal)
-            case TooLate():
-                return self._refused_cancel(goal)
-            case Feedback():
-                return self._feedback(record, forced, goal)
-            case Hear():
-                return self._heard(record, goal)
-            case Finish():
-                return self._finished(record, goal)
-            case Outcome():
-                return self._told(record, goal)
-        return None
+        if change == "gives feedback":
+            return self._feedback(record, forced, goal)
+        return _REPLAYS[change](self, record, goal)
 
-    def _unknown(self, record: GoalStep | TooLate) -> Refusal:
+    def _unknown(self, record: Any) -> Refusal:
         """Refuse a step of a goal that nobody has sent, or not yet."""
         reason = f"goal {record.message} was not sent before"
-        if isinstance(record, (Accept, Canceling, Feedback, Finish)):
+        if record.declared.end == "server":
             action = self._net.names_in_ros[record.channel]
             outside = f"a program outside of the model sends goals of {action}, too"
             return Waiting(reason, self._clients(record.channel), outside)
         return Fault(reason)
 
-    def _sent(self, record: Goal, goal: _Goal | None) -> Refusal | None:
+    def _sent(self, record: Any, goal: _Goal | None) -> Refusal | None:
         if goal is not None:
             return Fault(f"goal {record.message} was sent before")
         client = record.client or ""
-        fault = self._fire_one(record, (Goal, record.channel, client, None, None))
+        fault = self._fire_one(record, ("is sent", record.channel, client, None, None))
         if fault is None:
             id = record.message or ""
             self._goals[record.channel, id] = _Goal(id, record.channel, client)
         return fault
 
-    def _accepted(self, record: Accept, goal: _Goal) -> Refusal | None:
+    def _accepted(self, record: Any, goal: _Goal) -> Refusal | None:
         if goal.slot is not None or goal.is_told:
             return Fault(f"goal {goal.id} was answered before")
-        fault = self._fire_one(record, (Accept, goal.channel, goal.client, record.instance, None))
+        fault = self._fire_one(record, ("is accepted", goal.channel, goal.client, record.instance, None))
         if fault is None:
             goal.slot = record.instance
         return fault
 
-    def _learned(self, record: Accepted, goal: _Goal) -> Refusal | None:
-        key: _Key = (Accepted, goal.channel, goal.client, None, None)
+    def _learned(self, record: Any, goal: _Goal) -> Refusal | None:
+        key: _Key = ("is known to be accepted", goal.channel, goal.client, None, None)
         if not self._steps.get(key):
             return None  # the client names no place for it
         if goal.slot is None:
             return Waiting(f"goal {goal.id} was not accepted before", (self._server(goal.channel),))
         return self._fire_one(record, key, goal)
 
-    def _rejected(self, record: Reject, goal: _Goal) -> Refusal | None:
+    def _rejected(self, record: Any, goal: _Goal) -> Refusal | None:
         if goal.slot is not None or goal.is_told:
             return Fault(f"goal {goal.id} was answered before")
-        rejecting = self._steps.get((Transfer, goal.channel, goal.client, None, None))
+        rejecting = self._steps.get(("", goal.channel, goal.client, None, None))
         if not rejecting:
             return Fault("the server refuses no goals")
-        told = self._steps[Reject, goal.channel, goal.client, None, None]
+        told = self._steps["is known to be rejected", goal.channel, goal.client, None, None]
         if not any(map(self._player.is_enabled, told)):
             self._player.fire(rejecting[0])
         fault = self._player.fire_at(record, told[0])
@@ -173,25 +142,25 @@ class GoalFlow:
             goal.is_told = True
         return fault
 
-    def _canceled_nothing(self, record: Cancel) -> Refusal | None:
+    def _canceled_nothing(self, record: Any) -> Refusal | None:
         """Let a request to cancel find no goal: there is none, or it is refused, as a later record says."""
-        key: _Key = (Cancel, record.channel, record.client, None, None)
+        key: _Key = ("is asked to cancel", record.channel, record.client, None, None)
         if not any(map(self._player.is_enabled, self._steps[key])):
-            for rejecting in self._steps[Transfer, record.channel, record.client, None, None]:
+            for rejecting in self._steps["", record.channel, record.client, None, None]:
                 if self._player.is_enabled(rejecting):
                     self._player.fire(rejecting)
         return self._fire_one(record, key)
 
-    def _canceled(self, record: Cancel, goal: _Goal) -> Refusal | None:
+    def _canceled(self, record: Any, goal: _Goal) -> Refusal | None:
         if goal.slot is None:
             return Waiting(f"goal {goal.id} was not accepted before", (self._server(goal.channel),))
         if goal.is_told:
             return Fault(f"{goal.client} knows that goal {goal.id} has ended")
         slot = goal.slot if goal.outcome is None else None
-        return self._fire_one(record, (Cancel, goal.channel, goal.client, slot, goal.outcome))
+        return self._fire_one(record, ("is asked to cancel", goal.channel, goal.client, slot, goal.outcome))
 
-    def _heard_cancel(self, record: Canceling, goal: _Goal) -> Refusal | None:
-        key: _Key = (Canceling, goal.channel, None, goal.slot, None)
+    def _heard_cancel(self, record: Any, goal: _Goal) -> Refusal | None:
+        key: _Key = ("is to be canceled", goal.channel, None, goal.slot, None)
         if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
         if not any(map(self._player.is_enabled, self._steps.get(key, ()))):
@@ -201,34 +170,36 @@ class GoalFlow:
             return Waiting(reason, self._clients(goal.channel), outside)
         return self._fire_one(record, key)
 
-    def _refused_cancel(self, goal: _Goal) -> Refusal | None:
+    def _refused_cancel(self, _: Any, goal: _Goal) -> Refusal | None:
         """Let a server refuse that has no place for requests to cancel; others were only too late."""
-        for transition in self._steps.get((Transfer, goal.channel, None, goal.slot, None), ()):
+        for transition in self._steps.get(("", goal.channel, None, goal.slot, None), ()):
             if goal.outcome is None and self._player.is_enabled(transition):
                 self._player.fire(transition)
         return None
 
-    def _finished(self, record: Finish, goal: _Goal) -> Refusal | None:
+    def _finished(self, record: Any, goal: _Goal) -> Refusal | None:
         if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
-        fault = self._fire_one(record, (Finish, goal.channel, goal.client, goal.slot, record.outcome), goal)
+        fault = self._fire_one(record, ("ends", goal.channel, goal.client, goal.slot, record.outcome), goal)
         if fault is None:
             goal.outcome = record.outcome
         return fault
 
-    def _told(self, record: Outcome, goal: _Goal) -> Refusal | None:
+    def _told(self, record: Any, goal: _Goal) -> Refusal | None:
         if goal.is_told:
             return Fault(f"{goal.client} knows that goal {goal.id} has ended")
         if goal.outcome is None:
             return Waiting(f"goal {goal.id} has not ended before", (self._server(goal.channel),))
-        fault = self._fire_one(record, (Outcome, goal.channel, goal.client, None, record.outcome))
+        fault = self._fire_one(
+            record, ("is known to have ended", goal.channel, goal.client, None, record.outcome)
+        )
         if fault is None:
             goal.is_told = True
         return fault
 
     # Feedback.
 
-    def _feedback(self, record: Feedback, forced: bool, goal: _Goal) -> Refusal | None:
+    def _feedback(self, record: Any, forced: bool, goal: _Goal) -> Refusal | None:
         if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
         queue = self._queues.get((goal.channel, goal.client))
@@ -241,9 +212,9 @@ class GoalFlow:
             else:
                 reason = f"the {queue.text} has no room, and nothing says that it has lost anything"
                 return Waiting(reason, (self._client(goal),), is_forcible=True)
-        return self._fire_one(record, (Feedback, goal.channel, goal.client, goal.slot, None))
+        return self._fire_one(record, ("gives feedback", goal.channel, goal.client, goal.slot, None))
 
-    def _heard(self, record: Hear, goal: _Goal) -> Refusal | None:
+    def _heard(self, record: Any, goal: _Goal) -> Refusal | None:
         queue = self._queues.get((goal.channel, goal.client))
         if queue is None:
             return Fault(f"{goal.client} listens to no feedback")
@@ -275,13 +246,13 @@ class GoalFlow:
 
     # The net.
 
-    def _fire_one(self, record: Step, key: _Key, goal: _Goal | None = None) -> Fault | None:
+    def _fire_one(self, record: Any, key: _Key, goal: _Goal | None = None) -> Fault | None:
         """Fire what a record stands for: the one of several transitions that can be."""
         found = self._steps.get(key)
         if not found:
             return Fault(f"action channel {getattr(record, 'channel', '')!r} has no such port")
         enabled = [transition for transition in found if self._player.is_enabled(transition)]
-        if goal is not None and not enabled and isinstance(record, Finish) and record.outcome == "canceled":
+        if goal is not None and not enabled and key[0] == "ends" and key[-1] == "canceled":
             return Fault(f"goal {goal.id} is not to be canceled")
         return self._player.fire_at(record, (enabled or found)[0])
 
@@ -297,3 +268,16 @@ class GoalFlow:
     def _server(self, channel: str) -> str:
         node = node_net_of(self._channels[channel].server.entry)
         return "" if node is None else node.id
+
+
+_REPLAYS: Mapping[GoalChange, Callable[[GoalFlow, Any, _Goal], Refusal | None]] = {
+    "is accepted": GoalFlow._accepted,
+    "is known to be accepted": GoalFlow._learned,
+    "is known to be rejected": GoalFlow._rejected,
+    "is asked to cancel": GoalFlow._canceled,
+    "is to be canceled": GoalFlow._heard_cancel,
+    "is not canceled": GoalFlow._refused_cancel,
+    "has its feedback heard": GoalFlow._heard,
+    "ends": GoalFlow._finished,
+    "is known to have ended": GoalFlow._told,
+}

@@ -20,7 +20,6 @@ from dineros.metamodel.records import (
     Checkpoint,
     Drop,
     Fire,
-    GoalStep,
     Header,
     Lifecycle,
     Publish,
@@ -30,7 +29,6 @@ from dineros.metamodel.records import (
     Signal,
     Start,
     Take,
-    TooLate,
 )
 from dineros.metamodel.records.schema import Step
 
@@ -111,7 +109,7 @@ class Replay(Player):
             refusal = self.topics.publish(record, dropped, forced)
         elif isinstance(record, Drop):
             refusal = self._drop(record, following)
-        elif isinstance(record, (GoalStep, TooLate)):
+        elif record.declared.goal:
             refusal = self._goals.step(record, forced)
         elif handle is None:
             return None

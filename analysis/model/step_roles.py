@@ -17,20 +17,10 @@ from dineros.metamodel.calls import copy_id, exits, server_pages, serving
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 from dineros.metamodel.records import (
-    Accept,
-    Accepted,
-    Cancel,
-    Canceling,
     Drop,
-    Feedback,
-    Finish,
     Fire,
-    Goal,
-    GoalStep,
-    Hear,
     Lifecycle,
     Publish,
-    Reject,
     Signal,
     Take,
 )
@@ -99,7 +89,7 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
         return _queue_role(link, meaning, copies)
     if meaning.step is Lifecycle:
         return _lifecycle_role(link, meaning)
-    if issubclass(meaning.step, GoalStep):
+    if meaning.step.declared.goal:
         return _goal_role(link, meaning.step, copies)
     if meaning.step.declared.call:
         return _service_role(link, meaning.step, copies)
@@ -160,48 +150,44 @@ def _call_role(
     return StepRole(kind, _node(owner), channel.id, queue, stage, place, _client(link))
 
 
-def _goal_role(link: Link, kind: type[GoalStep], copies: dict[tuple[EObject, int | None], str]) -> StepRole:
+def _goal_role(link: Link, kind: type[Step], copies: dict[tuple[EObject, int | None], str]) -> StepRole:
     """Return the step of a goal: its place is the client's or, in the steps of the server, that of a slot."""
     channel = source_of(link, sym.ActionChannel)
     outcomes, server = exits(channel.server), channel.server
     client = next((source for source in link.sources if isinstance(source, sym.ActionClientPort)), None)
     exit_ = next((source for source in link.sources if source in outcomes), None)
     outcome = outcomes[exit_] if isinstance(exit_, pn.Place) else None
-    if kind in _OF_SERVER:
+    declared = kind.declared
+    if declared.end == "server":
         assert link.index is not None
-        of_server = {Accept: server.entry, Canceling: server.cancel, Feedback: server.feedback}
-        end = of_server.get(kind, exit_)
+        end = getattr(server, declared.port) if declared.port else exit_
         place = None if end is None else copies[end, link.index]
         name = None if client is None else client.client
         node, slot = _node(server.entry), link.index
         return StepRole(kind, node, channel.id, place=place, client=name, instance=slot, outcome=outcome)
     assert client is not None
-    of_client: dict[type[GoalStep], pn.Place | None] = {
-        Goal: client.goal,
-        Reject: client.rejected,
-        Accepted: client.accepted,
-        Cancel: client.cancel,
-        Hear: client.feedback,
-    }
-    told = of_client[kind] if kind in of_client else getattr(client, outcome or "")
+    told = getattr(client, declared.port or outcome or "")
     place = None if told is None else copies[told, None]
-    asked, node = link.index if kind is Cancel else None, _node(client.goal)
+    asked = link.index if declared.goal == "is asked to cancel" else None
     return StepRole(
-        kind, node, channel.id, place=place, client=client.client, instance=asked, outcome=outcome
+        kind,
+        _node(client.goal),
+        channel.id,
+        place=place,
+        client=client.client,
+        instance=asked,
+        outcome=outcome,
     )
 
 
 def _feedback_role(
     link: Link, kind: type[Step], stage: str | None, copies: dict[tuple[EObject, int | None], str]
 ) -> StepRole:
-    if kind is Hear:
-        return _goal_role(link, Hear, copies)
+    if kind.declared.goal:
+        return _goal_role(link, kind, copies)
     channel, client = source_of(link, sym.ActionChannel), source_of(link, sym.ActionClientPort)
     place = None if client.feedback is None else copies[client.feedback, None]
     return StepRole(kind, _node(client.goal), channel.id, "feedback", stage, place, client.client)
-
-
-_OF_SERVER: tuple[type[GoalStep], ...] = (Accept, Canceling, Feedback, Finish)
 
 
 def _client(link: Link) -> str | None:

@@ -135,10 +135,7 @@ def _records(path: Path) -> list[records.Record]:
     return list(records.read_records(path))
 
 
-_SENDING = {
-    **{"take": "publish", "serve": "request", "response": "reply"},
-    **{"accept": "goal", "canceling": "cancel", "hear": "feedback", "outcome": "finish"},
-}
+_SENDING = {event: kind.declared.receives for event, kind in records.EVENTS.items() if kind.declared.receives}
 """What is sent before it is received, by the events of both."""
 _SENT = frozenset(_SENDING.values())
 _Sent = set[tuple[str, str | None, int]]
@@ -166,7 +163,7 @@ def _merged(traces: dict[str, list[records.Record]]) -> Iterator[records.Record]
         if record.event in _SENT:
             sent.add((record.event, *_message(record)))
             counts[record.event, _channel(record)] += 1
-        elif record.event in _SENDING:
+        if record.event in _SENDING:
             counts[_receiver(record)] += 1
         yield record
 

@@ -15,6 +15,22 @@ TokenMove: TypeAlias = Literal["", "leaves", "arrives", "may arrive"]
 CallChange: TypeAlias = Literal["", "begins", "is served", "is answered", "ends", "is given up"]
 """What becomes of a call of a service."""
 
+GoalChange: TypeAlias = Literal[
+    "",
+    "is sent",
+    "is accepted",
+    "is known to be accepted",
+    "is known to be rejected",
+    "is asked to cancel",
+    "is to be canceled",
+    "is not canceled",
+    "gives feedback",
+    "has its feedback heard",
+    "ends",
+    "is known to have ended",
+]
+"""What becomes of a goal of an action."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Declaration:
@@ -32,14 +48,23 @@ class Declaration:
         What it does to the node's marking.
     call : CallChange
         What it does to a call of a service; empty: it is about something else.
+    goal : GoalChange
+        What it does to a goal of an action; empty: it is about something else.
     end : {"", "client", "server"}
-        Who takes part in the call.
+        Who takes part in the call or the goal.
     port : str
-        The feature of that port which is the place of the record.
+        The feature of that port which is the place of the record; empty for a goal: that of its outcome.
+    receives : str
+        The event of the record that sends what this one receives, by the same id; empty: it receives
+        nothing.
     mark : str
-        The letter of its mark on the lane of a trace.
+        The letter of its mark on the lane of a trace; empty: nothing is drawn.
+    state : str
+        What the call or goal of that mark is then, in exported files; empty: what its outcome says.
     happens : str
         What happens, on the trace page: ``{client}`` and ``{server}`` are described, ``{service}`` is named.
+        Of goals, ``{client}``, ``{slot}``, ``{goal}`` (``{own}`` or ``{asked}`` after its client) and how it
+        ``{ends}`` are described, ``{action}`` is named.
     comes_last : bool
         Whether it is replayed only when nothing else can be: no other step waits for it.
     needs_time : str
@@ -52,9 +77,12 @@ class Declaration:
     does_nameless: str = ""
     token: TokenMove = ""
     call: CallChange = ""
+    goal: GoalChange = ""
     end: Literal["", "client", "server"] = ""
     port: str = ""
+    receives: str = ""
     mark: str = ""
+    state: str = ""
     happens: str = ""
     comes_last: bool = False
     needs_time: str = ""

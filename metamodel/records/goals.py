@@ -47,14 +47,33 @@ class GoalStep(Step):
 class Goal(GoalStep, event="goal"):
     """A client's token leaves as a goal."""
 
-    declared = Declaration(does="the client sends goal {message}", does_nameless="the client sends no goal")
+    declared = Declaration(
+        does="the client sends goal {message}",
+        does_nameless="the client sends no goal",
+        token="leaves",
+        goal="is sent",
+        end="client",
+        port="goal",
+        mark="q",
+        state="sent",
+        happens="{client} sends a goal of action {action}",
+    )
 
 
 class Accept(GoalStep, event="accept"):
     """The server accepts a goal, carrying `data`, and begins to work on it."""
 
     declared = Declaration(
-        does="the server accepts goal {message}", does_nameless="the server accepts no goal"
+        does="the server accepts goal {message}",
+        does_nameless="the server accepts no goal",
+        token="may arrive",
+        goal="is accepted",
+        end="server",
+        port="entry",
+        receives="goal",
+        mark="s",
+        state="accepted",
+        happens="{slot} of action {action} accepts {goal}",
     )
 
     data: Data = field(default_factory=dict)
@@ -66,6 +85,12 @@ class Reject(GoalStep, event="reject"):
     declared = Declaration(
         does="the client learns of the refusal of goal {message}",
         does_nameless="the client learns of the refusal of no goal",
+        token="may arrive",
+        goal="is known to be rejected",
+        end="client",
+        port="rejected",
+        mark="a",
+        happens="{client} learns that {own} {ends}",
     )
 
     data: Data = field(default_factory=dict)
@@ -78,7 +103,15 @@ class Cancel(GoalStep, event="cancel"):
     """
 
     declared = Declaration(
-        does="the client asks to cancel goal {message}", does_nameless="the client asks to cancel no goal"
+        does="the client asks to cancel goal {message}",
+        does_nameless="the client asks to cancel no goal",
+        token="leaves",
+        goal="is asked to cancel",
+        end="client",
+        port="cancel",
+        mark="c",
+        state="asked to cancel",
+        happens="{client} asks to cancel {asked}",
     )
 
 
@@ -88,6 +121,14 @@ class Canceling(GoalStep, event="canceling"):
     declared = Declaration(
         does="the server hears of the request to cancel goal {message}",
         does_nameless="the server hears of the request to cancel no goal",
+        token="may arrive",
+        goal="is to be canceled",
+        end="server",
+        port="cancel",
+        receives="cancel",
+        mark="x",
+        state="canceling",
+        happens="{slot} of action {action} hears that {goal} is to be canceled",
     )
 
     data: Data = field(default_factory=dict)
@@ -99,6 +140,13 @@ class Feedback(GoalStep, event="feedback"):
     declared = Declaration(
         does="the server gives feedback on goal {message}",
         does_nameless="the server gives feedback on no goal",
+        token="leaves",
+        goal="gives feedback",
+        end="server",
+        port="feedback",
+        mark="b",
+        state="feedback",
+        happens="{slot} of action {action} gives feedback to {client}",
     )
 
     number: int = 0
@@ -110,6 +158,14 @@ class Hear(GoalStep, event="hear"):
     declared = Declaration(
         does="the client hears feedback on goal {message}",
         does_nameless="the client hears feedback on no goal",
+        token="may arrive",
+        goal="has its feedback heard",
+        end="client",
+        port="feedback",
+        receives="feedback",
+        mark="h",
+        state="heard",
+        happens="{client} hears feedback of action {action}",
     )
 
     number: int = 0
@@ -128,7 +184,16 @@ class Finish(GoalStep, event="finish"):
         it; None: there is none left. Only in runs.
     """
 
-    declared = Declaration(does="the server ends goal {message}", does_nameless="the server ends no goal")
+    declared = Declaration(
+        does="the server ends goal {message}",
+        does_nameless="the server ends no goal",
+        token="leaves",
+        goal="ends",
+        end="server",
+        mark="r",
+        state="finished",
+        happens="{goal} {ends}",
+    )
 
     outcome: OutcomeKind
     unheeded: int | None = None
@@ -140,6 +205,12 @@ class Outcome(GoalStep, event="outcome"):
     declared = Declaration(
         does="the client learns of the end of goal {message}",
         does_nameless="the client learns of the end of no goal",
+        token="may arrive",
+        goal="is known to have ended",
+        end="client",
+        receives="finish",
+        mark="a",
+        happens="{client} learns that {own} {ends}",
     )
 
     outcome: OutcomeKind
@@ -152,6 +223,12 @@ class Accepted(GoalStep, event="accepted"):
     declared = Declaration(
         does="the client learns of the acceptance of goal {message} ({channel})",
         does_nameless="the client learns of the acceptance of no goal ({channel})",
+        token="may arrive",
+        goal="is known to be accepted",
+        end="client",
+        port="accepted",
+        receives="accept",
+        happens="{client} learns that {own} is accepted",
     )
 
     data: Data = field(default_factory=dict)
@@ -159,6 +236,12 @@ class Accepted(GoalStep, event="accepted"):
 
 class TooLate(Record, event="tooLate"):
     """A client learns that a request to cancel has come too late, or is refused."""
+
+    declared = Declaration(
+        goal="is not canceled",
+        end="client",
+        happens="{client} learns that its request to cancel came too late",
+    )
 
     channel: str
     client: str | None = None

@@ -153,7 +153,9 @@ def requests_of(value: Any, location: Location | None = None) -> list[dict[str, 
 class Timeout(Record, event="timeout"):
     """A request got no response in time and is sent again; `attempt` counts from 1."""
 
-    declared = Declaration(mark="o", happens="{client} of service {service} waits too long: asks again")
+    declared = Declaration(
+        mark="o", state="timed out", happens="{client} of service {service} waits too long: asks again"
+    )
 
     channel: str
     client: str | None = None

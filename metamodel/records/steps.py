@@ -111,7 +111,9 @@ class Publish(ChannelStep, event="publish"):
 class Take(ChannelStep, event="take"):
     """A token arrives from a topic, carrying `data`."""
 
-    declared = Declaration(does="takes {message}", does_nameless="takes a message", token="arrives")
+    declared = Declaration(
+        does="takes {message}", does_nameless="takes a message", token="arrives", receives="publish"
+    )
     data: Data = field(default_factory=dict)
 
 
@@ -133,6 +135,7 @@ class Request(ServiceStep, event="request"):
         end="client",
         port="request",
         mark="q",
+        state="requested",
         happens="{client} calls service {service}",
     )
 
@@ -147,7 +150,9 @@ class Serve(ServiceStep, event="serve"):
         call="is served",
         end="server",
         port="entry",
+        receives="request",
         mark="s",
+        state="served",
         happens="{server} takes the request of {client}",
     )
     data: Data = field(default_factory=dict)
@@ -164,6 +169,7 @@ class Reply(ServiceStep, event="reply"):
         end="server",
         port="exit",
         mark="r",
+        state="replied",
         happens="{server} answers {client}",
     )
 
@@ -178,7 +184,9 @@ class Response(ServiceStep, event="response"):
         call="ends",
         end="client",
         port="response",
+        receives="reply",
         mark="a",
+        state="answered",
         happens="{client} gets its response from service {service}",
     )
     data: Data = field(default_factory=dict)
@@ -211,6 +219,7 @@ class GiveUp(Step, event="giveUp"):
         end="client",
         port="timedOut",
         mark="g",
+        state="given up",
         happens="{client} gives up waiting for service {service}",
         comes_last=True,
         needs_time="client {client} gives up a request",

@@ -4,21 +4,7 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from dineros.metamodel.records import (
-    Accept,
-    Accepted,
-    Cancel,
-    Canceling,
-    Checkpoint,
-    Data,
-    Feedback,
-    Finish,
-    Goal,
-    Hear,
-    Outcome,
-    Reject,
-    TooLate,
-)
+from dineros.metamodel.records import Checkpoint, Data
 from dineros.runtime.journal.saved import GoalResult, GoalState, PendingGoal, SlotGoal
 
 FEEDBACK_DEPTH = 10
@@ -63,79 +49,57 @@ class Goals:
             "results": {channel: dict(kept) for channel, kept in self.results.items() if kept},
         }
 
-    # What a client does.
+    def happen(self, record: Any, data: Data) -> bool:
+        """Let a step of a goal happen, as its kind declares it; False: no slot works on the goal that ends.
 
-    def sent(self, record: Goal, data: Data) -> None:
-        """A goal is sent."""
-        goal = PendingGoal(
-            message=record.message or "", data=data, accepted=False, canceled=False, heard=0, attempts=1
-        )
-        self._pending(record)[goal["message"]] = goal
+        Parameters
+        ----------
+        record : GoalStep or TooLate
+            The step.
+        data : dict
+            What its token carries, if that leaves.
+        """
+        id, key = record.message or "", f"{record.channel}/{record.client}"
+        goal = self.pending.get(key, {}).get(id)
+        entry = next((entry for entry, slot in self.slots.items() if slot["message"] == record.message), None)
+        slot = None if entry is None else self.slots[entry]
+        match record.declared.goal:
+            case "is sent":
+                self.pending.setdefault(key, {})[id] = PendingGoal(
+                    message=id, data=data, accepted=False, canceled=False, heard=0, attempts=1
+                )
+            case "is known to be accepted" if goal is not None:
+                goal["accepted"] = True
+            case ("is asked to cancel" | "is not canceled") as change if goal is not None:
+                goal["canceled"] = change == "is asked to cancel"
+            case "has its feedback heard" if goal is not None and record.number:
+                goal["heard"] = record.number
+            case "is known to be rejected" | "is known to have ended":
+                self.pending.get(key, {}).pop(id, None)
+            case "is accepted":
+                self.slots[record.place or ""] = SlotGoal(
+                    message=id, data=record.data, canceling=False, sent=0, feedback=[], depth=FEEDBACK_DEPTH
+                )
+            case "is to be canceled" if slot is not None:
+                slot["canceling"] = True
+            case "gives feedback" if slot is not None:
+                slot["sent"] = record.number
+                slot["feedback"] = [*slot["feedback"], [record.number, data]][-slot["depth"] :]
+            case "ends":
+                return self._end(record, entry, data)
+        return True
 
-    def failed(self, key: str, message: str, attempt: int) -> None:
-        """A goal is not answered, and is sent again."""
-        if (goal := self.pending.get(key, {}).get(message)) is not None:
-            goal["attempts"] = attempt + 1
-
-    def told(self, record: Accepted | Cancel | TooLate) -> None:
-        """A client learns that a goal is accepted or not canceled, or asks to cancel it."""
-        goal = self._pending(record).get(record.message or "")
-        if goal is None:
-            return
-        if isinstance(record, Accepted):
-            goal["accepted"] = True
-        else:
-            goal["canceled"] = isinstance(record, Cancel)
-
-    def heard(self, record: Hear) -> None:
-        """Feedback comes."""
-        goal = self._pending(record).get(record.message or "")
-        if goal is not None and record.number:
-            goal["heard"] = record.number
-
-    def over(self, record: Reject | Outcome) -> None:
-        """A goal has ended, for its client."""
-        self._pending(record).pop(record.message or "", None)
-
-    def _pending(self, record: Any) -> dict[str, PendingGoal]:
-        return self.pending.setdefault(f"{record.channel}/{record.client}", {})
-
-    # What a server does.
-
-    def accepted(self, record: Accept) -> None:
-        """A slot begins to work on a goal."""
-        self.slots[record.place or ""] = SlotGoal(
-            message=record.message or "",
-            data=record.data,
-            canceling=False,
-            sent=0,
-            feedback=[],
-            depth=FEEDBACK_DEPTH,
-        )
-
-    def _slot(self, message: str | None) -> tuple[str, SlotGoal] | None:
-        return next(((at, slot) for at, slot in self.slots.items() if slot["message"] == message), None)
-
-    def canceling(self, record: Canceling) -> None:
-        """A goal is to be canceled."""
-        if (known := self._slot(record.message)) is not None:
-            known[1]["canceling"] = True
-
-    def gave(self, record: Feedback, data: Data) -> None:
-        """Feedback on a goal is sent."""
-        if (known := self._slot(record.message)) is not None:
-            slot = known[1]
-            slot["sent"] = record.number
-            slot["feedback"] = [*slot["feedback"], [record.number, data]][-slot["depth"] :]
-
-    def finished(self, record: Finish, data: Data) -> bool:
-        """Note that a goal ends; False: no slot works on it."""
-        known = self._slot(record.message)
-        if known is None:
+    def _end(self, record: Any, entry: str | None, data: Data) -> bool:
+        if entry is None:
             return False
-        del self.slots[known[0]]
+        del self.slots[entry]
         kept = self.results.setdefault(record.channel, {})
         kept[record.message or ""] = {"outcome": record.outcome, "data": data}
         while len(kept) > KEPT_RESULTS:
             del kept[next(iter(kept))]
         return True
+
+    def failed(self, key: str, message: str, attempt: int) -> None:
+        """A goal is not answered, and is sent again."""
+        if (goal := self.pending.get(key, {}).get(message)) is not None:
+            goal["attempts"] = attempt + 1

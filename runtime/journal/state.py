@@ -11,24 +11,14 @@ from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
 from dineros.metamodel.records import (
     EVENTS,
-    Accept,
-    Accepted,
     Aside,
-    Cancel,
-    Canceling,
     Checkpoint,
     Data,
     Drop,
-    Feedback,
-    Finish,
     Fire,
-    Goal,
-    Hear,
     Lifecycle,
-    Outcome,
     Publish,
     Record,
-    Reject,
     Release,
     Request,
     Signal,
@@ -36,7 +26,6 @@ from dineros.metamodel.records import (
     StoredToken,
     Take,
     Timeout,
-    TooLate,
 )
 from dineros.runtime.journal.calls import Calls
 from dineros.runtime.journal.goals import Goals
@@ -177,7 +166,7 @@ class JournalState:
         self.signals[record.signal] = record.value
 
     def _publish(self, record: Publish) -> None:
-        data = self._remove(record, record.place, _token(record, record.token))
+        data = self._move(record)
         known = self._count(record)
         if known is not None:
             place, number = known
@@ -186,7 +175,7 @@ class JournalState:
             history.append((number, data))
 
     def _take(self, record: Take) -> None:
-        self._add(record.place, StoredToken(_token(record, record.token), record.data))
+        self._move(record)
         port = f"{record.channel}/{record.place}"
         missing = self._missing.pop(port, 0)
         known = _parts(record, record.message)
@@ -195,13 +184,8 @@ class JournalState:
 
     def _call(self, record: Any) -> None:
         """Let a step of a call of a service happen, as its kind declares it."""
-        declared = record.declared
-        data: Data = {}
-        if declared.token == "leaves":
-            data = self._remove(record, record.place, _token(record, record.token))
-        elif declared.token == "arrives" or (record.place is not None and record.token is not None):
-            self._add(record.place, StoredToken(_token(record, record.token), record.data))
-        match declared.call:
+        data = self._move(record)
+        match record.declared.call:
             case "begins":
                 self._count(record)
                 self._calls.asked(record, data, self._now)
@@ -232,44 +216,28 @@ class JournalState:
     def _change_state(self, record: Lifecycle) -> None:
         self.lifecycle = record.state
 
-    def _goal(self, record: Goal) -> None:
-        place = record.place or ""
-        self._goals.sent(record, self._remove(record, place, _token(record, record.token)))
-        self._numbers[place] = self._numbers.get(place, 0) + 1
-
-    def _told(self, record: Accepted | Cancel | TooLate) -> None:
-        if isinstance(record, Cancel):
-            self._remove(record, record.place or "", _token(record, record.token))
-        elif isinstance(record, Accepted) and record.place is not None:
-            self._add(record.place, StoredToken(_token(record, record.token), record.data))
-        self._goals.told(record)
-
-    def _arrived(self, record: Accept | Canceling | Hear | Reject | Outcome) -> None:
-        if record.place is not None:
-            self._add(record.place, StoredToken(_token(record, record.token), record.data))
-        match record:
-            case Accept():
-                self._goals.accepted(record)
-            case Canceling():
-                self._goals.canceling(record)
-            case Hear():
-                self._goals.heard(record)
-            case _:
-                self._goals.over(record)
-
-    def _feedback(self, record: Feedback) -> None:
-        data = self._remove(record, record.place or "", _token(record, record.token))
-        self._goals.gave(record, data)
-
-    def _finish(self, record: Finish) -> None:
-        data = self._remove(record, record.place or "", _token(record, record.token))
-        if record.unheeded is not None:
+    def _goal(self, record: Any) -> None:
+        """Let a step of a goal happen, as its kind declares it."""
+        data = self._move(record)
+        if record.declared.goal == "is sent":
+            self._numbers[record.place or ""] = self._numbers.get(record.place or "", 0) + 1
+        unheeded = getattr(record, "unheeded", None)
+        if unheeded is not None:
             for place in [place for place in record.change if place != record.place]:
-                self._remove(record, place, record.unheeded)
-        if not self._goals.finished(record, data):
+                self._remove(record, place, unheeded)
+        if not self._goals.happen(record, data):
             raise JournalStateError(
                 f"goal {record.message!r} ends, which no slot works on", location=record.location
             )
+
+    def _move(self, record: Any) -> Data:
+        """Move the token of a record, as its kind declares it; return what it carries, if it leaves."""
+        move = record.declared.token
+        if move == "leaves":
+            return self._remove(record, record.place or "", _token(record, record.token))
+        if move == "arrives" or (move == "may arrive" and record.place is not None):
+            self._add(record.place, StoredToken(_token(record, record.token), record.data))
+        return {}
 
     def _put_aside(self, record: Aside) -> None:
         aside = self._aside.setdefault(record.transition, {})
@@ -340,6 +308,7 @@ def _token(record: Record, token: int | None) -> int:
 
 _APPLY: Mapping[type[Record], Callable[..., None]] = {
     **{kind: JournalState._call for kind in EVENTS.values() if kind.declared.call},
+    **{kind: JournalState._goal for kind in EVENTS.values() if kind.declared.goal},
     Start: JournalState._start,
     Checkpoint: JournalState._checkpoint,
     Fire: JournalState._fire,
@@ -349,17 +318,6 @@ _APPLY: Mapping[type[Record], Callable[..., None]] = {
     Drop: JournalState._drop,
     Timeout: JournalState._timeout,
     Lifecycle: JournalState._change_state,
-    Goal: JournalState._goal,
-    Accept: JournalState._arrived,
-    Accepted: JournalState._told,
-    Reject: JournalState._arrived,
-    Cancel: JournalState._told,
-    Canceling: JournalState._arrived,
-    TooLate: JournalState._told,
-    Feedback: JournalState._feedback,
-    Hear: JournalState._arrived,
-    Finish: JournalState._finish,
-    Outcome: JournalState._arrived,
     Aside: JournalState._put_aside,
     Release: JournalState._release,
 }

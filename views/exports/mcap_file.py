@@ -18,6 +18,8 @@ import json
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.records import EVENTS
+from dineros.metamodel.records.schema import Timeout
 from dineros.views.exports.timing import times_of
 from dineros.views.traces.building import Step, TraceBuilder
 from dineros.views.traces.goals import ENDS
@@ -63,15 +65,12 @@ _SCHEMAS: dict[str, dict[str, Any]] = {
 _INFO, _ERROR = 2, 4  # levels of foxglove.Log
 _EVENTS = {"p": "publish", "k": "take", "d": "drop", "n": "level"}
 _STATES = {
-    "q": "requested",
-    "s": "served",
-    "r": "replied",
-    "a": "answered",
-    "o": "timed out",
-    "g": "given up",
+    (group, kind.declared.mark): kind.declared.state
+    for kind in EVENTS.values()
+    for group, is_about in (("services", kind.declared.call), ("actions", kind.declared.goal))
+    if kind.declared.state and (is_about or kind is Timeout)
 }
-_GOAL_STATES = {"q": "sent", "s": "accepted", "r": "finished", "o": "timed out", "c": "asked to cancel"}
-_GOAL_STATES |= {"x": "canceling", "b": "feedback", "h": "heard"}
+"""What a call or goal is after a mark, by the group of its lane."""
 
 
 def export(builder: TraceBuilder) -> bytes:
@@ -145,12 +144,11 @@ class _File:
                 said["capacity"] = lane.capacity
             self._message(f"/dineros/topics/{lane.channel}/{lane.queue}/{lane.id}", "dineros.Queue", said)
         elif lane.kind == "client":
-            is_goal = lane.group == "actions"
-            state = (_GOAL_STATES if is_goal else _STATES).get(letter) or ENDS[values[1]]
+            state = _STATES.get((lane.group, letter)) or ENDS[values[1]]
             call: dict[str, Any] = {"call": values[0], "state": state}
             if letter == "s" and values[1] is not None:
                 call["instance"] = values[1]
-            topic = f"/dineros/{'actions' if is_goal else 'services'}/{lane.channel}/{lane.id}"
+            topic = f"/dineros/{lane.group}/{lane.channel}/{lane.id}"
             self._message(topic, "dineros.Call", call)
 
     def _message(self, topic: str, schema: str, content: dict[str, Any]) -> None:

@@ -27,7 +27,7 @@ from dineros.metamodel.records import Header, Record, Start
 from dineros.metamodel.records.schema import Step as StepRecord
 from dineros.views.traces.calls import CallBars
 from dineros.views.traces.facts import Facts, prototype
-from dineros.views.traces.goals import GoalBars, GoalRecord
+from dineros.views.traces.goals import GoalBars
 from dineros.views.traces.lanes import Lane, Lanes
 
 Mark = list[Any]
@@ -282,7 +282,7 @@ class TraceBuilder:
                 step.text = said or f"signal {record.signal} becomes {'true' if record.value else 'false'}"
             case rec.Drop(queue="request"):
                 self._bar(step, self._calls.mark_lost(record, node))
-            case rec.GoalStep() | rec.Accepted() | rec.TooLate():
+            case _ if record.declared.goal:
                 self._goal(step, record)
             case rec.Timeout() if (record.channel, record.client) in self.facts.goals:
                 self._goal(step, record)
@@ -363,7 +363,7 @@ class TraceBuilder:
         count, most = self._counts[lane.index], lane.capacity if self.facts.has_histories else None
         return count if most is None or self._loads else min(count, most)
 
-    def _goal(self, step: Step, record: GoalRecord) -> None:
+    def _goal(self, step: Step, record: Record) -> None:
         step.node = step.node or self.facts.owner_of(getattr(record, "place", None))
         self._bar(step, self._goals.mark(record, step.node))
 

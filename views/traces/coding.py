@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from dineros.metamodel.records import EVENTS, Accepted, Fire, GoalStep, Header, Signal, TooLate
+from dineros.metamodel.records import EVENTS, Fire, Header, Signal
 from dineros.views.traces.building import Step, TraceBuilder
 from dineros.views.traces.facts import Clause
 
 BREAKPOINTS = [
     event
     for event, kind in EVENTS.items()
-    if not issubclass(kind, (Header, Fire, Signal, GoalStep, Accepted, TooLate))
+    if not (kind.declared.goal or issubclass(kind, (Header, Fire, Signal)))
 ]
 """Kinds of records that a breakpoint can name. Firings and signals have conditions of their own."""
 

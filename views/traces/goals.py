@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from dineros.metamodel import records as rec
 from dineros.views.traces.facts import Facts
 from dineros.views.traces.lanes import Lane, Lanes
 
@@ -19,8 +18,6 @@ ENDS = ("succeeded", "aborted", "canceled", "rejected")
 """How a goal ends, for its client."""
 
 _WORDS = {end: "has succeeded" if end == "succeeded" else f"is {end}" for end in ENDS}
-
-GoalRecord = rec.GoalStep | rec.Accepted | rec.TooLate | rec.Timeout
 
 
 @dataclass(eq=False)
@@ -59,61 +56,54 @@ class GoalBars:
             label=self._facts.channel_name(channel), note=note, node=node, channel=channel,
         )  # fmt: skip
 
-    def mark(self, record: GoalRecord, node: str | None) -> tuple[Lane, list[Any] | None, str]:
+    def mark(self, record: Any, node: str | None) -> tuple[Lane, list[Any] | None, str]:
         """Return the lane of a record, its mark there, and what happens; no mark: nothing is drawn."""
-        bar = self._bar(record, node)
+        bar, change = self._bar(record, node), record.declared.goal
         number, name = bar.number, self._facts.channel_name(record.channel)
         client, slot = f"client {bar.client}", f"slot {getattr(record, 'instance', None) or '?'}"
-        goal, own = f"the goal of {client} of action {name}", f"its goal of action {name}"
-        match record:
-            case rec.Goal():
-                return bar.lane, ["q", number], f"{client} sends a goal of action {name}"
-            case rec.Accept():
-                instance = record.instance
-                return bar.lane, ["s", number, instance], f"{slot} of action {name} accepts {goal}"
-            case rec.Accepted():
-                return bar.lane, None, f"{client} learns that {own} is accepted"
-            case rec.Cancel():
-                asked = own if record.message or record.text else f"a goal of action {name}, and has none"
-                return bar.lane, ["c", number], f"{client} asks to cancel {asked}"
-            case rec.Canceling():
-                return bar.lane, ["x", number], f"{slot} of action {name} hears that {goal} is to be canceled"
-            case rec.TooLate():
-                return bar.lane, None, f"{client} learns that its request to cancel came too late"
-            case rec.Feedback():
-                return bar.lane, ["b", number], f"{slot} of action {name} gives feedback to {client}"
-            case rec.Hear():
-                return bar.lane, ["h", number], f"{client} hears feedback of action {name}"
-            case rec.Finish():
-                return bar.lane, ["r", number], f"{goal} {_WORDS[record.outcome]}"
-            case rec.Reject() | rec.Outcome():
-                end = "rejected" if isinstance(record, rec.Reject) else record.outcome
-                self._over(record.channel, bar)
-                return bar.lane, ["a", number, ENDS.index(end)], f"{client} learns that {own} {_WORDS[end]}"
-        return bar.lane, ["o", number], f"{client} of action {name} waits too long: sends its goal again"
+        if not change:
+            return bar.lane, ["o", number], f"{client} of action {name} waits too long: sends its goal again"
+        own, none = f"its goal of action {name}", f"a goal of action {name}, and has none"
+        end = getattr(record, "outcome", "rejected")
+        happens = record.declared.happens.format(
+            client=client, slot=slot, goal=f"the goal of {client} of action {name}", own=own, action=name,
+            asked=own if record.message or getattr(record, "text", None) else none, ends=_WORDS[end],
+        )  # fmt: skip
+        mark = [record.declared.mark, number]
+        if change == "is accepted":
+            mark.append(record.instance)
+        elif change in ("is known to be rejected", "is known to have ended"):
+            self._over(record.channel, bar)
+            mark.append(ENDS.index(end))
+        return bar.lane, mark if record.declared.mark else None, happens
 
-    def _bar(self, record: GoalRecord, node: str | None) -> _Bar:
+    def _bar(self, record: Any, node: str | None) -> _Bar:
         channel, goal = record.channel, record.message
+        is_accepted = record.declared.goal == "is accepted"
         slot = (channel, getattr(record, "instance", None))
         bar = self._bars.get((channel, goal)) if goal else None
-        if isinstance(record, rec.Goal):  # of a run that goes on, its server's trace may have been read first
+        if (
+            record.declared.goal == "is sent"
+        ):  # of a run that goes on, its server's trace may have been read first
             return bar or self._new(channel, goal, record.client or "?", node)
-        if bar is None and not isinstance(record, rec.Accept):
+        if bar is None and not is_accepted:
             bar = self._in_slot.get(slot) if slot[1] is not None else None
         if bar is None:
             bar = self._of_client(record)
         client = record.client or self._facts.only_client(channel) or "?"
         bar = bar or self._new(channel, goal, client, None if slot[1] else node)
-        if isinstance(record, rec.Accept):
+        if is_accepted:
             self._in_slot[slot] = bar
         return bar
 
-    def _of_client(self, record: GoalRecord) -> _Bar | None:
+    def _of_client(self, record: Any) -> _Bar | None:
         """Return a goal without an id by its client: the oldest one that is under way, or the last."""
         wanted: Callable[[str], bool] = lambda client: record.client in (None, client)  # noqa: E731
         for (channel, client), bars in self._under_way.items():
             if channel == record.channel and wanted(client) and not record.message:
-                taken = [bar for bar in bars if isinstance(record, rec.Accept) and self._is_in_slot(bar)]
+                taken = [
+                    bar for bar in bars if record.declared.goal == "is accepted" and self._is_in_slot(bar)
+                ]
                 left = [bar for bar in bars if bar not in taken]
                 if left:
                     return left[0]

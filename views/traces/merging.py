@@ -9,35 +9,18 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 
-from dineros.metamodel.records import (
-    Accept,
-    Accepted,
-    Cancel,
-    Canceling,
-    Finish,
-    Goal,
-    Outcome,
-    Publish,
-    Record,
-    Reply,
-    Request,
-    Response,
-    Serve,
-    Take,
-)
+from dineros.metamodel.records import EVENTS, Record
 
-_WAYS: tuple[tuple[str, type[Record], type[Record]], ...] = (
-    ("topic", Publish, Take),
-    ("request", Request, Serve),
-    ("response", Reply, Response),
-    ("goal", Goal, Accept),
-    ("accepted", Accept, Accepted),
-    ("cancel", Cancel, Canceling),
-    ("result", Finish, Outcome),
-)
-"""What goes from node to node, which record sends it, and which receives it."""
-_SENDS = {sends: way for way, sends, _ in _WAYS}
-_RECEIVES = {receives: way for way, _, receives in _WAYS}
+_RECEIVES = {
+    kind: kind.declared.receives
+    for kind in EVENTS.values()
+    if kind.declared.receives and "number" not in kind.__dataclass_fields__
+}
+"""What goes from node to node: the event of the record that sends it, by the kind that receives it.
+
+Feedback is left out: the id of its goal does not tell one from the next.
+"""
+_SENDS = frozenset(_RECEIVES.values())
 
 
 class Merger:
@@ -94,7 +77,7 @@ class Merger:
         if self._expected is not None:
             return (receives, message) in self._expected
         # A response has the id of its request, and so the name of the client, not of the server.
-        return receives == "response" or message.split("/")[0].split("@")[0] in self._queues
+        return receives == "reply" or message.split("/")[0].split("@")[0] in self._queues
 
     @staticmethod
     def _time(record: Record) -> float:
@@ -122,6 +105,5 @@ def merge(traces: Mapping[str, Iterable[Record]]) -> Iterator[tuple[str, Record]
 
 
 def _sent_by(record: Record) -> tuple[str, str] | None:
-    sends = _SENDS.get(type(record))
     message = getattr(record, "message", None)
-    return (sends, message) if sends and message else None
+    return (record.event, message) if record.event in _SENDS and message else None
