@@ -86,3 +86,24 @@ def test_giving_up_a_call_is_known_in_few_files() -> None:
         "transformations/rules/requests.py",
         "runtime/channels/clients.py",
     }
+
+
+@pytest.mark.parametrize(
+    ("kind", "rules"),
+    [
+        ("Hear", {"transformations/rules/actions/feedback.py"}),
+        ("Accepted", {"transformations/rules/clients/acceptances.py"}),
+        ("TooLate", set[str]()),
+    ],
+)
+def test_classes_of_steps_of_goals_are_imported_by_their_rules_alone(kind: str, rules: set[str]) -> None:
+    imported = re.compile(
+        rf"^from dineros\.metamodel\.records[\w.]* import (\([^)]*|[^(\n]*)\b{kind}\b", re.MULTILINE
+    )
+    importing = {
+        str(path.relative_to(ROOT))
+        for room in ROOMS
+        for path in (ROOT / room).rglob("*.py")
+        if imported.search(path.read_text("utf-8"))
+    }
+    assert importing == {"metamodel/records/__init__.py", *rules}
