@@ -3,15 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
-from dineros.metamodel.records import (
-    Checkpoint,
-    Data,
-    Reply,
-    Request,
-    Serve,
-    Timeout,
-)
+from dineros.metamodel.records import Checkpoint, Data
 from dineros.metamodel.records.schema import requests_of
 from dineros.runtime.journal.saved import CallState
 
@@ -68,44 +62,47 @@ class Calls:
             "kept_responses": dict(self._kept_responses),
         }
 
-    # What a client does.
+    def happen(self, record: Any, data: Data, now: float) -> bool:
+        """Let a step of a call happen, as its kind declares it; False: no instance serves what it answers.
 
-    def asked(self, record: Request, data: Data, now: float) -> None:
-        """A request is sent."""
-        self._pending(record.channel, record.client)[record.message or ""] = _Pending(data, now)
-
-    def failed(self, record: Timeout) -> None:
-        """A request is not answered, and is sent again."""
-        pending = self._pending(record.channel, record.client).get(record.message or "")
-        if pending is not None:
-            pending.attempts = record.attempt + 1
-
-    def over(self, channel: str, client: str | None, message: str | None) -> None:
-        """A request is answered, or its client gives up."""
-        self._pending(channel, client).pop(message or "", None)
-
-    def _pending(self, channel: str, client: str | None) -> dict[str, _Pending]:
-        """Return the requests that a client has under way, by id."""
-        return self._requests.setdefault(f"{channel}/{client}", {})
-
-    # What a server does.
-
-    def served(self, record: Serve) -> None:
-        """An instance takes a request."""
-        self._serving[record.place] = record.message or ""
-
-    def replied(self, record: Reply, data: Data) -> bool:
-        """Note a response, which is kept for a request that comes again; False: no instance serves it."""
+        Parameters
+        ----------
+        record : ServiceStep or GiveUp
+            The step.
+        data : dict
+            What its token carries, if that leaves.
+        now : float
+            When it happens, in seconds since the epoch.
+        """
+        requests = self._requests.setdefault(f"{record.channel}/{record.client}", {})
         message = record.message or ""
+        match record.declared.call:
+            case "begins":
+                requests[message] = _Pending(data, now)
+            case "is served":
+                self._serving[record.place] = message
+            case "is answered":
+                return self._replied(record.channel, message, data)
+            case _:
+                requests.pop(message, None)
+        return True
+
+    def failed(self, key: str, message: str, attempt: int) -> None:
+        """A request is not answered, and is sent again."""
+        if (pending := self._requests.get(key, {}).get(message)) is not None:
+            pending.attempts = attempt + 1
+
+    def _replied(self, channel: str, message: str, data: Data) -> bool:
+        """Note a response, which is kept for a request that comes again; False: no instance serves it."""
         entry = next((place for place, served in self._serving.items() if served == message), None)
         if entry is None:
             return False
         del self._serving[entry]
         if message:
-            kept = self._responses.setdefault(record.channel, {})
+            kept = self._responses.setdefault(channel, {})
             kept[message] = data
             sender = message.rpartition("/")[0]
             of_sender = [id for id in kept if id.rpartition("/")[0] == sender]
-            for earlier in of_sender[: -self._kept_responses.get(record.channel, 1)]:
+            for earlier in of_sender[: -self._kept_responses.get(channel, 1)]:
                 del kept[earlier]
         return True

@@ -22,7 +22,7 @@ from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.atomic import write_atomically
 from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.json_text import decode_json
-from dineros.metamodel.records import Checkpoint, Fire, Record, Response, Serve, Start, StoredToken, Take
+from dineros.metamodel.records import Checkpoint, Record, StoredToken
 from dineros.metamodel.records.files import data_folder
 
 _KEYS = {"$stored", "$bytes", "$start"}
@@ -106,8 +106,6 @@ class Outlined:
         DinerosError
             A stored value is missing or not what it was.
         """
-        if not isinstance(record, (Start, Fire, Take, Serve, Response)):
-            return record
         if isinstance(record, Checkpoint) and record.apart:
             record = cast(R, self._inline_places(record))
         names = [name for name in _PLACES if hasattr(record, name)]

@@ -20,7 +20,6 @@ from dineros.metamodel.records import (
     Publish,
     Record,
     Release,
-    Request,
     Signal,
     Start,
     StoredToken,
@@ -185,24 +184,17 @@ class JournalState:
     def _call(self, record: Any) -> None:
         """Let a step of a call of a service happen, as its kind declares it."""
         data = self._move(record)
-        match record.declared.call:
-            case "begins":
-                self._count(record)
-                self._calls.asked(record, data, self._now)
-            case "is served":
-                self._calls.served(record)
-            case "is answered":
-                if not self._calls.replied(record, data):
-                    raise JournalStateError(
-                        f"reply to {record.message or ''!r}, which no instance serves",
-                        location=record.location,
-                    )
-            case _:
-                self._calls.over(record.channel, record.client, record.message)
+        if record.declared.call == "begins":
+            self._count(record)
+        if not self._calls.happen(record, data, self._now):
+            raise JournalStateError(
+                f"reply to {record.message or ''!r}, which no instance serves", location=record.location
+            )
 
     def _timeout(self, record: Timeout) -> None:
-        self._calls.failed(record)
-        self._goals.failed(f"{record.channel}/{record.client}", record.message or "", record.attempt)
+        key, message = f"{record.channel}/{record.client}", record.message or ""
+        self._calls.failed(key, message, record.attempt)
+        self._goals.failed(key, message, record.attempt)
 
     def _drop(self, record: Drop) -> None:
         if record.place is None or record.queue == "request":
@@ -281,7 +273,7 @@ class JournalState:
         else:
             aside.pop(place, None)
 
-    def _count(self, record: Publish | Request) -> tuple[str, int] | None:
+    def _count(self, record: Any) -> tuple[str, int] | None:
         """Note a message by the place that its id names, on a server page one for all instances."""
         known = _parts(record, record.message)
         if known is None:

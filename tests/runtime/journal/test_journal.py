@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import random
@@ -19,6 +20,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import load
 from dineros.metamodel.records import (
+    EVENTS,
     Checkpoint,
     Fire,
     Header,
@@ -310,6 +312,21 @@ class TestLargeData:
         assert token.data["short"] == "x"
         assert token.data["text"]["$bytes"] == 5002  # type: ignore[index, call-overload]
         assert token.data["text"]["$start"].startswith('"long long')  # type: ignore[index, call-overload, union-attr]
+
+    @pytest.mark.parametrize(
+        "event", [event for event, kind in EVENTS.items() if "data" in kind.__dataclass_fields__]
+    )
+    def test_they_are_there_again_in_each_record_with_data(self, tmp_path: Path, event: str) -> None:
+        outlined = Outlined(tmp_path, "node", limit=10)
+        values = outlined.outline({"data": {"text": "long " * 10, "short": "x"}})
+        assert set(values["data"]["text"]) == {"$stored", "$bytes", "$start"}
+        required = {
+            field.name: "x"
+            for field in dataclasses.fields(EVENTS[event])
+            if field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        }
+        record = EVENTS[event](**{**required, "sequence": 1, **values})
+        assert outlined.inline(record).data == {"text": "long " * 10, "short": "x"}  # type: ignore[attr-defined]
 
     def test_they_are_there_again_when_a_node_goes_on(self, tmp_path: Path) -> None:
         states = play(self.model(), tmp_path, 1, 100)
