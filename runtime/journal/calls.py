@@ -67,7 +67,7 @@ class Calls:
 
         Parameters
         ----------
-        record : ServiceStep or GiveUp
+        record : CallStep
             The step.
         data : dict
             What its token carries, if that leaves.
