@@ -101,6 +101,23 @@ class Bounds:
         waited = None if task is None else self._solved.waited.get(task)
         return task is not None and waited is not None and waited.start < task.period - task.jitter
 
+    def runs_per_second(self, page: sym.CallbackPage) -> Fraction | None:
+        """Return how often a callback runs at most, in the long run; None if that is open."""
+        curves = [self._solved.curves.get(task) for task in self._tasks.of(page)]
+        if not curves or any(curve is None for curve in curves):
+            return None
+        return sum((curve.rate for curve in curves if curve is not None), Fraction(0)) / self._tasks.unit
+
+    def share_of_thread(self, page: sym.CallbackPage) -> Fraction | None:
+        """Return which part of the time of a thread a callback needs at most, in the long run; None: open."""
+        found = Fraction(0)
+        for task in self._tasks.of(page):
+            curve = self._solved.curves.get(task)
+            if curve is None or task.work is None:
+                return None
+            found += curve.rate * task.most
+        return found
+
     def everything(self) -> Everything:
         """Return bounds of all response times, and what is proved to be never lost."""
         found = Everything(is_exact=False)

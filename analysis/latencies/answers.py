@@ -167,6 +167,11 @@ class Latencies:
         )
 
     @property
+    def model(self) -> sym.SystemModel:
+        """The model."""
+        return self._model
+
+    @property
     def subject(self) -> TimedSubject:
         """The net with its times."""
         return self._subject

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid
-from dineros.cli.console import say, say_json
-from dineros.cli.options import json_option, model_argument, settings_option
+from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid, write_witness
+from dineros.cli.console import say, say_json, summarise, warn
+from dineros.cli.options import json_option, model_argument, output_option, settings_option
+from dineros.cli.presentation.latencies import lines_of_all, span, write_latency_page
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
-    from dineros.analysis.latencies.answers import Everything, Latency
+    from dineros.analysis.latencies.answers import End, Everything, Latencies, Latency
+    from dineros.analysis.witnesses.findings import Witness
 
 
 @search_command(
@@ -28,10 +30,17 @@ if TYPE_CHECKING:
 @click.option("--from", "first", metavar="X", help="Callback or topic at which data begins.")
 @click.option("--to", "last", metavar="Y", help="Callback or topic at which it ends.")
 @click.option("--bounds", is_flag=True, help="Give safe bounds instead of exact times: quick at any size.")
+@output_option("Write a page (.html); or, with --from and --to, the run that takes longest (.jsonl).")
 @settings_option
 @json_option
 def latency(
-    model: Path, first: str | None, last: str | None, bounds: bool, settings: tuple[str, ...], as_json: bool
+    model: Path,
+    first: str | None,
+    last: str | None,
+    bounds: bool,
+    output: Path | None,
+    settings: tuple[str, ...],
+    as_json: bool,
 ) -> int:
     """Compute the least and greatest time that data takes through a model of ROS 2.
 
@@ -49,10 +58,13 @@ def latency(
     """
     if (first is None) != (last is None):
         raise click.UsageError("--from and --to go together")
+    is_page = output is not None and output.suffix.lower() == ".html"
+    if output is not None and not is_page and (first is None or bounds):
+        raise click.UsageError("-o writes a run with --from and --to and without --bounds, or a page (.html)")
     start_quickly()
     from dineros.analysis.bounds.answers import Bounds
     from dineros.analysis.bounds.combining import known_everything, known_latency
-    from dineros.analysis.latencies.answers import Everything, Latencies, end_of, require_times
+    from dineros.analysis.latencies.answers import Everything, Latencies, Latency, end_of, require_times
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
     from dineros.metamodel.times.rates import TooManyOnTheWayError
@@ -64,7 +76,7 @@ def latency(
     saying = _Saying(model, f"{first} to {last}", as_json)
     run.draft(saying.nothing)
     run.stage("bounding times")
-    reason = ""
+    reason, asked = "", None
     try:
         require_times(net)
         ends = None if first is None or last is None else (end_of(net, first), end_of(net, last))
@@ -86,7 +98,75 @@ def latency(
         error.location = error.location or Location(model)
         raise
     with run.answer():
-        return saying.all(found, reason)
+        status = saying.all(found, reason)
+    if output is None:
+        return status
+
+    def not_written(ending: str) -> int:
+        warn(f"{output} is not written: {ending}")
+        return status
+
+    run.draft(not_written)
+    run.stage(f"writing {output.name}")
+    worst = _worst(asked, found, ends, saying.chain)
+    if is_page:
+        everything = found if isinstance(found, Everything) else None
+        if everything is None:
+            everything = safe.everything()
+            if asked is not None and not reason:
+                everything = known_everything(asked.everything(), everything)
+        chains = saying.of_chain(found) if isinstance(found, Latency) else []
+        write_latency_page(
+            everything, safe, net, output, model, settings, chains, worst, _notes(found, reason)
+        )
+    elif worst is None:
+        warn(f"{output} is not written: no run is known")
+        return status
+    else:
+        write_witness(worst[1], output, model, settings, saying.chain, "holds")
+    if not as_json:
+        summarise(f"{model} -> {output}")
+    return status
+
+
+def _worst(
+    asked: Latencies | None, found: Everything | Latency, ends: tuple[End, End] | None, chain: str
+) -> tuple[str, Witness] | None:
+    """Return what takes longest, in words, and its run; None if it is not known."""
+    from dineros.analysis.latencies.answers import Latency
+    from dineros.analysis.latencies.paths import callback_pages
+    from dineros.analysis.witnesses.findings import witness_of
+
+    if asked is None:
+        return None
+    if isinstance(found, Latency):
+        assert ends is not None
+        first, last, time = *ends, found
+    else:
+        known = {name: each for name, each in found.callbacks.items() if each.is_exact and each.greatest}
+        if not known:
+            return None
+        name, time = max(known.items(), key=lambda item: item[1].greatest.value if item[1].greatest else 0)
+        first = next(page for page in callback_pages(asked.model) if page.id == name)
+        last, chain = None, f"callback {name}"
+    if time.greatest is None or not time.is_exact:
+        return None
+    shown = asked.longest_instance(first, last, time)
+    if shown is None:
+        return None
+    words = f"{chain} takes {float(time.greatest.value):g} s, counted from {shown.began:g} s"
+    return words, witness_of(asked.subject, shown.trace, times=shown.times)
+
+
+def _notes(found: Everything | Latency, reason: str) -> list[str]:
+    from dineros.analysis.bounds.answers import ASSUMES
+
+    notes = [f"the search for exact times has not ended: {reason}"] if reason else []
+    return (
+        notes
+        if found.is_exact
+        else [*notes, f"some bounds are safe, and need not be reached; they assume that {ASSUMES}"]
+    )
 
 
 class _Saying:
@@ -127,7 +207,7 @@ class _Saying:
             why = {"ended": ended} if ended else {}
             say_json({"model": str(self.model), **found.to_dict(), **assumed, **why})
         else:
-            for line in self._of_chain(found) if isinstance(found, Latency) else _of_all(found):
+            for line in self.of_chain(found) if isinstance(found, Latency) else lines_of_all(found):
                 say(line)
             if ended:
                 say(f"note: the search for exact times has not ended: {ended}")
@@ -135,11 +215,12 @@ class _Saying:
                 say(f"note: these bounds are safe, and need not be reached; they assume that {ASSUMES}")
         return UNKNOWN if any(each.reason for each in times) else HOLDS
 
-    def _of_chain(self, found: Latency) -> list[str]:
+    def of_chain(self, found: Latency) -> list[str]:
+        """Return what is known of the chain, a line each."""
         lost = {True: ", an instance can be lost", False: "", None: ""}
         if found.greatest is not None:
             lost[None] = ", whether an instance can be lost is not known"
-        lines = [f"{self.chain}: {_span(found)}{lost[found.is_lost]}"]
+        lines = [f"{self.chain}: {span(found)}{lost[found.is_lost]}"]
         longest = [("reaction time", found.reaction), ("data age", found.age)]
         words = [f"{name} up to {float(each.value):g} s" for name, each in longest if each is not None]
         if words:
@@ -147,31 +228,3 @@ class _Saying:
         if found.reason:
             lines.append(f"no bound for {self.chain}: {found.reason}")
         return lines
-
-
-def _of_all(found: Everything) -> list[str]:
-    lines = []
-    for name, each in found.callbacks.items():
-        lines.append(f"callback {name}: {_span(each)}")
-        if each.reason:
-            lines.append(f"    no bound: {each.reason}")
-    overflows = {True: ", can overflow", False: "", None: ", whether it can overflow is not known"}
-    for name, (longest, can_overflow) in found.readers.items():
-        lines.append(f"reader {name}: at most {longest} waiting{overflows[can_overflow]}")
-    ticks = {True: "can lose ticks", False: "loses no tick", None: "whether it loses ticks is not known"}
-    for name, loses in found.timers.items():
-        lines.append(f"timer {name}: {ticks[loses]}")
-    return lines
-
-
-def _span(found: Latency) -> str:
-    """Return bounds in words; a bound that is only approached has a sign."""
-    if found.least is None:
-        return "never ends" if not found.reason else "open"
-    least = f"{'more than ' if not found.least.is_reached else ''}{float(found.least.value):g}"
-    if found.greatest is None:
-        return f"at least {least} s"
-    greatest = f"{'less than ' if not found.greatest.is_reached else ''}{float(found.greatest.value):g}"
-    if not found.is_exact:
-        return f"at least {least} s, at most {greatest} s"
-    return f"{least} s" if least == greatest else f"{least} to {greatest} s"

@@ -1,0 +1,139 @@
+"""What `dineros latency` found, as text and as a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.cli.console import warn
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from dineros.analysis.bounds.answers import Bounds
+    from dineros.analysis.latencies.answers import Everything, Latency
+    from dineros.analysis.witnesses.findings import Witness
+    from dineros.metamodel import sym
+
+OVERFLOWS = {True: ", can overflow", False: "", None: ", whether it can overflow is not known"}
+TICKS = {True: "can lose ticks", False: "loses no tick", None: "whether it loses ticks is not known"}
+
+
+def write_latency_page(
+    everything: Everything,
+    bounds: Bounds,
+    model: sym.SystemModel,
+    output: Path,
+    source: Path,
+    settings: Sequence[str],
+    chains: Sequence[str],
+    worst: tuple[str, Witness] | None,
+    notes: Sequence[str],
+) -> None:
+    """Write a page, as a whole or not at all; one line says why it lacks a picture.
+
+    Parameters
+    ----------
+    everything, bounds
+        Response times, and what is known of shares of threads.
+    model, source, settings
+        The model, its file, and how it was changed.
+    output
+        The page.
+    chains
+        What is known of the chain that was asked for, in words.
+    worst
+        What takes longest, in words, and its run.
+    notes
+        What the answers rest on.
+    """
+    from dineros.analysis.latencies.paths import callback_pages
+    from dineros.metamodel.elements import label, node_net_of
+    from dineros.metamodel.files.atomic import write_atomically
+    from dineros.metamodel.times.given import duration_of
+    from dineros.views.reports.latency_report import CallbackRow, LatencyContent, latency_page
+
+    rows = []
+    for page in callback_pages(model):
+        if page.id not in everything.callbacks:
+            continue
+        response, rate, share = (
+            everything.callbacks[page.id],
+            bounds.runs_per_second(page),
+            bounds.share_of_thread(page),
+        )
+        duration = duration_of(page)
+        rows.append(
+            CallbackRow(
+                label(page),
+                label(node_net_of(page)),
+                _seconds(page.timer) if page.timer else f"{float(1 / rate):g} s" if rate else "open",
+                "open" if duration is None else _interval(duration.earliest, duration.latest),
+                span(response),
+                response.reason,
+                None if response.greatest is None else float(response.greatest.value),
+                None if share is None else float(share),
+            )
+        )
+    view = None
+    if worst is not None:
+        from dineros.cli.presentation.traces import witness_builder
+        from dineros.views.traces.coding import TraceCoder
+
+        view = TraceCoder(witness_builder(worst[1], str(source)), worst[0]).snapshot()
+    content = LatencyContent(
+        title=model.name or model.id,
+        source=str(source),
+        settings=tuple(settings),
+        chains=chains,
+        rows=rows,
+        readers=[
+            (name, longest, "yes" if overflows else "no" if overflows is False else "not known")
+            for name, (longest, overflows) in everything.readers.items()
+        ],
+        timers=[(name, TICKS[loses]) for name, loses in everything.timers.items()],
+        worst="" if worst is None else worst[0],
+        steps=[] if worst is None else [step.shown for step in worst[1].steps],
+        view=view,
+        notes=notes,
+    )
+    page_text, failure = latency_page(content)
+    write_atomically(output, page_text.encode())
+    if failure is not None:
+        warn(f"{output}: without a picture: {failure}")
+
+
+def _seconds(value: float) -> str:
+    return f"{value:g} s"
+
+
+def _interval(earliest: float | None, latest: float | None) -> str:
+    first = earliest or 0.0
+    return f"at least {first:g} s" if latest is None else f"{first:g} to {latest:g} s"
+
+
+def lines_of_all(found: Everything) -> list[str]:
+    """Return what is known of all callbacks, histories and timers, a line each."""
+    lines = []
+    for name, each in found.callbacks.items():
+        lines.append(f"callback {name}: {span(each)}")
+        if each.reason:
+            lines.append(f"    no bound: {each.reason}")
+    for name, (longest, can_overflow) in found.readers.items():
+        lines.append(f"reader {name}: at most {longest} waiting{OVERFLOWS[can_overflow]}")
+    for name, loses in found.timers.items():
+        lines.append(f"timer {name}: {TICKS[loses]}")
+    return lines
+
+
+def span(found: Latency) -> str:
+    """Return bounds in words; a bound that is only approached has a sign."""
+    if found.least is None:
+        return "never ends" if not found.reason else "open"
+    least = f"{'more than ' if not found.least.is_reached else ''}{float(found.least.value):g}"
+    if found.greatest is None:
+        return f"at least {least} s"
+    greatest = f"{'less than ' if not found.greatest.is_reached else ''}{float(found.greatest.value):g}"
+    if not found.is_exact:
+        return f"at least {least} s, at most {greatest} s"
+    return f"{least} s" if least == greatest else f"{least} to {greatest} s"
