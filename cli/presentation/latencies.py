@@ -57,16 +57,14 @@ def write_latency_page(
     for page in callback_pages(model):
         if page.id not in everything.callbacks:
             continue
-        response, rate, share = (
-            everything.callbacks[page.id],
-            bounds.runs_per_second(page),
-            bounds.share_of_thread(page),
-        )
+        response, node = everything.callbacks[page.id], node_net_of(page)
+        rate, share = bounds.runs_per_second(page), bounds.share_of_thread(page)
         duration = duration_of(page)
+        assert node is not None, "only executors run callbacks"
         rows.append(
             CallbackRow(
                 label(page),
-                label(node_net_of(page)),
+                label(node),
                 _seconds(page.timer) if page.timer else f"{float(1 / rate):g} s" if rate else "open",
                 "open" if duration is None else _interval(duration.earliest, duration.latest),
                 span(response),

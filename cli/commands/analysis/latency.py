@@ -162,11 +162,9 @@ def _notes(found: Everything | Latency, reason: str) -> list[str]:
     from dineros.analysis.bounds.answers import ASSUMES
 
     notes = [f"the search for exact times has not ended: {reason}"] if reason else []
-    return (
-        notes
-        if found.is_exact
-        else [*notes, f"some bounds are safe, and need not be reached; they assume that {ASSUMES}"]
-    )
+    if not found.is_exact:
+        notes.append(f"some bounds are safe, and need not be reached; they assume that {ASSUMES}")
+    return notes
 
 
 class _Saying:

@@ -167,6 +167,25 @@ def test_bounds_where_too_many_messages_are_on_their_way(run: Run, tmp_path: Pat
     assert "messages of topic t can be on their way at once" in lines[2]
 
 
+def test_a_page_and_a_run(run: Run, robot: Path, tmp_path: Path) -> None:
+    page, trace = tmp_path / "report.html", tmp_path / "run.jsonl"
+    found = run("latency", robot, "-o", page)
+    assert found.exit_code == 0 and found.stdout.splitlines()[-1] == f"{robot} -> {page}"
+    shown = page.read_text()
+    assert "<td>0 to 0.01 s</td>" in shown and "<td>0.02 to 0.15 s</td>" in shown
+    assert "callback log takes 0.15 s, counted from 0.32 s" in shown and "<svg" in shown
+    assert 'class="error">125.0 %' in shown
+
+    assert run("latency", robot, "--from", "tick", "--to", "log", "-o", trace).exit_code == 0
+    assert json.loads(trace.read_text().splitlines()[-1])["time"] == 0.47
+    assert run("trace", trace, "-o", tmp_path / "run.html").exit_code == 0
+    chain = run("latency", robot, "--from", "tick", "--to", "log", "--json", "-o", page)
+    assert json.loads(chain.stdout)["greatest"] == 0.15
+    assert "tick to log: 0.02 to 0.15 s, an instance can be lost" in page.read_text()
+    bounds = run("latency", robot, "--bounds", "-o", page)
+    assert bounds.exit_code in (0, 3) and "they assume that each thread" in page.read_text()
+
+
 def test_what_is_open_ends_with_status_3(run: Run, tmp_path: Path) -> None:
     model, path = model_of(COUNTED[1].system, 0.01), tmp_path / "open.sym.xmi"
     page = find(model, "log")
@@ -185,6 +204,7 @@ def test_what_is_open_ends_with_status_3(run: Run, tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         (("--from", "tick"), "--from and --to go together"),
+        (("-o", "run.jsonl"), "-o writes a run with --from and --to"),
         (("--from", "tick", "--to", "tock"), "no callback or topic is called tock"),
         (("--from", "log", "--to", "tick"), "no data goes from callback log to callback tick"),
     ],
