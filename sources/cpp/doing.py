@@ -82,6 +82,7 @@ class Ros(Ports):
         if call.last in _RESOLVE and call.args:
             return call.args[0]
         if call.last in SELF and not isinstance(on, Open):
+            self.machine.forget(call)
             return on
         if call.last in CHAINED and isinstance(on, (Made, Open)):
             return changed(on, call.last, call.args)

@@ -9,6 +9,7 @@ from dineros.sources.cpp.index import ClassInfo, Routine
 from dineros.sources.cpp.operations import binary, number, text_literal
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import (
+    NO_VALUE,
     Const,
     Either,
     Frame,
@@ -235,7 +236,10 @@ class Expressions(Machine):
                 if isinstance(left, Const) and isinstance(right, Const)
                 else Open(sign)
             )
-        return binary(sign, left, self.value(node.child_by_field_name("right"), frame))
+        right = self.value(node.child_by_field_name("right"), frame)
+        if sign == ">>" and right is NO_VALUE:  # a stream gives the variable a value
+            self.assign(node.child_by_field_name("right"), Open(text_of(node)[:60]), frame)
+        return binary(sign, left, right)
 
     def _conditional_expression(self, node: Node, frame: Frame) -> Value:
         asked = self.value(node.child_by_field_name("condition"), frame)

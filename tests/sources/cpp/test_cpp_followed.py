@@ -95,6 +95,8 @@ def test_images_have_their_own_publishers_and_a_copy_is_no_second_one(tmp_path: 
         ('std::string topic = "one";', None),
         ("std::string topic; vendor::fill(topic);", None),
         ("std::string topic; std::getline(std::cin, topic);", None),
+        ("std::string topic; std::cin >> topic;", None),
+        ('vendor::Config config; std::string topic; config.get("topic", topic);', None),
     ],
 )
 def test_a_variable_without_a_value_has_the_one_that_it_gets(
