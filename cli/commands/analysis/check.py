@@ -255,7 +255,7 @@ def check(
         if format == "text":
             summarise(f"certificates: {certificate}: {count}")
     if output is not None and output.suffix.lower() == ".html":
-        from dineros.cli.presentation.check_reports import write_check_report
+        from dineros.cli.presentation.reports.checks import write_check_report
 
         write_check_report(report, net, output, model, settings, folders)
         if format == "text":

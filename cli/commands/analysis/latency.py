@@ -11,7 +11,7 @@ import click
 from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid, write_witness
 from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.options import json_option, model_argument, output_option, settings_option
-from dineros.cli.presentation.latencies import lines_of_all, span, write_latency_page
+from dineros.cli.presentation.reports.latencies import lines_of_all, span, write_latency_page
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
