@@ -83,6 +83,8 @@ def test_stored_bounds(run: Run, robot: Path) -> None:
         "violated: Fast: tick to log within 0.1 (it takes up to 0.15 s, counted"
     )
     assert run("verify", "--time", robot, "Slow").exit_code == 0
+    confirmed = run("verify", "--time", "--confirm", robot, "Slow")
+    assert confirmed.exit_code == 0 and "one engine only knows latencies" in confirmed.stderr
     assert run("verify", robot, "Slow").exit_code == 3
     assert run("verify", "--time", robot, "Bad").exit_code == 2
 
