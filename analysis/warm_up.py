@@ -183,6 +183,7 @@ def _state_classes() -> None:
         search = ClassSearch(net, kind, Budget(MEMORY), keeps_parents=True)
         search.run()
         search.enlarge_tables(always=True)
+        search.domain(0)
     cutting = AtomicSearch(net, Budget(MEMORY))
     cutting.run()
     cutting.enlarge_table()

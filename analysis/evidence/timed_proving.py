@@ -19,7 +19,6 @@ from dineros.analysis.evidence.proving import Asked, Certificate
 from dineros.analysis.evidence.timed_checker import timed_goal, timed_refutation
 from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.timed.exploring import explore_timed
-from dineros.analysis.timed.kernels.records import decode
 from dineros.analysis.timed.nets import UNBOUNDED, TimedNet
 from dineros.analysis.timed.schedules import schedule
 from dineros.analysis.timed.timed_subject import TimedSubject
@@ -101,15 +100,13 @@ def classes_of(net: TimedNet, budget: Budget) -> Iterator[Class]:
     explored = explore_timed(without, budget)
     if not explored.is_complete:
         raise BudgetExceededError(explored.reason)
-    search, known = explored.search, explored.search.known
+    search = explored.search
     places, names, markings = net.untimed.places, net.untimed.transitions, explored.markings
     for number in np.flatnonzero(search.kept() == np.arange(search.classes)).tolist():
         budget.check_time()
         row = int(search.marking_of[number])
-        clocks, first = int(known.clocks[row]), int(known.enabled_start[row])
-        matrix = np.full((clocks + 1, clocks + 1), UNBOUNDED, dtype=np.int64)
-        decode(known.codes, known.record_start[number], clocks, matrix, search.bits, search.top)
-        of = [names[t] for t in known.enabled[first : first + clocks]]
+        enabled, matrix = search.domain(number)
+        of = [names[t] for t in enabled]
         yield {
             "marking": {places[p]: int(markings[row, p]) for p in np.flatnonzero(markings[row]).tolist()},
             "times": dict(_intervals(net, of, matrix)),

@@ -23,7 +23,7 @@ from dineros.analysis.timed.kernels.markings import (
     MOST_CLOCKS,
     find_markings_again,
 )
-from dineros.analysis.timed.kernels.records import find_classes_again
+from dineros.analysis.timed.kernels.records import decode, find_classes_again
 from dineros.analysis.timed.nets import UNBOUNDED, TimedNet
 from dineros.analysis.timed.tables import Known, Work, net_tables
 from dineros.metamodel.errors import DinerosError
@@ -284,6 +284,17 @@ class ClassSearch:
             found.append(int(self.known.via[number]))
             number = int(self.known.parent[number])
         return tuple(reversed(found))
+
+    def domain(self, number: int) -> tuple[list[int], Int64Array]:
+        """Return the transitions whose clocks run in a class, and its matrix of bounds, in normal form.
+
+        Row and column 0 of the matrix stand for zero; the others follow the transitions.
+        """
+        known, row = self.known, int(self.marking_of[number])
+        clocks, first = int(known.clocks[row]), int(known.enabled_start[row])
+        matrix = np.full((clocks + 1, clocks + 1), UNBOUNDED, dtype=np.int64)
+        decode(known.codes, known.record_start[number], clocks, matrix, self.bits, self.top)
+        return known.enabled[first : first + clocks].tolist(), matrix
 
     def first_edge(self, transitions: Sequence[int]) -> tuple[int, int] | None:
         """Return the class and the transition of the first edge that fires one of some transitions."""
