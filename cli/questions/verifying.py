@@ -217,7 +217,7 @@ def _is_shown_by_run(logic: str, formula: str, verdict: Outcome) -> bool:
     from dineros.analysis.logic.language.syntax import Deadlock
     from dineros.analysis.model.times import is_of_all_runs
 
-    if bounds_times(formula):
+    if verdict.status == "unknown" or bounds_times(formula):
         return False  # not asked of windows: the safe answer
     tree = parse(formula, "ltl" if logic == "ltl" else "ctl")
     if any(isinstance(part, Deadlock) for part in tree.subformulas()):

@@ -141,6 +141,9 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     save(model_of(COUNTED[11].system, 0.01), folder / "chain.sym.xmi")
     (folder / "race.net").write_text("net race\ntr fast [1,2] p -> a\ntr slow [3,4] p -> b\npl p (1)\n")
+    (folder / "camera.net").write_text(
+        "net camera\ntr take [5,5] p -> p queue\ntr work [1,2] queue -> \npl p (1)\n"
+    )
     (folder / "handler.net").write_text("net handler\ntr begin [1,2] p -> q\ntr end [3,4] q -> p\npl p (1)\n")
     write_package(folder / "src")
     for command in (

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @search_command(
     "dineros latency chain.sym.xmi",
     "dineros latency chain.sym.xmi --from sense --to act",
-    "dineros latency robot.sym.xmi --bounds",
+    "dineros latency chain.sym.xmi --bounds -o report.html",
 )
 @model_argument()
 @click.option("--from", "first", metavar="X", help="Callback or topic at which data begins.")
