@@ -22,6 +22,7 @@ OTHERWISE_OPENED = {
     "cli/presentation/pictures.py": "a temporary file of our own",
     "cli/failures.py": "/dev/null",
     "metamodel/clauses/parser.py": "our grammar",
+    "metamodel/guards/parser.py": "our grammar",
     "metamodel/editing/journal.py": "the folder of a journal, to wait for the disk",
     "metamodel/files/atomic.py": "this is how files are written",
     "metamodel/files/confined.py": "this is how folders are opened",
