@@ -77,7 +77,7 @@ class GoalFlow:
     # The records.
 
     def step(self, record: Any, forced: bool) -> Refusal | None:
-        """Replay a step of a goal, as its kind declares it; `forced`: lose feedback if there is no room."""
+        """Replay a step of a goal. If `forced`, feedback that has no room is lost."""
         channel = self._channels.get(record.channel)
         if channel is None:
             return Fault(f"the model has no action channel {record.channel!r}")

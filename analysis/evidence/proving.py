@@ -62,7 +62,7 @@ def proved(asked: Asked, budget: Budget = UNLIMITED) -> Outcome | None:
             goal = excluded(asked.kind, asked.text, answer)
             found = proof_against(asked.subject.net, goal, asked.subject.names, budget)
             return _inductive(asked, answer, budget) if found is None else replace(found, status=answer)
-        except DinerosError:  # of the question of a certificate; whoever answers says what is wrong with it
+        except DinerosError:  # the question has an error, which the engine reports
             continue
     return None
 

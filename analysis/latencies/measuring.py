@@ -50,7 +50,7 @@ class Measured:
     is_complete : bool
         Whether that holds for all instances.
     reason : str
-        Why the search is not complete, or why there is no greatest time. Empty if there is no reason.
+        Why the search is incomplete or there is no greatest time; else empty.
     states : int
         State classes.
     """

@@ -29,7 +29,7 @@ def fair_transitions(subject: Subject, wanted: Iterable[str]) -> tuple[str, ...]
     Raises
     ------
     FormulaError
-        There is no such transition, or no such node net; or guards tell tokens of a transition apart.
+        There is no such transition or node net, or the transition has variants because of guards.
         Fairness to each of its variants would assume that every value comes again and again.
     """
     groups = _Groups(subject)
@@ -114,10 +114,10 @@ class Unfairness:
 
 
 def unfairness(subject: Subject, stem: Sequence[int], loop: Sequence[int]) -> Unfairness:
-    """Return to what the run is unfair that fires a stem and then a loop forever.
+    """Return the transitions to which a run is unfair. The run fires a stem, then a loop forever.
 
-    A run without a loop ends in a deadlock, where nothing is enabled. Changes of signals are left out: the
-    outside owes nobody any. So are transitions that guards tell apart: no handler owes any value.
+    A run without a loop ends in a deadlock, where nothing is enabled. Changes of signals are left out, as a
+    signal need not change. Variants of a transition with a guard are left out, as no value need occur.
     """
     net = subject.net
     marking = net.initial.tolist()

@@ -1,10 +1,10 @@
-"""What the net without its times proves, where its state classes are too many.
+"""Proofs by the net without its times, used if there are too many state classes.
 
-With times a net has some of its runs only, and each marking enables the same. So what never happens without
-times never happens with them, and a bounded net stays bounded. A marking that enables something is no end
-with times either, unless priorities keep each other from firing.
+Times remove runs and add none. So what never happens without times never happens with times, and a bounded
+net stays bounded. A marking that enables a transition is not a deadlock with times either, unless transitions
+have priority over each other in a circle.
 
-That time goes on is proved by a weighted sum of tokens which each firing at once makes smaller.
+A weighted sum of tokens proves that time continues: each transition that fires at once makes the sum smaller.
 
 References
 ----------

@@ -187,15 +187,20 @@ def confirm_with_times(checked: TimedChecked, budget: Budget) -> dict[str, Confi
     return told
 
 
+def _say_of(what: str, confirmation: Confirmation, as_json: bool, more: str = "") -> None:
+    """Print what other engines say of an answer; only problems, on standard error, if JSON is printed."""
+    if confirmation.agrees is False:
+        warn(f"ERROR: {what}{confirmation} (one of them is wrong: please report it, with the model)")
+    elif confirmation.agrees is None:
+        warn(f"{what}{confirmation}")
+    elif not as_json:
+        summarise(f"{what}{confirmation}{more}")
+
+
 def say_confirmed_questions(told: Mapping[str, Confirmation], as_json: bool = False) -> None:
     """Say of each question of a check who confirmed its answer."""
     for what, confirmation in told.items():
-        if confirmation.agrees is False:
-            warn(f"ERROR: {what}: {confirmation} (one of them is wrong: please report it, with the model)")
-        elif confirmation.agrees is None:
-            warn(f"{what}: {confirmation}")
-        elif not as_json:
-            summarise(f"{what}: {confirmation}")
+        _say_of(f"{what}: ", confirmation, as_json)
     if not told:
         warn("nothing is confirmed: no answer rests on all state classes")
 
@@ -204,12 +209,8 @@ def say_confirmation(confirmation: Confirmation | None, as_json: bool = False) -
     """Say who confirmed an answer, on standard error where nobody did or JSON is printed."""
     if confirmation is None:
         note("nothing to confirm: the answer does not rest on all markings")
-    elif confirmation.agrees is False:
-        warn(f"ERROR: {confirmation} (one of them is wrong: please report it, with the model)")
-    elif confirmation.agrees is None:
-        warn(str(confirmation))
-    elif not as_json:
-        summarise(str(confirmation))
+    else:
+        _say_of("", confirmation, as_json)
 
 
 def say_confirmations(confirmations: Mapping[str, Confirmation], as_json: bool = False) -> None:
@@ -218,11 +219,9 @@ def say_confirmations(confirmations: Mapping[str, Confirmation], as_json: bool =
     for id, confirmation in confirmations.items():
         said.setdefault(confirmation, []).append(id)
     for confirmation, ids in said.items():
-        if confirmation.agrees is False:
-            warn(f"ERROR: {', '.join(ids)}: {confirmation} (please report it, with the model)")
-        elif confirmation.agrees is None:
-            warn(f"{', '.join(ids)}: {confirmation}")
-        elif not as_json:
-            summarise(f"{confirmation}: {counted(len(ids), 'answer')}")
+        if confirmation.agrees:
+            _say_of("", confirmation, as_json, f": {counted(len(ids), 'answer')}")
+        else:
+            _say_of(f"{', '.join(ids)}: ", confirmation, as_json)
     if not confirmations:
         note("nothing to confirm: no answer rests on all markings")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import errno
 import os
 from pathlib import Path
 
@@ -16,6 +17,9 @@ LOG_BYTES = 16 << 20
 _PIECE = 1 << 20
 _COLLAPSE_RANGE = 8
 """Mode of `fallocate` (Linux) that removes a part of a file, so that what follows it moves to its place."""
+
+_NOT_NOW = (errno.EINTR, errno.EAGAIN, errno.EBUSY)
+"""Errors after which the log is left as it is until the next look: emptying it could lose a line."""
 
 _fallocate = getattr(ctypes.CDLL(None, use_errno=True), "fallocate", None)
 if _fallocate is not None:
@@ -64,10 +68,21 @@ def rotate(path: Path, limit: int = LOG_BYTES) -> bool:
 
 
 def _cut(file: int, size: int) -> bool:
-    """Cut off so many bytes, whole blocks, at the start of a file; return whether the file system can."""
+    """Cut off so many bytes, whole blocks, at the start of a file; return whether the file system can.
+
+    Raises
+    ------
+    OSError
+        It can, but not now.
+    """
     if _fallocate is None:
         return False
-    return bool(_fallocate(file, _COLLAPSE_RANGE, 0, size) == 0)
+    if _fallocate(file, _COLLAPSE_RANGE, 0, size) == 0:
+        return True
+    number = ctypes.get_errno()
+    if number in _NOT_NOW:
+        raise OSError(number, os.strerror(number))
+    return False
 
 
 def _copy(file: int, start: int, end: int | None, older: Path) -> bool:

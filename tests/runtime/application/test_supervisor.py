@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import errno
 import os
 import signal
 import subprocess
@@ -274,6 +276,21 @@ def test_the_log_of_a_process_has_a_limited_size(tmp_path: Path, monkeypatch: py
         assert lines == [f"line {n}" for n in range(400_000 - len(lines), 400_000)]
         assert end == "too bad"
     assert sorted(path.name for path in tmp_path.glob("node*")) == ["node.log", "node.log.1"]
+
+
+@pytest.mark.parametrize(("number", "is_rotated"), [(errno.EINTR, False), (errno.EOPNOTSUPP, True)])
+def test_a_log_is_not_emptied_if_its_head_cannot_be_cut_off_now(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, is_rotated: bool
+) -> None:
+    def refuses(*_: int) -> int:
+        ctypes.set_errno(number)
+        return -1
+
+    monkeypatch.setattr("dineros.runtime.application.log_files._fallocate", refuses)
+    log = tmp_path / "node.log"
+    log.write_text("line\n" * 10_000)
+    assert rotate(log, 20_000) == is_rotated
+    assert log.stat().st_size == (0 if is_rotated else 50_000)
 
 
 def can_cut(path: Path) -> bool:

@@ -133,7 +133,7 @@ def guard_not_sent(transition: sym.Transition, index: Index) -> Outcome:
 
 @constraint(
     "{it} assigns data of tokens that a port sends: {found}",
-    fix="leave the assignment out: whoever receives the message counts with every value",
+    fix="remove the assignment: at the receiver, the field may have any value",
     guard=_has_assignments,
 )
 def assignments_not_sent(transition: sym.Transition, index: Index) -> Outcome:
