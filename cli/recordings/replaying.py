@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, write_witness
 from dineros.cli.console import note, say, say_json, summarise
 from dineros.cli.models import load_valid_system, say_rules, say_what_is_by_hand
+from dineros.cli.presentation.findings import print_report
+from dineros.cli.recordings.timing import ComparedTimes, compared_times, faults, report_of
 from dineros.cli.searching import search
 from dineros.metamodel.errors import counted
 
@@ -25,9 +27,10 @@ def replay(
     traces: Sequence[Path],
     orders: int,
     invariants: Sequence[str],
+    allowance: float,
     output: Path | None,
     settings: Sequence[str],
-    as_json: bool,
+    format: str,
 ) -> int:
     """Replay the traces of a run, say what is found, and return the exit status."""
     from dineros.analysis.conformance import Verdict
@@ -42,41 +45,50 @@ def replay(
     run = search()
 
     def so_far(ending: str) -> int:
-        if as_json:
+        if format == "json":
             none = Verdict("unknown").to_dict(str(model))
-            say_json({**none, "invariants": dict.fromkeys(invariants), "reason": ending})
+            say_json({**none, "invariants": dict.fromkeys(invariants), "times": None, "reason": ending})
         else:
             summarise(f"{model}: unknown: {ending}")
         return UNKNOWN
 
     run.draft(so_far)
     run.stage(f"replaying the traces of {counted(len(parts), 'node')}")
+    readers = {node: partial(read_trace, files) for node, files in parts.items()}
     verdict = conform_traces(
         system,
-        {node: partial(read_trace, files) for node, files in parts.items()},
+        readers,
         attempts=orders,
         firings=output is not None or bool(invariants),
     )
+    run.stage("comparing times")
+    times = compared_times(system, readers, allowance)
     run.stage("checking invariants")
     broken = _broken(system, invariants, verdict)
     if output is not None:
         run.stage(f"writing {output.name}")
         _write(verdict, system, output, model, settings, broken)
     with run.answer():
-        if as_json:
-            report = verdict.to_dict(str(model))
-            say_json({**report, "invariants": {text: text not in broken for text in invariants}})
+        if format == "json":
+            held = {text: text not in broken for text in invariants}
+            found = {**verdict.to_dict(str(model)), **({"status": "violated"} if times.breaches else {})}
+            say_json({**found, "invariants": held, "times": times.to_dict()})
+        elif format == "text":
+            _print_invariants(invariants, broken)
+            _print(verdict, times, model, len(parts))
         else:
-            for text in invariants:
-                said = (
-                    f"does not hold after {counted(broken[text], 'firing')}"
-                    if text in broken
-                    else "holds throughout"
-                )
-                say(f"{text}: {said}", "bold red" if text in broken else None)
-            _print(verdict, model, len(parts))
+            report = report_of(verdict, times.breaches)
+            print_report(report, system, model, format, False, faults(), "conform")
     status = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
-    return VIOLATED if broken else status
+    return VIOLATED if broken or times.breaches else status
+
+
+def _print_invariants(invariants: Sequence[str], broken: Mapping[str, int]) -> None:
+    for text in invariants:
+        if text in broken:
+            say(f"{text}: does not hold after {counted(broken[text], 'firing')}", "bold red")
+        else:
+            say(f"{text}: holds throughout")
 
 
 def _broken(system: sym.SystemModel, invariants: Sequence[str], verdict: Verdict) -> dict[str, int]:
@@ -150,13 +162,22 @@ def _settings_of(traces: Iterable[Sequence[Path]]) -> tuple[str, ...]:
     return found or ()
 
 
-def _print(verdict: Verdict, model: Path, nodes: int) -> None:
+def _print(verdict: Verdict, times: ComparedTimes, model: Path, nodes: int) -> None:
     for deviation in verdict.violations:
         say(f"{deviation.location}: {deviation}", "bold red")
     for deviation in verdict.unknown:
         say(f"{deviation.location}: unknown: {deviation}", "magenta")
+    for breach in times.breaches:
+        say(f"{breach.location}: {breach}", "bold red")
+    if times.is_simulated:
+        note("the run was simulated, so its times are not compared with declared ones")
     steps = f"{counted(verdict.steps, 'step')} of {counted(nodes, 'node')}"
-    summarise(f"{model}: {verdict.status}; {steps} replayed, {verdict.silent:,} more inside of channels")
+    status = "violated" if times.breaches else verdict.status
+    summarise(f"{model}: {status}; {steps} replayed, {verdict.silent:,} more inside of channels")
+    if times.compared:
+        allowed = f"with an allowance of {times.allowance:g} s"
+        broken = f"{counted(len(times.breaches), 'declared time')} broken"
+        summarise(f"{counted(times.compared, 'time')} compared {allowed}: {broken}")
 
 
 def _write(

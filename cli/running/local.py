@@ -90,6 +90,8 @@ def run_in_process(
     recorders: dict[str, Recorder] = {}
     resumed: dict[str, SavedState] = {}
     origin: dict[str, Any] = {"source": str(what.source), "settings": what.settings}
+    if options.is_simulated:
+        origin["simulated"] = True
     for model in what.models:
         node = model.node.id
         if options.is_resumed:

@@ -75,6 +75,8 @@ class Header(Record, event="header"):
         Id of the model, and the file it comes from.
     settings : list of str
         How the model was changed for this run, as for `--set`.
+    simulated : bool
+        Of a run: whether its nodes ran in simulated time, which the times of its records are not.
     property : str or None
         Of a witness: what was asked, such as ``G a <= 1``.
     verdict : str or None
@@ -102,6 +104,7 @@ class Header(Record, event="header"):
     model: str
     source: str = ""
     settings: list[str] = field(default_factory=list)
+    simulated: bool = False
     property: str | None = None
     verdict: str | None = None
     loop: int | None = None

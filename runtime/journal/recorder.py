@@ -68,6 +68,8 @@ class JournalRecorder:
         The file the node was loaded from.
     settings : sequence of str
         How the model was changed for this run, as for `--set`.
+    simulated : bool
+        Whether the run has a simulated time, which the times of its records are not.
     part_bytes : int
         Size of a part; a line is never divided.
     kept_parts : int or None
@@ -92,6 +94,7 @@ class JournalRecorder:
         *,
         source: str = "",
         settings: Sequence[str] = (),
+        simulated: bool = False,
         part_bytes: int = PART_BYTES,
         kept_parts: int | None = KEPT_PARTS,
         data_bytes: int = DATA_BYTES,
@@ -102,6 +105,7 @@ class JournalRecorder:
         self._node = node
         self._source = source
         self._settings = list(settings)
+        self._simulated = simulated
         self._header: dict[str, object] = {}
         self._part_bytes = part_bytes
         self._kept_parts = kept_parts
@@ -149,6 +153,7 @@ class JournalRecorder:
             "model": ports.model,
             "source": self._source,
             "settings": self._settings,
+            **({"simulated": True} if self._simulated else {}),
         }
         self._checkpoint = checkpoint
         if self._file < 0:

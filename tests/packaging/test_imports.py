@@ -173,6 +173,7 @@ FOLDERS = {
             "findings",
             "differences",
             "explaining",
+            "measuring",
             "narrowing",
         ),
     ],

@@ -9,6 +9,7 @@ import click
 from dineros.cli.observing import recording_options
 from dineros.cli.options import (
     ModelPath,
+    format_option,
     json_option,
     middleware_option,
     model_argument,
@@ -23,6 +24,7 @@ from dineros.cli.supervising import search_command
 @search_command(
     "dineros conform sorting.sym.xmi run/",
     "dineros conform sorting.sym.xmi run/ --invariant 'PickRun + PlaceRun <= 1' --json",
+    "dineros conform sorting.sym.xmi run/ --allowance 0.01 --format sarif",
     "dineros conform robot.sym.xmi --bag recording -o why.jsonl",
 )
 @model_argument()
@@ -47,6 +49,14 @@ from dineros.cli.supervising import search_command
     help="A condition that must hold all the time, such as 'PickRun + PlaceRun <= 1'; repeatable.",
 )
 @click.option(
+    "--allowance",
+    type=click.FloatRange(min=0, max=3600),
+    default=0.005,
+    show_default=True,
+    metavar="S",
+    help="Seconds by which a time of the run may pass a declared one: clocks differ, machines are busy.",
+)
+@click.option(
     "--bag",
     type=ModelPath(),
     metavar="RECORDING",
@@ -55,6 +65,7 @@ from dineros.cli.supervising import search_command
 @recording_options("With `--bag`: ")
 @middleware_option
 @settings_option
+@format_option("what is found")
 @json_option
 def conform(
     model: Path,
@@ -62,10 +73,12 @@ def conform(
     output: Path | None,
     orders: int,
     invariants: tuple[str, ...],
+    allowance: float,
     bag: Path | None,
     tolerance: float,
     midway: bool,
     settings: tuple[str, ...],
+    format: str,
     as_json: bool,
 ) -> int:
     """Replay the traces of a run on the flattened model, or explain a recording.
@@ -77,18 +90,24 @@ def conform(
     An invariant on places of one node is checked in every marking of it; one on several nodes in one of the
     orders that the messages allow.
 
+    Times that the model declares are compared with those of the run: durations, periods of timers, latencies
+    of messages. A time counts only where it breaks its bound in any case, however long something waited.
+
     A recording contains only messages: it conforms if some run of the model shows exactly these messages, in
     the order of each topic. The first message that no run shows is named, with the messages that were
     possible. Two further findings: a regular topic falls silent although the model must publish on it again,
     and a response was sent that no client took.
 
-    Exit status 0: the run conforms; 1: a step is not allowed, an invariant does not hold, or one of these
-    findings; 3: unknown.
+    Exit status 0: the run conforms; 1: a step is not allowed, a declared time or an invariant does not hold,
+    or one of these findings; 3: unknown.
     """
+    format = "json" if as_json else format
     if bag is not None:
         if traces or invariants:
             raise click.UsageError("--bag stands for the traces: give no TRACE and no --invariant")
-        return explain_bag(model, bag, tolerance, midway, output, settings, as_json)
+        if format not in ("text", "json"):
+            raise click.UsageError(f"there is no --format {format} of a recording")
+        return explain_bag(model, bag, tolerance, midway, output, settings, format == "json")
     if not traces:
         raise click.UsageError("give a TRACE, or a recording by --bag")
-    return replay(model, traces, orders, invariants, output, settings, as_json)
+    return replay(model, traces, orders, invariants, allowance, output, settings, format)

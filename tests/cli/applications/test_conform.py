@@ -21,6 +21,7 @@ from dineros.metamodel.records import (
 from dineros.observation.explaining import midway
 from tests.cli.conftest import Run
 from tests.observation.explaining.test_silences import MAPS, ONCE, robot, until
+from tests.observation.measuring.camera import KnownRun, camera
 from tests.support.programs.bags import write_bag
 from tests.support.programs.commands import is_one_line_of_wrong_use, lines, uses
 from tests.support.references.runs import ReferenceRun
@@ -52,6 +53,28 @@ def bad(tmp_path: Path) -> Path:
     position = next(number for number, record in enumerate(trace) if isinstance(record, Fire))
     trace.insert(position, trace[position])
     return write(tmp_path / "bad", wrong)
+
+
+@pytest.mark.parametrize("format", ["text", "json", "sarif", "junit"])
+def test_a_declared_time_that_a_run_breaks(run: Run, tmp_path: Path, format: str) -> None:
+    known = KnownRun(1)
+    path, traces = tmp_path / "camera.sym.xmi", write(tmp_path / "run", known.records)
+    save(camera(), path)
+    worst, count = max(known.durations), sum(each > 0.025 for each in known.durations)
+    result = run("conform", path, traces, "--format", format)
+    assert result.exit_code == 1, result.output
+    said = f"callback OnImage took {worst * 1e3:.3g} ms at"
+    assert said in result.stdout
+    assert f"; at most 20 ms is declared ({count} of {len(known.durations)})" in result.stdout
+    if format == "json":
+        found = json.loads(result.stdout)
+        assert found["status"] == "violated"
+        assert "OnImage" in [each["element"] for each in found["times"]["violations"]]
+    if format == "sarif":
+        results = json.loads(result.stdout)["runs"][0]["results"]
+        assert "duration-too-long" in {each["ruleId"] for each in results}
+        assert all("region" in each["locations"][0]["physicalLocation"] for each in results)
+    assert run("conform", path, traces, "--allowance", 1, "--format", format).exit_code == 0
 
 
 def bag(folder: Path, words: int) -> Path:
