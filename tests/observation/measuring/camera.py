@@ -67,7 +67,9 @@ class KnownRun:
         return self.records[node]
 
     def _eye(self, draw: random.Random, most: float) -> list[tuple[str, float]]:
-        kept, images, free, last = self._begin("eye"), [], 1000.0, None
+        kept, free = self._begin("eye"), 1000.0
+        images: list[tuple[str, float]] = []
+        last: float | None = None
         strikes = [1000.05 + PERIOD * each + draw.uniform(0, self.jitter) for each in range(self.ticks)]
         waiting: float | None = None
         for number, strike in enumerate(strikes):
