@@ -180,7 +180,7 @@ FOLDERS = {
     "cli": [
         *("failures", "options", "console", "searching", "supervising"),
         *("models", "observing", "coding", "rule_files", "outputs", "quick_start"),
-        *("analysing", "recordings", "running", "presentation", "questions"),
+        *("analysing", "running", "presentation", "recordings", "questions"),
         *("commands", "main"),
     ],
     "views": [
