@@ -225,6 +225,7 @@ def finish(verdict: Verdict, net: ConformanceNet, replay: Replay) -> Verdict:
         verdict.violations.extend(
             Deviation(record, step_words(record), reason) for record, reason in replay.messages.lost()
         )
+    verdict.unknown.extend(replay.values.unclear)
     for deviations in (verdict.violations, verdict.unknown):
         deviations.sort(key=lambda deviation: deviation.record.time or 0.0)
     return replace(

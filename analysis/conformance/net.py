@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
 
+from dineros.analysis.conformance.data.decisions import Decisions
 from dineros.analysis.conformance.topics.finding import QueueFinder
 from dineros.analysis.conformance.topics.parts import HistoryTopic, Queue, Topic
 from dineros.analysis.model.step_roles import StepRole, step_roles
@@ -15,7 +16,7 @@ from dineros.analysis.model.wording import topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.waiting import outstanding_counts
 from dineros.metamodel.elements import node_net_of, node_nets, nodes
-from dineros.metamodel.guards.using import require_no_guards
+from dineros.metamodel.guards.using import guarded
 from dineros.metamodel.records import (
     Drop,
     Fire,
@@ -47,7 +48,6 @@ class ConformanceNet:
 
     def __init__(self, model: sym.SystemModel) -> None:
         self.model = model
-        require_no_guards(model, "the comparison with a recorded run")
         with _run_as_nets(model):
             self.subject: Subject = subject_of(model, "fully-enabled")
         self.net = self.subject.net
@@ -323,6 +323,11 @@ class ConformanceNet:
         }
 
     @cached_property
+    def decisions(self) -> Decisions:
+        """What guards and assignments say of the data of tokens."""
+        return Decisions(self.model, self.subject)
+
+    @cached_property
     def emptying(self) -> dict[str, list[int]]:
         """What takes the rest out of the histories of each node that has been cleaned up."""
         parts = ("left", "gone", "clear", "again", "forget")
@@ -404,16 +409,20 @@ def _key(role: StepRole) -> Key:
 
 @contextmanager
 def _run_as_nets(model: sym.SystemModel) -> Iterator[None]:
-    """Give all node nets of a model the execution of our engine, for a while.
+    """Give all node nets of a model the execution of our engine, for a while, and no guards.
 
-    How many requests a client has under way stays what it is in a node that runs callbacks.
+    How many requests a client has under way stays what it is in a node that runs callbacks. The net counts
+    tokens; what guards say about their data is compared by `values`.
     """
     by_hand = [node for node in node_nets(model) if node.execution == sym.Execution.callbacks]
     asked = {
         client: number for client, number in outstanding_counts(model).items() if client.outstanding is None
     }
+    decisions = [(each, each.guard, each.assigns) for each in guarded(model)]
     for client, number in asked.items():
         client.outstanding = number
+    for transition, _, _ in decisions:
+        transition.guard = transition.assigns = None
     for node in by_hand:
         node.execution = sym.Execution.net
     try:
@@ -423,3 +432,5 @@ def _run_as_nets(model: sym.SystemModel) -> Iterator[None]:
             node.execution = sym.Execution.callbacks
         for client in asked:
             client.outstanding = None
+        for transition, guard, assigns in decisions:
+            transition.guard, transition.assigns = guard, assigns

@@ -15,6 +15,7 @@ from dineros.analysis.conformance.services.nameless import is_nameless
 from dineros.analysis.conformance.services.replaying import Calls
 from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.topics.replaying import Topics
+from dineros.analysis.conformance.data.values import Values
 from dineros.metamodel.records import (
     EVENTS,
     Checkpoint,
@@ -64,6 +65,7 @@ class Replay(Player):
         self._recorded = 0
         self.topics = Topics(self, self.messages, keep, fates or Fates(), draw)
         self._goals = GoalFlow(self)
+        self.values = Values(net.decisions)
         self.calls = Calls(self, self.messages)
 
     @property
@@ -104,7 +106,9 @@ class Replay(Player):
         """
         handle = _HANDLERS.get(type(record))
         before = self.fired
-        refusal: Refusal | None
+        refusal: Refusal | None = self.values.fault(record)
+        if refusal is not None:
+            return refusal
         if isinstance(record, Publish):
             refusal = self.topics.publish(record, dropped, forced)
         elif isinstance(record, Drop):
@@ -116,6 +120,7 @@ class Replay(Player):
         else:
             refusal = handle(self, record)
         if refusal is None:
+            self.values.happen(record)
             self.steps += isinstance(record, Step)
             self._recorded += min(self.fired - before, _firings_of(record))
         return refusal

@@ -31,21 +31,48 @@ def checked_result(engine: Engine, flight: Flight, result: object) -> tuple[Data
     Raises
     ------
     DinerosError
-        It is no such thing, or does not fit the token type.
+        It is no such thing, does not fit the token type, or is not what the transition assigns.
     """
     transition, taken = flight.transition, flight.taken
     checker = engine.result_checker(transition)
     data = checker.complete(flight.firing.data, flight.data)
     if result is None:
-        return data, flight.given
+        return _as_assigned(engine, flight, data, flight.given)
     if isinstance(result, Given):
-        return data, _given(engine, transition, taken, result, data)
+        return _as_assigned(engine, flight, data, _given(engine, transition, taken, result, data))
     if isinstance(result, Mapping):
-        return checker.complete(result, data), None
+        return _as_assigned(engine, flight, checker.complete(result, data), None)
     raise WrongReturnError(
         f"returned an object of class {type(result).__name__}",
         hint="return None, a mapping of fields, or firing.give(...)",
     )
+
+
+def _as_assigned(
+    engine: Engine, flight: Flight, data: Data, given: GivenData | None
+) -> tuple[Data, GivenData | None]:
+    """Refuse data other than the transition assigns; what the handlers were shown counts as unchanged."""
+    transition = flight.transition
+    assigns = engine.structure.decisions[transition].assigns
+    shown = engine.passed_on(transition, flight.taken) if assigns else data
+    for place, _ in assigns:
+        if engine.is_result(transition, place) and (given is None or place not in given):
+            assigned = engine.assigned(transition, flight.taken, place)
+            changed = {name: data[name] for name in assigned if data[name] != shown[name]}
+            _require_assigned(engine, place, changed, assigned)
+    return data, given
+
+
+def _require_assigned(
+    engine: Engine, place: int, data: Mapping[str, object], assigned: Mapping[str, object]
+) -> None:
+    for name, value in assigned.items():
+        if data.get(name, value) != value:
+            raise WrongReturnError(
+                f"gives {engine.structure.place_names[place]}.{name} the value {data[name]}, but the "
+                f"transition assigns {value}",
+                hint=f"leave {name} out",
+            )
 
 
 def missing_data(engine: Engine, transition: int, given: GivenData | None) -> WrongReturnError | None:
@@ -79,6 +106,11 @@ def _given(engine: Engine, transition: int, taken: Tokens, result: Given, data: 
         bases = [token.data for token in own.get(place, ())][:weight]
         fits = engine.is_result(transition, place)
         bases += [data if fits else engine.data_for(transition, taken, place)] * (weight - len(bases))
-        complete = engine.checkers[place].complete
-        given[place] = [complete(each, base) for each, base in zip(several, bases, strict=True)]
+        complete, assigned = engine.checkers[place].complete, engine.assigned(transition, taken, place)
+        given[place] = [
+            complete(each, {**base, **assigned} if assigned else base)
+            for each, base in zip(several, bases, strict=True)
+        ]
+        for each in given[place]:
+            _require_assigned(engine, place, each, assigned)
     return given

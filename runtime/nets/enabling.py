@@ -3,8 +3,9 @@
 Every transition counts its conditions that do not hold: an input place with too few free tokens, a read or
 inhibitor arc, a false disjunction of its clause, a place without room for what it would put there, a hold.
 It is *ready* when there are none. Each place knows the thresholds at which a condition turns, so a change of
-its count touches only the conditions that turn. Departures (tokens of a place that a port sends) are counted
-the same way, after the transitions.
+its count touches only the conditions that turn. Tokens that fulfil what a guard asks are counted like those
+of a place, after the places (see `kinds`). Departures (tokens of a place that a port sends) are counted like
+transitions, after these.
 """
 
 from __future__ import annotations
@@ -25,7 +26,10 @@ class Enabling:
     due : list of int
         Places whose oldest free token can depart, by the number of the departure. Not to be changed.
     free, total : list of int
-        For each place, its tokens that nobody has reserved, and all of them.
+        For each place, its tokens that nobody has reserved, and all of them; then for each kind of tokens.
+    kinds_taken, kinds_read : list of tuple of int
+        For each transition, the kinds of tokens of which its guard lets it take and read one: their numbers
+        in `free` and `total`.
     room : list of int or None
         For each place, how many tokens more it may hold, less the room that is reserved; None: any number.
     opened : list of int
@@ -52,6 +56,8 @@ class Enabling:
         "broken",
         "due",
         "free",
+        "kinds_read",
+        "kinds_taken",
         "opened",
         "ready",
         "room",
@@ -61,10 +67,14 @@ class Enabling:
 
     def __init__(self, structure: Structure, counts: Sequence[int], signals: Sequence[bool]) -> None:
         self._transitions = len(structure.transitions)
-        self._places = len(structure.places)
+        self._places = len(structure.places) + len(structure.kinds)
         self.free = [0] * self._places
         self.total = [0] * self._places
-        self.room = list(structure.limits)
+        kinds = {kind: number for number, kind in enumerate(structure.kinds, len(structure.places))}
+        decisions = structure.decisions
+        self.kinds_taken = [tuple(kinds[kind] for kind in decision.takes) for decision in decisions]
+        self.kinds_read = [tuple(kinds[kind] for kind in decision.reads) for decision in decisions]
+        self.room = [*structure.limits, *[None] * len(structure.kinds)]
         self.opened: list[int] = []
         self.broken: set[int] | None = None
         self.ready: list[int] = []
@@ -105,6 +115,12 @@ class Enabling:
             for place, more in structure.raises[transition]:
                 self._raisers[place].append((transition, more))
                 self._missing[transition] += (self.room[place] or 0) < more
+            for kind in self.kinds_taken[transition]:
+                self._consumers[kind].append([transition, 1])
+                self._missing[transition] += 1
+            for kind in self.kinds_read[transition]:
+                self._watchers[kind].append((transition, 1, True))
+                self._missing[transition] += 1
 
     def add_departure(self, place: int, least: int = 1) -> int:
         """Count the tokens of a place that a port sends; return the number, which is on hold at first.

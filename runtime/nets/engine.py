@@ -1,9 +1,9 @@
 """The marking with its balloon tokens, and the only four ways to change it: firing, put, take, set a signal.
 
 No handler, no clock and no transport here: `dineros.runtime.firing` decides what fires when. A place is a
-queue; a transition takes the oldest tokens unless it is told which. Tokens can be *reserved* for a firing
-in flight, and with them room for those it will put: they stay where they are, read and inhibitor arcs see
-them, and nobody else takes them or fills the room.
+queue; a transition takes the oldest tokens, of those that fulfil its guard, unless it is told which. Tokens
+can be *reserved* for a firing in flight, and with them room for those it will put: they stay where they are,
+read and inhibitor arcs see them, and nobody else takes them or fills the room.
 """
 
 from __future__ import annotations
@@ -12,8 +12,12 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import islice
 
+from dineros.metamodel.guards.conditions import Condition
+from dineros.metamodel.guards.deciding import fulfils
+from dineros.metamodel.token_data import Value
 from dineros.metamodel.token_types.passing import passing
 from dineros.runtime.nets.enabling import Enabling
+from dineros.runtime.nets.kinds import Kinds
 from dineros.runtime.nets.ports import Data
 from dineros.runtime.nets.structure import Structure
 from dineros.runtime.nets.tokens import Token, TokenChecker
@@ -75,6 +79,15 @@ class Engine:
             [len(tokens) for tokens in marking],
             structure.initial_signals if signals is None else signals,
         )
+        self._kinds = Kinds(structure, self._enabling)
+        self._asked = self._kinds.places
+        for place in self._asked:
+            self._kinds.change(place, marking[place], 1, 1)
+        # Transition -> place -> what its guard asks of the token that it takes or reads there.
+        self._asks: tuple[dict[int, Condition], ...] = tuple(
+            dict((*decision.takes, *decision.reads)) for decision in structure.decisions
+        )
+        self._assigns = tuple(dict(decision.assigns) for decision in structure.decisions)
         self.weights = Weights(structure, self._enabling, self._tokens)
         self._weighed = self.weights.places
         for place in self._weighed:
@@ -89,15 +102,20 @@ class Engine:
             frozenset(place for place, _ in inputs) & frozenset(place for place, _ in outputs)
             for inputs, outputs in zip(structure.inputs, structure.outputs, strict=True)
         )
-        # A pipe takes one token and puts its data on: the most frequent transition, and the quickest.
+        # A pipe takes one token and puts its data on: the most frequent transition, and the quickest. No data
+        # decides about it, or about what takes what it puts.
         self._pipes = tuple(
             (inputs[0][0], tuple(place for place, _ in outputs))
             if len(inputs) == 1
             and not loops
             and all(weight == 1 for _, weight in (*inputs, *outputs))
             and all(structure.types[place] is structure.types[inputs[0][0]] for place, _ in outputs)
+            and not assigns
+            and self._asked.isdisjoint(place for place, _ in (*inputs, *outputs))
             else None
-            for inputs, outputs, loops in zip(structure.inputs, structure.outputs, self._loops, strict=True)
+            for inputs, outputs, loops, assigns in zip(
+                structure.inputs, structure.outputs, self._loops, self._assigns, strict=True
+            )
         )
         self.prioritised = any(structure.superiors)
         passed = [
@@ -142,6 +160,7 @@ class Engine:
         total, structure = self._enabling.total, self.structure
         return (
             all(total[place] >= weight for place, weight in structure.inputs[transition])
+            and all(total[kind] for kind in self._enabling.kinds_taken[transition])
             and all(
                 total[place] + more <= capacity
                 for place, more in structure.raises[transition]
@@ -170,11 +189,12 @@ class Engine:
         return self._conditions_hold(transition) and not self.is_overridden(transition)
 
     def _conditions_hold(self, transition: int) -> bool:
-        """Return whether clause, read and inhibitor arcs allow a transition."""
+        """Return whether clause, read and inhibitor arcs allow a transition, with what its guard reads."""
         total, signals = self._enabling.total, self._enabling.signals
         structure = self.structure
         return (
             all(total[place] >= need for place, need in structure.reads[transition])
+            and all(total[kind] for kind in self._enabling.kinds_read[transition])
             and all(total[place] < limit for place, limit in structure.inhibitors[transition])
             and all(
                 any(signals[signal] is not negated for signal, negated in disjunction)
@@ -184,18 +204,23 @@ class Engine:
 
     def available(self, transition: int, place: int) -> list[Token]:
         """Return the tokens of a place that a transition may take, the oldest first."""
+        found = self._fulfilling(transition, place)
         if not self._reserved and not self._aside:
-            return list(self._tokens[place])
+            return list(found)
         aside = self._aside.get(transition, {}).get(place, ())
-        return [
-            token for token in self._tokens[place] if token.id not in self._reserved and token.id not in aside
-        ]
+        return [token for token in found if token.id not in self._reserved and token.id not in aside]
+
+    def _fulfilling(self, transition: int, place: int) -> Iterable[Token]:
+        """Return the tokens of a place that fulfil what a guard asks there, the oldest first."""
+        condition = self._asks[transition].get(place)
+        tokens = self._tokens[place]
+        return tokens if condition is None else (each for each in tokens if fulfils(condition, each.data))
 
     def would_take(self, transition: int) -> Tokens:
         """Return the tokens that a ready transition takes unless it is told otherwise."""
         if not self._reserved and not self._aside:
             return [
-                (place, list(islice(self._tokens[place], weight)))
+                (place, list(islice(self._fulfilling(transition, place), weight)))
                 for place, weight in self.structure.inputs[transition]
             ]
         return [
@@ -207,7 +232,7 @@ class Engine:
         """Return the tokens that read arcs of a ready transition see: the oldest behind those it takes."""
         takes = dict(self.structure.inputs[transition])
         return [
-            (place, list(islice(self._tokens[place], takes.get(place, 0), need)))
+            (place, list(islice(self._fulfilling(transition, place), takes.get(place, 0), need)))
             for place, need in self.structure.reads[transition]
         ]
 
@@ -217,14 +242,37 @@ class Engine:
         return self._free if place is None else self.checkers[place]
 
     def passed_on(self, transition: int, taken: Tokens) -> Data:
-        """Return the data that continues: that of the first token taken, in arc order.
+        """Return the data that continues: that of the first token taken, in arc order, and what is assigned.
 
         Tokens of loops count only where there are no others, those that read arcs see after them. Data is not
         merged: what a token of control happens to carry must not find its way into others. Where the
         transition puts tokens of other types than it takes, see `dineros.metamodel.token_types.passing`.
         """
         place = self._results[transition]
-        return self._free.default if place is None else self.data_for(transition, taken, place)
+        if place is None:
+            return self._free.default
+        data, assigns = self.data_for(transition, taken, place), self._assigns[transition]
+        if not assigns:
+            return data
+        outputs = [each for each, _ in self.structure.outputs[transition] if self.is_result(transition, each)]
+        assigned = [self.assigned(transition, taken, each) for each in outputs]
+        same = {
+            name: value
+            for name, value in (assigned[0] if assigned else {}).items()
+            if all(each.get(name) == value for each in assigned)
+        }
+        return self.checkers[place].complete(same, data)
+
+    def assigned(self, transition: int, taken: Tokens, place: int) -> dict[str, Value]:
+        """Return what a transition assigns to the fields of tokens that it puts on a place."""
+        given = self._assigns[transition].get(place, ())
+        if not given:
+            return {}
+        seen = dict((*self.would_read(transition), *taken))
+        return {
+            name: seen[value[0]][0].data[value[1]] if isinstance(value, tuple) else value
+            for name, value in given
+        }
 
     def data_for(self, transition: int, taken: Tokens, place: int) -> Data:
         """Return the data that a place gets from what is taken: that of the first token of its type.
@@ -289,6 +337,7 @@ class Engine:
         -------
         Tokens
             For each output place as many tokens as its arc's weight. What a loop takes comes back as it is.
+            Assigned fields have what they are assigned.
         """
         own = dict(taken) if self._loops[transition] else {}
         made: Tokens = []
@@ -300,20 +349,32 @@ class Engine:
                 fits = self.is_result(transition, place)
                 each = data if fits else self.data_for(transition, taken, place)
                 tokens += [self.new_token(each) for _ in range(weight - len(tokens))]
+            if assigned := self.assigned(transition, taken, place):
+                tokens = [self._with(token, place, assigned) for token in tokens]
             made.append((place, tokens))
         return made
+
+    def _with(self, token: Token, place: int, assigned: dict[str, Value]) -> Token:
+        """Return a token with fields assigned; itself, where it has these values."""
+        if all(token.data[name] == value for name, value in assigned.items()):
+            return token
+        return self.new_token(self.checkers[place].complete(assigned, token.data))
 
     def commit(self, taken: Tokens, made: Tokens) -> None:
         """Take free tokens and put others, at once."""
         change = self._enabling.change
         for place, tokens in taken:
             self._remove(place, tokens)
+            if place in self._asked:
+                self._kinds.change(place, tokens, -1, -1)
             change(place, -len(tokens), -len(tokens))
             if place in self._weighed:
                 self.weights.remove(place, tokens)
         for place, tokens in made:
             self._tokens[place].extend(tokens)
             change(place, len(tokens), len(tokens))
+            if place in self._asked:
+                self._kinds.change(place, tokens, 1, 1)
             if place in self._weighed:
                 self.weights.add(place, tokens)
         if self._aside:
@@ -325,6 +386,8 @@ class Engine:
             self._enabling.change_room(place, -more)
         for place, tokens in taken:
             self._reserved.update((token.id, place) for token in tokens)
+            if place in self._asked:
+                self._kinds.change(place, tokens, -1, 0)
             self._enabling.change(place, -len(tokens), 0)
         if self._aside:
             self._refresh_needs(place for place, _ in taken)
@@ -337,6 +400,8 @@ class Engine:
             for token in tokens:
                 del self._reserved[token.id]
             self._enabling.change(place, len(tokens), 0)
+            if place in self._asked:
+                self._kinds.change(place, tokens, 1, 0)
         if self._aside:
             self._refresh_needs(place for place, _ in taken)
 
@@ -378,12 +443,14 @@ class Engine:
         for place in set(places):
             for transition, by_place in self._aside.items():
                 if place in by_place:
-                    hidden = sum(
-                        token.id in by_place[place] and token.id not in self._reserved
+                    hidden = [
+                        token
                         for token in self._tokens[place]
-                    )
+                        if token.id in by_place[place] and token.id not in self._reserved
+                    ]
                     weight = dict(self.structure.inputs[transition])[place]
-                    self._enabling.set_need(transition, place, weight + hidden)
+                    self._enabling.set_need(transition, place, weight + len(hidden))
+                    self._kinds.hide(transition, place, hidden)
 
     def _forget(self, taken: Tokens) -> None:
         """Forget that tokens were put aside which are gone."""
@@ -417,6 +484,8 @@ class Engine:
         """Put a token that arrived on a place, which has room for it."""
         self._tokens[place].append(token)
         self._enabling.change(place, 1, 1)
+        if place in self._asked:
+            self._kinds.change(place, [token], 1, 1)
         if place in self._weighed:
             self.weights.add(place, [token])
 
@@ -425,6 +494,8 @@ class Engine:
         tokens = self._tokens[place]
         if not self._reserved and not self._aside:
             token = tokens.popleft()
+            if place in self._asked:
+                self._kinds.change(place, [token], -1, -1)
             self._enabling.change(place, -1, -1)
             if place in self._weighed:
                 self.weights.remove(place, [token])

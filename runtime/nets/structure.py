@@ -15,11 +15,12 @@ from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, resolve
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.guards.using import require_no_guards
+from dineros.metamodel.guards.conditions import Condition
 from dineros.metamodel.limits import exceeds
 from dineros.metamodel.token_data import TokenType, Value, read_data
 from dineros.metamodel.token_types.declared import token_type_of, type_of_place
 from dineros.runtime.nets.capacities import Arcs, capacities_of, limits_of, raises_of
+from dineros.runtime.nets.guards import Decision, decision_of, kinds_of
 from dineros.runtime.nets.port_reading import PagePort, PortReading, served_pages
 from dineros.runtime.nets.ports import Ports
 
@@ -65,6 +66,10 @@ class Structure:
         For each timer of the ports, the transitions by which its callback begins.
     clauses : tuple of Clause
         For each transition, its input clause.
+    decisions : tuple of Decision
+        For each transition, what it asks of the data of tokens, and what it assigns.
+    kinds : tuple of (int, Condition)
+        The places and conditions that guards ask about, each once.
     initial : tuple
         For each place, the data of its initial tokens.
     initial_signals : tuple of bool
@@ -93,6 +98,8 @@ class Structure:
     intervals: tuple[tuple[float, float | None] | None, ...]
     timers: tuple[tuple[int, ...], ...]
     clauses: tuple[Clause, ...]
+    decisions: tuple[Decision, ...]
+    kinds: tuple[tuple[int, Condition], ...]
     signals: tuple[str, ...]
     initial: tuple[tuple[dict[str, Value], ...], ...]
     initial_signals: tuple[bool, ...]
@@ -122,11 +129,10 @@ def read_structure(model: rtm.RuntimeModel) -> Structure:
     ------
     DinerosError
         The model cannot run: it has no node net, a reference leads nowhere, an arc leads into a server page,
-        a transition has a guard.
+        a guard cannot be used.
     SizeLimitError
         It is larger than the limits of sizes allow; see `dineros.metamodel.limits`.
     """
-    require_no_guards(model, "the engine")
     return _Reading(model).structure()
 
 
@@ -166,6 +172,12 @@ class _Reading:
         inputs, outputs, reads = _tuples(joined.inputs), _tuples(joined.outputs), _tuples(joined.needs())
         capacities = capacities_of(self.model, list(self.places), inputs, outputs, reads)
         limits = limits_of(capacities, list(self.places), inputs, outputs)
+        types = [self._type_at(place) for place in places]
+        marked = [place for place in places if isinstance(place, pn.Place)]
+        decisions = tuple(
+            decision_of(transition, each, marked, types.__getitem__)
+            for transition, *each in zip(transitions, inputs, outputs, reads, strict=True)
+        )
         return Structure(
             places=tuple(self.place_ids),
             place_names=tuple(place.id for place in places),
@@ -188,10 +200,12 @@ class _Reading:
             intervals=tuple(_interval(transition) for transition in transitions),
             timers=self._timers(),
             clauses=tuple(_clause(transition, signals) for transition in transitions),
+            decisions=decisions,
+            kinds=kinds_of(decisions),
             signals=tuple(signal.id for signal in signals),
             initial=tuple(self._initial(place) for place in places),
             initial_signals=tuple(bool(signal.initial) for signal in signals),
-            types=tuple(self._type_at(place) for place in places),
+            types=tuple(types),
             ports=PortReading(self.model, self.places, self.place_ids, self.prototypes, self._type_at).ports(
                 self.token_type, self._place_types()
             ),

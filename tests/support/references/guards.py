@@ -149,6 +149,29 @@ def interpreted(
     return found
 
 
+def data_states(model: sym.SystemModel, meanings: dict[str, Rules]) -> dict[State, set[str]]:
+    """Return what the tokens of a model of one node can carry, each with what is enabled then."""
+    bare = flatten(without_guards(model)).net
+    own = {each.id for each in places(bare)}
+    moves = [(each.id, _sides(each, bare)) for each in transitions(bare)]
+    start = {each.id: ((False, 0),) * each.tokens for each in places(bare)}
+    first = find(model, "P0", sym.Place)
+    if first.balloons:
+        start["P0"] = tuple(sorted(_read(each.data) for each in first.balloons))
+    found: dict[State, set[str]] = {}
+    todo = [_frozen(start)]
+    while todo:
+        state = todo.pop()
+        if state in found:
+            continue
+        found[state] = set()
+        for id, (takes, reads, puts, _) in moves:
+            for after in _fired(dict(state), takes, reads, puts, meanings[id], own, {p: p for p in own}):
+                found[state].add(id)
+                todo.append(after)
+    return found
+
+
 def _fired(
     state: dict[str, tuple[Data, ...]],
     takes: Counter[str],

@@ -114,23 +114,19 @@ def test_too_many_variants_are_refused() -> None:
 
 
 def test_models_with_guards_are_refused_where_guards_would_be_ignored() -> None:
-    from dineros.analysis.conformance.net import ConformanceNet
     from dineros.analysis.model.subject import subject_of
     from dineros.analysis.timed.timed_subject import timed_base_subject, timed_subject_of
     from dineros.generators.application.collecting import application_of
-    from dineros.runtime import Net
     from dineros.transformations.flattening.split import split
 
     model, _ = modelled([Choice((0,), (1,), None, 0, None, copied=False)], [ALL[0]], topic=True)
     part = next(each for each in split(model) if each.node.id == "node")
     refusing: list[Callable[[], object]] = [
-        lambda: ConformanceNet(model),
         lambda: subject_of(part),
         lambda: timed_base_subject(model),
         lambda: timed_subject_of(model),
         lambda: flatten(model, times=True),
         lambda: application_of(model),
-        lambda: Net(part),
     ]
     for refuse in refusing:
         with pytest.raises(GuardError, match="does not support") as error:

@@ -1,0 +1,1 @@
+"""Conformance of data: what guards and assignments say of recorded tokens."""
