@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from random import Random
 from typing import Any
 
+from dineros.analysis.conformance.data.values import Values
 from dineros.analysis.conformance.goals import GoalFlow
 from dineros.analysis.conformance.messages import Messages
 from dineros.analysis.conformance.net import ConformanceNet
@@ -15,7 +16,6 @@ from dineros.analysis.conformance.services.nameless import is_nameless
 from dineros.analysis.conformance.services.replaying import Calls
 from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.topics.replaying import Topics
-from dineros.analysis.conformance.data.values import Values
 from dineros.metamodel.records import (
     EVENTS,
     Checkpoint,
