@@ -7,7 +7,7 @@ changes (as in partition refinement: Paige and Tarjan, SIAM J. Comput. 16(6), 19
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement, product
@@ -17,7 +17,7 @@ from typing import NamedTuple
 from dineros.metamodel import pn, sym
 from dineros.metamodel.errors import GuardError
 from dineros.metamodel.guards.conditions import Comparison, Condition, FieldName, comparisons
-from dineros.metamodel.guards.reading import MOST_VALUES, Fields, Source, classes_of
+from dineros.metamodel.guards.reading import MOST_VALUES, Fields, Source, classes_of, finite_values
 from dineros.metamodel.token_data import FieldType
 
 Colour = tuple[tuple[int, ...], ...]
@@ -101,8 +101,19 @@ class Palette:
         return ", ".join(f"{name}={_shown(self._declared[name], values)}" for name, values in parts)
 
 
-def palettes(steps: Mapping[sym.Transition, Step], fields: Fields) -> dict[pn.Place, Palette]:
+def palettes(
+    steps: Mapping[sym.Transition, Step], fields: Fields, copied: Iterable[tuple[pn.Place, pn.Place]] = ()
+) -> dict[pn.Place, Palette]:
     """Return the colours of the tokens of each place where they matter.
+
+    Parameters
+    ----------
+    steps : mapping of transition to Step
+        What transitions ask and assign.
+    fields : callable
+        The fields of a place's tokens.
+    copied : iterable of tuple
+        Pairs of places: a channel hands data of the first one's tokens to those of the second one.
 
     Raises
     ------
@@ -110,16 +121,23 @@ def palettes(steps: Mapping[sym.Transition, Step], fields: Fields) -> dict[pn.Pl
         Guards tell too many kinds of tokens apart.
     """
     asked: dict[Source, list[Comparison]] = {}
-    copies: list[tuple[Source, Source]] = []
+    copies: dict[tuple[Source, Source], None] = {}
     for step in steps.values():
         for place, condition in step.guard.items():
             for each in comparisons(condition):
                 _add(asked, (place, each.field.field), each)
         for place, given in step.assigned.items():
-            copies += [(value, (place, name)) for name, value in given.items() if isinstance(value, tuple)]
+            for name, value in given.items():
+                if isinstance(value, tuple):
+                    copies[value, (place, name)] = None
+    handed = list(copied)
     changed = True
     while changed:
         changed = False
+        for before, after in handed:
+            for place, name in list(asked):
+                if place is after and can_be_handed(name, fields(before), fields(after)):
+                    copies[(before, name), (after, name)] = None
         for source, target in copies:
             for each in asked.get(target, ()):
                 same = Comparison(FieldName(None, source[1]), each.sign, each.value)
@@ -128,6 +146,14 @@ def palettes(steps: Mapping[sym.Transition, Step], fields: Fields) -> dict[pn.Pl
     for (place, name), known in asked.items():
         by_place.setdefault(place, {})[name] = known
     return {place: Palette(fields(place), known) for place, known in by_place.items()}
+
+
+def can_be_handed(name: str, source: Mapping[str, FieldType], target: Mapping[str, FieldType]) -> bool:
+    """Return whether each value of a field of one token is one of the field of that name of another."""
+    if name not in source or name not in target:
+        return False
+    values, others = finite_values(source[name]), finite_values(target[name])
+    return values is not None and others is not None and set(values) <= set(others)
 
 
 def variants(step: Step | None, moves: Moves, known: Mapping[pn.Place, Palette]) -> Iterator[Variant]:

@@ -61,6 +61,8 @@ class New(Variable):
     """What it is to who reads the net; rules say it of what has a meaning beyond the rule."""
     is_prompt = False
     """Whether it does not wait, where times count."""
+    carries = False
+    """Whether it is a place whose tokens carry the data of messages, requests, goals or their answers."""
 
     def __init__(self, eclass: type[EObject], *, into: Path | None = None, **features: object) -> None:
         super().__init__()

@@ -105,6 +105,7 @@ class R3(StandardRule, phase=Phase.publications, middleware="ros2"):
     received = place(
         "{channel.id}.reader.{sink.id}.In",
         means=Meaning("{queue}: arriving messages", queue="subscriber", called=READER, part="received"),
+        carries=True,
     )
     queue = OverflowQueue(
         "{channel.id}.reader.{sink.id}",
@@ -128,6 +129,7 @@ class R2(StandardRule, phase=Phase.publications, middleware="ros2"):
     written = place(
         f"{PAIR}.In",
         means=Meaning("{queue}: published messages", queue="publisher", called=WRITER, part="received"),
+        carries=True,
     )
     queue = OverflowQueue(
         PAIR,

@@ -21,10 +21,22 @@ SHEET = Context(pnm.Sheet)
 """The page that gets what the rules make."""
 
 
-def place(id: str, tokens: object = 0, means: Meaning | None = None) -> New:
-    """Make a place."""
+def place(id: str, tokens: object = 0, means: Meaning | None = None, *, carries: bool = False) -> New:
+    """Make a place.
+
+    Parameters
+    ----------
+    id : str
+        May hold placeholders.
+    tokens : expression or int
+        How many it has at the start.
+    means : Meaning, optional
+        What its tokens are.
+    carries : bool
+        Whether its tokens carry data that goes through a channel.
+    """
     made = New(pn.Place, page=SHEET, id=id, tokens=tokens)
-    made.meaning = means
+    made.meaning, made.carries = means, carries
     return made
 
 
@@ -108,7 +120,7 @@ class History(Fragment):
         self, id: str, *, limit: Expression, sinks: Sequence[Expression] = (), kind: QueueKind | None = None
     ) -> None:
         super().__init__()
-        self.load = place(f"{id}.Load", means=_part(kind, "load"))
+        self.load = place(f"{id}.Load", means=_part(kind, "load"), carries=True)
         self.capacity = place(f"{id}.Capacity", tokens=limit, means=_part(kind, "capacity"))
         self.leave = transition(f"{id}.out", means=_part(kind, "leave"))
         self.arcs = [
@@ -196,7 +208,7 @@ class OverflowQueue(Fragment):
         super().__init__()
         if history is None:
             assert limit is not None
-            self.load = place(f"{id}.Load", means=_part(kind, "load", called))
+            self.load = place(f"{id}.Load", means=_part(kind, "load", called), carries=True)
             self.capacity = place(f"{id}.Capacity", tokens=limit, means=_part(kind, "capacity", called))
         else:
             self.load, self.capacity, self.leave = history.load, history.capacity, history.leave

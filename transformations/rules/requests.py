@@ -180,6 +180,7 @@ class R5Client(StandardRule, phase=Phase.services, middleware="ros2"):
             "request of {client} of service {service} arriving",
             on_server_page="request of {client} to service {service} arriving",
         ),
+        carries=True,
     )
     lost = place(
         "{service.id}.client.{client.client}.lost",
@@ -220,6 +221,7 @@ class R6(StandardRule, phase=Phase.services, middleware="ros2"):
     late = place(
         "{service.id}.late.requests",
         means=Meaning("request of a client of service {service} that has given up"),
+        carries=True,
     )
 
     where = [GivesUp(service)]

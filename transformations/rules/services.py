@@ -180,6 +180,7 @@ class S1(StandardRule, phase=Phase.services):
             "request of {client} of service {service} under way",
             on_server_page="request of {client} to service {service} under way",
         ),
+        carries=True,
     )
     responses = place(
         "{service.id}.client.{client.client}.responses",
@@ -187,6 +188,7 @@ class S1(StandardRule, phase=Phase.services):
             "response to {client} of service {service} under way",
             on_server_page="response of service {service} to {client} under way",
         ),
+        carries=True,
     )
     t_req = transition(
         "{service.id}.client.{client.client}.req",

@@ -24,7 +24,9 @@ class T1(StandardRule, phase=Phase.publications, middleware="ros1"):
 
     channel = Node(sym.TopicChannel)
 
-    topic = place("{channel.id}", means=Meaning("messages under way on topic {topic}", part="topic"))
+    topic = place(
+        "{channel.id}", means=Meaning("messages under way on topic {topic}", part="topic"), carries=True
+    )
     transport = transition(
         "{channel.id}.transport",
         means=Meaning("topic {topic} delivers a message", step=Transfer, part="transport"),
@@ -88,7 +90,7 @@ class T3(StandardRule, phase=Phase.deliveries, middleware="ros1"):
     node = Node(sym.NodeNet, of=ancestor(channel.subscribers.place, sym.NodeNet))
     transport = Made(T1.transport, of=channel)
 
-    received = place("{channel.id}.dispatcher.{node.id}.In", means=_arriving("dispatcher"))
+    received = place("{channel.id}.dispatcher.{node.id}.In", means=_arriving("dispatcher"), carries=True)
     arcs = [arc(transport, received)]
     queue = OverflowQueue(
         "{channel.id}.dispatcher.{node.id}",
@@ -107,7 +109,7 @@ class T4(StandardRule, phase=Phase.deliveries, middleware="ros1"):
     sink = Node(pn.Place, of=port.place)
     dispatcher = Made(T3.queue, of=[channel, node])
 
-    received = place("{channel.id}.subscriber.{sink.id}.In", means=_arriving("subscriber"))
+    received = place("{channel.id}.subscriber.{sink.id}.In", means=_arriving("subscriber"), carries=True)
     arcs = [arc(dispatcher.leave, received)]
     queue = OverflowQueue(
         "{channel.id}.subscriber.{sink.id}",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import sym
-from dineros.metamodel.build import flow, read
+from dineros.metamodel.build import read
 from tests.support.broken.cases import Cases
 from tests.support.broken.small import Small
 
@@ -141,15 +141,6 @@ def copy_of_a_wider_field(small: Small) -> None:
 
 
 @CASES.breaks(
-    "assignments-not-sent",
-    "transition 'Serve' assigns data of tokens that a port sends: place 'Exit'",
-    "remove the assignment: at the receiver, the field may have any value",
-)
-def assigned_answer(small: Small) -> None:
-    _with_fields(small)["Serve"].assigns = "Exit.ok := true"
-
-
-@CASES.breaks(
     "guard-not-sent",
     "transition 'Done' has a guard about tokens that a port sends: place 'Ask'",
     "ask before: about the token that the transition before it takes",
@@ -158,18 +149,3 @@ def guard_about_a_request(small: Small) -> None:
     done = _with_fields(small)["Done"]
     read(small["Ask"], done)
     done.guard = "Ask.ok = true"
-
-
-@CASES.breaks(
-    "guards-of-one-subscriber",
-    "topic channel 'chatter' has several subscribers whose guards ask about its messages: place 'Heard' and "
-    "place 'Heard2'",
-    "let guards of one subscriber decide, and tell the others by a topic of its own",
-)
-def two_subscribers(small: Small) -> None:
-    page = _with_fields(small)["hear"]
-    other = sym.Place(id="Heard2", page=page)
-    small["chatter"].subscribers.append(sym.SubscriberPort(place=other))
-    for number, place in enumerate((small["Heard"], other)):
-        drop = sym.Transition(id=f"Drop{number}", page=page, guard="ok = true")
-        flow(place, drop)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import combinations, product
 from typing import NamedTuple
 
@@ -11,11 +11,8 @@ from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.build import node_net, place, read, step
 from dineros.metamodel.elements import arcs, find, places, transitions
 from dineros.transformations.flattening.flatten import Flattened, flatten
+from tests.support.references.messages import ALL, Data, State, frozen, handed, is_message
 
-Data = tuple[bool, int]
-"""What a token carries: `ok`, true or false, and `level`, 0 to 2."""
-
-ALL = list(product((False, True), range(3)))
 MOST_STATES = 3_000
 
 
@@ -53,10 +50,20 @@ class Rules(NamedTuple):
     guard: dict[str, Callable[[Data], bool]]
     ok: dict[str, bool]
     copied: dict[str, str]
+    level: Mapping[str, int] = {}
+
+
+class Topic(NamedTuple):
+    """A topic: how often a node sends, what it may assign, and limits of its queue and of its readers."""
+
+    messages: int
+    sends: tuple[tuple[bool | None, int | None], ...]
+    limit: int
+    readers: tuple[tuple[int, int], ...]
 
 
 def modelled(
-    choices: list[Choice], data: list[Data], *, topic: bool
+    choices: list[Choice], data: list[Data], *, topic: Topic | None = None
 ) -> tuple[sym.SystemModel, dict[str, Rules]]:
     """Return a model whose first place has tokens, and what its guards mean."""
     token = sym.TokenType(
@@ -91,22 +98,28 @@ def modelled(
             made.assigns = f"{puts[0].id}.level := {asked.id}.level"
             rules.copied[puts[0].id] = asked.id
         meanings[made.id] = rules
-    if topic:
+    if topic is not None:
         sender = node_net(model, "sender")
         out = place(sender, "Out")
-        step(sender, "Send", [place(sender, "Left", tokens=1)], [out])
+        left = place(sender, "Left", tokens=topic.messages)
+        for number, (ok, level) in enumerate(topic.sends):
+            made = step(sender, f"Send{number}", [left], [out])
+            assigned = [] if ok is None else [f"ok := {str(ok).lower()}"]
+            assigned += [] if level is None else [f"Out.level := {level}"]
+            made.assigns = ", ".join(assigned) or None
+            meanings[made.id] = Rules(
+                {}, {} if ok is None else {"Out": ok}, {}, {} if level is None else {"Out": level}
+            )
+        ports = [sym.SubscriberPort(place=own[number], limit=limit) for number, limit in topic.readers]
         model.channels.append(
             sym.TopicChannel(
                 id="c",
                 topic="/c",
-                publishers=[sym.PublisherPort(place=out, limit=1)],
-                subscribers=[sym.SubscriberPort(place=own[1], limit=1)],
+                publishers=[sym.PublisherPort(place=out, limit=topic.limit)],
+                subscribers=ports,
             )
         )
     return model, meanings
-
-
-State = tuple[tuple[str, tuple[Data, ...]], ...]
 
 
 def interpreted(
@@ -122,13 +135,13 @@ def interpreted(
         if link.maker is None:
             names[link.target.id] = link.sources[0].id  # type: ignore[attr-defined]
     ids = {each.id for each in places(model)}
-    own = {each.id for each in places(bare.net) if names.get(each.id) in ids}
+    own = {each.id for each in places(bare.net) if names.get(each.id) in ids or is_message(each.id)}
     start = {each.id: ((False, 0),) * each.tokens for each in places(bare.net)}
     first = find(model, "P0", sym.Place)
     if first.balloons:
         start["P0"] = tuple(sorted(_read(each.data) for each in first.balloons))
     moves = [(each.id, _sides(each, bare.net)) for each in transitions(bare.net)]
-    todo, seen = [_frozen(start)], {_frozen(start)}
+    todo, seen = [frozen(start)], {frozen(start)}
     found: set[tuple[object, frozenset[str]]] = set()
     while todo:
         state = dict(todo.pop())
@@ -136,9 +149,12 @@ def interpreted(
         for id, (takes, reads, puts, inhibits) in moves:
             if any(len(state[p]) >= n for p, n in inhibits.items()):
                 continue
-            for after in _fired(
-                state, takes, reads, puts, meanings.get(names.get(id, id), Rules({}, {}, {})), own, names
-            ):
+            rules = meanings.get(names.get(id, id), Rules({}, {}, {}))
+            if id in names:
+                fired = _fired(state, takes, reads, puts, rules, own, names)
+            else:
+                fired = handed(id, state, takes, reads, puts, own)
+            for after in fired:
                 enabled.add(names.get(id, id))
                 if after not in seen:
                     if len(seen) > most:
@@ -197,6 +213,7 @@ def _fired(
                 data
                 for data in (ALL if p in own else [(False, 0)])
                 if (names.get(p) not in rules.ok or data[0] == rules.ok[names[p]])
+                and (names.get(p) not in rules.level or data[1] == rules.level[names[p]])
                 and (names.get(p) not in rules.copied or data[1] == there[rules.copied[names[p]]][0][1])
             ]
             made.append([(p, each) for each in product(values, repeat=n)])
@@ -207,7 +224,7 @@ def _fired(
                     after[p].remove(data)
             for p, each in new:
                 after[p].extend(each)
-            yield _frozen({p: tuple(sorted(each)) for p, each in after.items()})
+            yield frozen({p: tuple(each) for p, each in after.items()})
 
 
 def _sides(transition: pn.Transition, net: pnm.PetriNetModel) -> tuple[Counter[str], ...]:
@@ -230,10 +247,6 @@ def _read(text: str) -> Data:
     return "true" in text, int(text.rstrip("}")[-1])
 
 
-def _frozen(state: dict[str, tuple[Data, ...]]) -> State:
-    return tuple(sorted(state.items()))
-
-
 def _counted(marking: dict[str, int]) -> tuple[tuple[str, int], ...]:
     return tuple(sorted(marking.items()))
 
@@ -249,18 +262,21 @@ def without_guards(model: sym.SystemModel) -> sym.SystemModel:
     return copied
 
 
-def _without_values(id: str, values: str) -> str:
-    return id.removesuffix(f"[{values.replace(' ', '')}]")
+def unfolded(flattened: Flattened, bare: Flattened) -> set[tuple[object, frozenset[str]]]:
+    """Return the markings of the net's own places that can be reached, each with what is enabled.
 
-
-def unfolded(flattened: Flattened) -> set[tuple[object, frozenset[str]]]:
-    """Return the markings of the net's own places that can be reached, each with what is enabled."""
+    Variants of a transition have the name that it has in the net without guards.
+    """
+    known = {each.id for each in transitions(bare.net)}
     links = {link.target: link for link in flattened.trace}
     colours = {each.id for each in places(flattened.net) if links[each].rule == "Guard"}
     moves = []
     for each in transitions(flattened.net):
         link = links[each]
-        name = link.sources[0].id if link.maker is None else _without_values(each.id, link.values)  # type: ignore[attr-defined]
+        if link.maker is None:
+            name = link.sources[0].id  # type: ignore[attr-defined]
+        else:
+            name = max((id for id in known if each.id == id or each.id.startswith(f"{id}[")), key=len)
         moves.append((name, _sides(each, flattened.net)))
     start = _counted({each.id: each.tokens for each in places(flattened.net)})
     todo, seen = [start], {start}

@@ -19,6 +19,7 @@ from tests.support.references.guards import (
     Choice,
     Data,
     Rules,
+    Topic,
     interpreted,
     modelled,
     unfolded,
@@ -45,22 +46,50 @@ def _chosen() -> st.SearchStrategy[list[Choice]]:
     return st.builds(lambda one, two: [*one, *two], chain, st.lists(_choice(None, None), max_size=1))
 
 
-@settings(max_examples=60, deadline=None)
-@given(_chosen(), st.lists(st.sampled_from(ALL), min_size=1, max_size=2), st.booleans())
-def test_the_net_does_what_tokens_with_data_do(chosen: list[Choice], data: list[Data], topic: bool) -> None:
-    model, meanings = modelled(chosen, data, topic=topic)
-    expected = interpreted(model, meanings)
-    if expected is not None:
-        assert unfolded(flatten(model)) == expected
+def _topics(*limits: int) -> st.SearchStrategy[Topic]:
+    """Return topics whose queues have one of the limits; their first reader is the second place."""
+    some = st.sampled_from(limits)
+    sends = st.tuples(st.booleans(), st.none() | st.integers(0, 2))
+    return st.builds(
+        Topic,
+        messages=st.integers(1, 3),
+        sends=st.lists(sends, min_size=1, max_size=2, unique=True).map(tuple),
+        limit=some,
+        readers=st.one_of(
+            st.tuples(st.tuples(st.just(1), some)),
+            st.tuples(st.tuples(st.just(1), some), st.tuples(st.just(3), some)),
+        ),
+    )
+
+
+def _agree(model: sym.SystemModel, meanings: dict[str, Rules], most: int = 3_000) -> int:
+    """Compare a model's net with the interpreter; return how many markings there are, 0: too many."""
+    expected = interpreted(model, meanings, most)
+    if expected is None:
+        return 0
+    assert unfolded(flatten(model), flatten(without_guards(model))) == expected
+    return len(expected)
+
+
+@settings(max_examples=40, deadline=None)
+@given(_chosen(), st.lists(st.sampled_from(ALL), min_size=1, max_size=2))
+def test_the_net_does_what_tokens_with_data_do(chosen: list[Choice], data: list[Data]) -> None:
+    _agree(*modelled(chosen, data))
+
+
+@settings(max_examples=40, deadline=None)
+@given(_chosen(), _topics(1))
+def test_what_a_publisher_assigns_arrives(chosen: list[Choice], topic: Topic) -> None:
+    _agree(*modelled(chosen, [ALL[0]], topic=topic), most=6_000)
 
 
 def test_a_copy_of_a_field_that_is_only_read() -> None:
     copies = Choice((0,), (1,), 2, None, None, copied=True)
     asks = Choice((1,), (3,), None, 5, None, copied=False)
-    model, meanings = modelled([copies, asks], [ALL[0]], topic=False)
+    model, meanings = modelled([copies, asks], [ALL[0]])
     read_place = find(model, "P2", sym.Place)
     read_place.tokens = 1
-    found = unfolded(flatten(model))
+    found = unfolded(flatten(model), flatten(without_guards(model)))
     assert found == interpreted(model, meanings)
     assert all("T1" not in enabled for _, enabled in found)  # P2 has the level LOW, so has the copy
 
@@ -69,7 +98,7 @@ def test_priorities_hold_for_all_variants() -> None:
     """A transition that another one overrides waits while any variant of that is enabled."""
     asks = Choice((0,), (1,), None, 3, None, copied=False)
     other = Choice((0,), (2,), None, None, None, copied=False)
-    model, _ = modelled([asks, other], [ALL[0]], topic=False)
+    model, _ = modelled([asks, other], [ALL[0]])
     find(model, "T0", sym.Transition).overrides.append(find(model, "T1", sym.Transition))
     flattened = flatten(model)
     by_name: dict[str, list[pn.Transition]] = {}
@@ -87,12 +116,12 @@ def test_limits_are_shared_by_all_values() -> None:
     """A queue of depth 1 loses a second message, whatever its values: the colours share its capacity."""
     guarded = Choice((1,), (2,), None, 0, None, copied=False)
     other = Choice((1,), (3,), None, 1, None, copied=False)
-    model, _ = modelled([guarded, other], [ALL[0]], topic=True)
+    model, _ = modelled([guarded, other], [ALL[0]], topic=Topic(1, ((None, None),), 1, ((1, 1),)))
     net = flatten(model).net
     bare = flatten(without_guards(model)).net
     own = {each.id: each.tokens for each in places(bare)}
     assert own.items() <= {each.id: each.tokens for each in places(net)}.items()
-    assert len(places(net)) == len(own) + 2
+    assert len(places(net)) == len(own) + 2 * len(("Out", "writer.In", "writer.Load", "In", "Load", "P1"))
 
 
 def test_too_many_variants_are_refused() -> None:
@@ -119,7 +148,11 @@ def test_models_with_guards_are_refused_where_guards_would_be_ignored() -> None:
     from dineros.generators.application.collecting import application_of
     from dineros.transformations.flattening.split import split
 
-    model, _ = modelled([Choice((0,), (1,), None, 0, None, copied=False)], [ALL[0]], topic=True)
+    model, _ = modelled(
+        [Choice((0,), (1,), None, 0, None, copied=False)],
+        [ALL[0]],
+        topic=Topic(1, ((None, None),), 1, ((1, 1),)),
+    )
     part = next(each for each in split(model) if each.node.id == "node")
     refusing: list[Callable[[], object]] = [
         lambda: subject_of(part),
@@ -136,7 +169,7 @@ def test_models_with_guards_are_refused_where_guards_would_be_ignored() -> None:
 
 def _served(execution: str, timeout: float | None) -> tuple[sym.SystemModel, dict[str, Rules]]:
     """Return a service of two instances, with guards on its page and at one of its two clients."""
-    model, _ = modelled([], [ALL[0]], topic=False)
+    model, _ = modelled([], [ALL[0]])
     client = model.pages[0]
     server = node_net(model, "server", execution=execution)
     ask, got, late = place(client, "Ask"), place(client, "Got"), place(client, "Late")
@@ -180,9 +213,7 @@ def _served(execution: str, timeout: float | None) -> tuple[sym.SystemModel, dic
 @pytest.mark.parametrize("timeout", [None, 1.0])
 def test_server_instances_have_tokens_of_their_own(execution: str, timeout: float | None) -> None:
     model, meanings = _served(execution, timeout)
-    expected = interpreted(model, meanings, 100_000)
-    assert expected is not None and len(expected) > 200
-    assert unfolded(flatten(model)) == expected
+    assert _agree(model, meanings, 100_000) > 100
 
 
 def test_no_value_is_owed_to_a_fair_run() -> None:
@@ -193,7 +224,7 @@ def test_no_value_is_owed_to_a_fair_run() -> None:
 
     again = Choice((0,), (0,), None, None, None, copied=False)
     leave = Choice((0,), (1,), None, 0, None, copied=False)
-    model, _ = modelled([again, leave], [ALL[0]], topic=False)
+    model, _ = modelled([again, leave], [ALL[0]])
     subject = base_subject(model)
     for word in ("T0", "all", "node:node", subject.net.transitions[0]):
         with pytest.raises(FormulaError, match="guards tell its tokens apart"):

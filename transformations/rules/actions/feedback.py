@@ -42,6 +42,7 @@ class A5(StandardRule, phase=Phase.outcomes):
     received = place(
         "{action.id}.client.{client.client}.feedback.In",
         means=Meaning("{queue}: arriving feedback", queue="feedback", called=HISTORY, part="received"),
+        carries=True,
     )
     queue = OverflowQueue(
         "{action.id}.client.{client.client}.feedback",

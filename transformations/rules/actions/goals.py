@@ -84,6 +84,7 @@ class A1(StandardRule, phase=Phase.goals):
     requested = place(
         "{action.id}.client.{client.client}.requested",
         means=Meaning("goal of {client} of action {action} under way", part="waits"),
+        carries=True,
     )
     send = transition(
         "{action.id}.client.{client.client}.send",
@@ -105,6 +106,7 @@ class A1Result(StandardRule, phase=Phase.goals):
         means=Meaning(
             "result for {client} of action {action}, whose goal is {outcome}, under way", part="over"
         ),
+        carries=True,
     )
     answer = Answer(
         "{action.id}.client.{client.client}.result.{exit.id}",

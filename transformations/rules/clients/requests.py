@@ -34,6 +34,7 @@ class R8(StandardRule, phase=Phase.services, middleware="ros2"):
     load = place(
         "{service.id}.client.{client.client}.responses.Load",
         means=Meaning("{queue}: load", queue="response", called=RESPONSES, part="load"),
+        carries=True,
     )
     capacity = place(
         "{service.id}.client.{client.client}.responses.Capacity",

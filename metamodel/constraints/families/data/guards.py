@@ -1,4 +1,4 @@
-"""Guards and assignments: what they name is there, and nothing depends on data that a channel would carry."""
+"""Guards and assignments: what they name is there, and fits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.errors import GuardError
-from dineros.metamodel.guards.colours import Palette, Step, palettes
+from dineros.metamodel.guards.colours import Step
 from dineros.metamodel.guards.conditions import Condition
 from dineros.metamodel.guards.reading import Source, read_assignments, read_guard
 from dineros.metamodel.token_data import FieldType
@@ -129,39 +129,3 @@ def guard_not_sent(transition: sym.Transition, index: Index) -> Outcome:
     """No guard asks about tokens that wait to be sent: their data would decide in two nodes."""
     step = _readable(transition, index)
     return step is None or _sent(step.guard, index)
-
-
-@constraint(
-    "{it} assigns data of tokens that a port sends: {found}",
-    fix="remove the assignment: at the receiver, the field may have any value",
-    guard=_has_assignments,
-)
-def assignments_not_sent(transition: sym.Transition, index: Index) -> Outcome:
-    """No assignment is about tokens that a port sends: analysis does not follow data through channels."""
-    step = _readable(transition, index)
-    return step is None or _sent(step.assigned, index)
-
-
-def _palettes(index: Index) -> dict[pn.Place, Palette]:
-    steps = {
-        transition: step
-        for transition in index.all(sym.Transition)
-        if (transition.guard is not None or transition.assigns is not None)
-        and (step := _readable(transition, index)) is not None
-    }
-    try:
-        return palettes(steps, lambda place: _fields(place, index))
-    except GuardError:
-        return {}  # flattening says so
-
-
-@constraint(
-    "{it} has several subscribers whose guards ask about its messages: {found}",
-    fix="let guards of one subscriber decide, and tell the others by a topic of its own",
-    guard=lambda channel, index: len(channel.subscribers) > 1,
-)
-def guards_of_one_subscriber(channel: sym.TopicChannel, index: Index) -> Outcome:
-    """Guards ask about a topic's messages in one subscriber's place: others would count with other values."""
-    asked = index.once("colours of places", lambda: _palettes(index))
-    places = dict.fromkeys(port.place for port in channel.subscribers if port.place in asked)
-    return len(places) < 2 or " and ".join(describe(place) for place in places)

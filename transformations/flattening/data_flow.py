@@ -1,0 +1,177 @@
+"""What the rules do with the data of tokens: which place's data goes where through channels.
+
+A transition that a rule makes hands the data of the one message that it takes to all that it puts. Rules say
+which of their places carry data; all other tokens that they make may have any value.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.calls import actions
+from dineros.metamodel.guards.reading import Fields
+from dineros.metamodel.token_data import FieldType
+from dineros.transformations.flattening.traces import Link
+from dineros.transformations.language.creation import New
+
+
+class Arcs(NamedTuple):
+    """The arcs between a transition of the net and places of the net."""
+
+    takes: Counter[pn.Place]
+    reads: Counter[pn.Place]
+    puts: Counter[pn.Place]
+
+
+class Flow(NamedTuple):
+    """One way in which a transition of a rule handles messages.
+
+    Attributes
+    ----------
+    takes, puts : Counter of pn.Place
+        How many messages of which places of the net it takes and puts.
+    copies : mapping of pn.Place to pn.Place
+        By place that gets a message the place that its data comes from; others get any data.
+    lost : pn.Place or None
+        The place whose message is lost in favour of a new one.
+    """
+
+    takes: Counter[pn.Place]
+    puts: Counter[pn.Place]
+    copies: Mapping[pn.Place, pn.Place]
+    lost: pn.Place | None = None
+
+
+class DataFlow:
+    """The ways of data through the transitions that rules made.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model.
+    links : mapping of model object to Link
+        How each element of its net was made.
+    originals : mapping of pn.Node to pn.Place
+        The place of the model that a place of the net is.
+    arcs : mapping of pn.Transition to Arcs
+        The arcs of the net.
+    fields : callable
+        The fields of tokens of a place of the model.
+
+    Attributes
+    ----------
+    flows : dict of pn.Transition to list of Flow
+        The ways of each transition that a rule made.
+    """
+
+    def __init__(
+        self,
+        model: sym.SystemModel,
+        links: Mapping[pn.Element, Link],
+        originals: Mapping[pn.Node, pn.Place],
+        arcs: Mapping[pn.Transition, Arcs],
+        fields: Fields,
+    ) -> None:
+        self._links, self._originals, self._declared = links, originals, fields
+        # Their tokens are no messages, or the engine gives them data of its own.
+        self._apart = {client.timedOut for client in _service_clients(model)}
+        for action in actions(model):
+            self._apart |= {action.server.cancel, *(client.cancel for client in action.clients)}
+        self._entries: dict[pn.Place, Counter[pn.Place]] = {}
+        for transition, own in arcs.items():
+            if self._role(transition) == "enter":
+                taken, put = self._messages(own)
+                self._entries.update(dict.fromkeys(taken, put))
+        self.flows = {
+            transition: self._ways(transition, own)
+            for transition, own in arcs.items()
+            if links[transition].maker is not None
+        }
+        self._fields: dict[pn.Place, Mapping[str, FieldType]] = {}
+        self._find_fields()
+
+    def key(self, place: pn.Place) -> pn.Place:
+        """Return the place of the model that a place of the net is, else the place itself."""
+        return self._originals.get(place, place)
+
+    def fields(self, place: pn.Place) -> Mapping[str, FieldType]:
+        """Return the fields of the tokens of a place: of one that a rule made, those of what it leads to."""
+        return self._fields[place] if place in self._fields else self._declared(place)
+
+    def copied(self) -> list[tuple[pn.Place, pn.Place]]:
+        """Return pairs of places, by `key`: tokens of the second get the data of tokens of the first."""
+        pairs = (
+            (self.key(source), self.key(target))
+            for ways in self.flows.values()
+            for way in ways
+            for target, source in way.copies.items()
+        )
+        return list(dict.fromkeys(pairs))
+
+    def _find_fields(self) -> None:
+        todo = self.copied()
+        changed = True
+        while changed:
+            changed = False
+            for source, target in todo:
+                if source not in self._fields and self._is_made(source):
+                    if self._is_made(target) and target not in self._fields:
+                        continue
+                    self._fields[source] = self.fields(target)
+                    changed = True
+        for place, link in self._links.items():
+            if isinstance(place, pn.Place) and link.maker is not None:
+                self._fields.setdefault(place, {})
+
+    def _is_made(self, place: pn.Place) -> bool:
+        return place in self._links and place not in self._originals
+
+    def _role(self, transition: pn.Transition) -> str:
+        """Return what a transition is to a queue: ``enter``, ``leave`` or ``drop``; other words: to none."""
+        return self._links[transition].role.rpartition(".")[2]
+
+    def _messages(self, own: Arcs) -> tuple[Counter[pn.Place], Counter[pn.Place]]:
+        """Return what a transition takes and does not put back, and the other way round."""
+        takes, puts = own.takes - own.puts, own.puts - own.takes
+        return self._carried(takes), self._carried(puts)
+
+    def _carried(self, counts: Counter[pn.Place]) -> Counter[pn.Place]:
+        return Counter({place: n for place, n in counts.items() if self._carries(place)})
+
+    def _carries(self, place: pn.Place) -> bool:
+        if place in self._originals:
+            return True
+        link = self._links[place]
+        made = None if link.maker is None else link.maker.created.get(link.role)
+        return isinstance(made, New) and made.carries
+
+    def _ways(self, transition: pn.Transition, own: Arcs) -> list[Flow]:
+        takes, puts = self._messages(own)
+        sources = [place for place in takes if self.key(place) not in self._apart]
+        if len(sources) > 1:  # a new request takes the place of one whose client has given up
+            sources = [place for place in sources if self._links[place].rule != "R6"]
+        copies: dict[pn.Place, pn.Place] = {}
+        if len(sources) == 1 and takes[sources[0]] == 1:
+            copies = {place: sources[0] for place in puts if self.key(place) not in self._apart}
+        plain = Flow(takes, puts, copies)
+        if self._role(transition) != "drop" or len(sources) != 1:
+            return [plain]
+        # A full history keeps the new message and loses its oldest one (DDS 1.4, Sect. 2.2.3.18), where the
+        # net without data drops the new one. It may be any of those that wait, as far as is known here.
+        (new,) = sources
+        kept = [place for place in self._entries.get(new, ()) if place not in puts]
+        ways = [
+            Flow(takes + Counter([place]), puts + Counter([place]), {**copies, place: new}, place)
+            for place in kept
+        ]
+        # Requests of other clients count in the history of a service, too.
+        is_own = any(self._links[place].role.rpartition(".")[2] == "load" for place in kept)
+        return ways if is_own else [plain, *ways]
+
+
+def _service_clients(model: sym.SystemModel) -> list[sym.ClientPort]:
+    services = (each for each in model.channels if isinstance(each, sym.ServiceChannel))
+    return [client for service in services for client in service.clients]
