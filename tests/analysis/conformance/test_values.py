@@ -32,7 +32,7 @@ from dineros.runtime import Firing
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
 from dineros.transformations.flattening.split import split
-from tests.support.references.guards import ALL, GUARDS, Choice, data_states, modelled
+from tests.support.references.guards import ALL, GUARDS, Choice, Topic, data_states, modelled
 
 Traces = Mapping[str, Sequence[Record]]
 
@@ -88,7 +88,8 @@ def verdict_on(model: sym.SystemModel, traces: Traces) -> Verdict:
 def test_runs_conform_and_stay_within_what_the_interpreter_reaches(
     chosen: list[Choice], data: list[tuple[bool, int]], topic: bool, seed: int
 ) -> None:
-    model, meanings = modelled(chosen, data, topic=topic)
+    sends = Topic(2, ((True, None), (None, 2)), 1, ((1, 1),))
+    model, meanings = modelled(chosen, data, topic=sends if topic else None)
     traces, application = run(model, seed)
     verdict = verdict_on(model, traces)
     assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])

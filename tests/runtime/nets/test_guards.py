@@ -109,7 +109,7 @@ def _same(one: Engine, other: Engine) -> bool:
 @settings(max_examples=40, deadline=None)
 @given(CHOICES, DATA)
 def test_the_engine_reaches_what_tokens_with_data_reach(chosen: list[Choice], data: list[Data]) -> None:
-    model, meanings = modelled(chosen, data, topic=False)
+    model, meanings = modelled(chosen, data)
     expected = data_states(model, meanings)
     assert expected is not None
     assert _reached(_structure(model)) == expected
@@ -194,7 +194,7 @@ class _Play:
 @settings(max_examples=40, deadline=None)
 @given(CHOICES, DATA, st.integers(0, 2**32))
 def test_what_is_ready_follows_every_move(chosen: list[Choice], data: list[Data], seed: int) -> None:
-    model, meanings = modelled([each._replace(guard=each.guard or 0) for each in chosen], data, topic=False)
+    model, meanings = modelled([each._replace(guard=each.guard or 0) for each in chosen], data)
     for number in range(5):
         play = _Play(_structure(model), meanings, seed + number)
         play.check()
@@ -205,7 +205,7 @@ def test_what_is_ready_follows_every_move(chosen: list[Choice], data: list[Data]
 
 def test_assigned_fields_and_those_of_loops() -> None:
     """What a loop takes comes back as it is, but for the fields that are assigned."""
-    model, _ = modelled([Choice((0,), (0,), None, 0, False, copied=False)], [(True, 2)], topic=False)
+    model, _ = modelled([Choice((0,), (0,), None, 0, False, copied=False)], [(True, 2)])
     engine = Engine(_structure(model))
     (before,) = engine.tokens(0)
     engine.fire(0)

@@ -175,7 +175,7 @@ def data_states(model: sym.SystemModel, meanings: dict[str, Rules]) -> dict[Stat
     if first.balloons:
         start["P0"] = tuple(sorted(_read(each.data) for each in first.balloons))
     found: dict[State, set[str]] = {}
-    todo = [_frozen(start)]
+    todo = [frozen(start)]
     while todo:
         state = todo.pop()
         if state in found:
