@@ -32,7 +32,8 @@ from dineros.runtime import Firing
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
 from dineros.transformations.flattening.split import split
-from tests.support.references.guards import ALL, GUARDS, Choice, Topic, data_states, modelled
+from tests.support.references.guards import GUARDS, Choice, Topic, data_states, modelled
+from tests.support.references.messages import ALL
 
 Traces = Mapping[str, Sequence[Record]]
 

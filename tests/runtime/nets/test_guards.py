@@ -15,7 +15,8 @@ from dineros.runtime.nets.engine import Engine, Tokens
 from dineros.runtime.nets.structure import Structure, read_structure
 from dineros.runtime.nets.tokens import Token
 from dineros.transformations.flattening.split import split
-from tests.support.references.guards import ALL, GUARDS, Choice, Data, Rules, data_states, modelled
+from tests.support.references.guards import GUARDS, Choice, Rules, data_states, modelled
+from tests.support.references.messages import ALL, Data
 
 State = tuple[tuple[str, tuple[Data, ...]], ...]
 

@@ -102,13 +102,16 @@ def modelled(
         sender = node_net(model, "sender")
         out = place(sender, "Out")
         left = place(sender, "Left", tokens=topic.messages)
-        for number, (ok, level) in enumerate(topic.sends):
+        for number, sent in enumerate(topic.sends):
             made = step(sender, f"Send{number}", [left], [out])
-            assigned = [] if ok is None else [f"ok := {str(ok).lower()}"]
-            assigned += [] if level is None else [f"Out.level := {level}"]
+            assigned = [] if sent[0] is None else [f"ok := {str(sent[0]).lower()}"]
+            assigned += [] if sent[1] is None else [f"Out.level := {sent[1]}"]
             made.assigns = ", ".join(assigned) or None
             meanings[made.id] = Rules(
-                {}, {} if ok is None else {"Out": ok}, {}, {} if level is None else {"Out": level}
+                {},
+                {} if sent[0] is None else {"Out": sent[0]},
+                {},
+                {} if sent[1] is None else {"Out": sent[1]},
             )
         ports = [sym.SubscriberPort(place=own[number], limit=limit) for number, limit in topic.readers]
         model.channels.append(

@@ -14,10 +14,8 @@ from dineros.metamodel.elements import find, places
 from dineros.metamodel.errors import GuardError
 from dineros.transformations.flattening.flatten import flatten
 from tests.support.references.guards import (
-    ALL,
     GUARDS,
     Choice,
-    Data,
     Rules,
     Topic,
     interpreted,
@@ -25,6 +23,7 @@ from tests.support.references.guards import (
     unfolded,
     without_guards,
 )
+from tests.support.references.messages import ALL, Data
 
 
 def _choice(takes: tuple[int, ...] | None, puts: tuple[int, ...] | None) -> st.SearchStrategy[Choice]:
