@@ -41,11 +41,16 @@ class ValueRange:
         """Return which values are allowed, in words, if a value is none of them; None: it is one."""
         if self.names and value not in dict(self.names).values():
             return ", ".join(name for name, _ in self.names)
-        if self.minimum is not None and value < self.minimum:
-            return f"at least {self.minimum}" if self.maximum is None else f"{self.minimum} to {self.maximum}"
-        if self.maximum is not None and value > self.maximum:
-            return f"at most {self.maximum}" if self.minimum is None else f"{self.minimum} to {self.maximum}"
-        return None
+        is_low = self.minimum is not None and value < self.minimum
+        is_high = self.maximum is not None and value > self.maximum
+        return self.bounds if is_low or is_high else None
+
+    @property
+    def bounds(self) -> str:
+        """Least and greatest value in words, such as ``0 to 100``; empty: there are none."""
+        if self.maximum is None:
+            return "" if self.minimum is None else f"at least {self.minimum}"
+        return f"at most {self.maximum}" if self.minimum is None else f"{self.minimum} to {self.maximum}"
 
     def require(self, name: str, value: int) -> int:
         """Return a value of the range.

@@ -26,6 +26,8 @@ class Transition:
         Where its arcs come from and go to, references followed.
     clause : str or None
         Its input clause.
+    guard, assigns : str or None
+        What it asks of the data of the tokens it takes, and what it gives to fields of those it puts.
     service : str or None
         The service whose server page it stands on: it exists once per instance.
     instances : int
@@ -48,6 +50,8 @@ class Transition:
     inputs: tuple[ArcEnd, ...]
     outputs: tuple[ArcEnd, ...]
     clause: str | None
+    guard: str | None
+    assigns: str | None
     service: str | None
     instances: int
     case: Case
@@ -78,6 +82,11 @@ class Transition:
     def given(self) -> dict[str, dict[str, object]]:
         """What a handler has to give at least: for each demanded place, no field but the defaults."""
         return {place: {} for place in self.demanded}
+
+    @property
+    def conditions(self) -> list[str]:
+        """What has to hold besides its arcs: clause and guard."""
+        return [each for each in (self.clause, self.guard) if each]
 
     @property
     def flow(self) -> str:
@@ -232,6 +241,22 @@ class NodePackage:
     token_types: tuple[TokenClass, ...]
     token_classes: tuple[TokenClass, ...]
     runtime_model: bytes
+
+    @property
+    def has_guards(self) -> bool:
+        """Whether data decides which of its transitions fire, or a transition assigns data."""
+        return any(transition.guard or transition.assigns for transition in self.transitions)
+
+    @property
+    def typing_names(self) -> list[Name]:
+        """What the module of its tokens needs of `typing`."""
+        names = {"TypedDict", "Unpack"} | ({"Any"} if len(self.token_types) > 1 else set())
+        if any(each.constants for each in self.token_classes if each.ros is None):
+            names.add("Final")
+        types = [field.python_type for each in self.token_classes for field in each.fields]
+        if any(type_.startswith("Literal[") for type_ in types):
+            names.add("Literal")
+        return [Name(name) for name in sorted(names)]
 
     @property
     def has_actions(self) -> bool:

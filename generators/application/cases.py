@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from dineros.generators.application.arcs import ArcEnd
 from dineros.metamodel import sym
+from dineros.metamodel.token_data import Value
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class Case:
         How firing it changes the marking.
     obstacle : str
         Why it cannot fire with these alone; empty: it can.
+    data : dict of str to dict
+        By place, the fields of its token that a guard asks about.
     """
 
     transition: str
@@ -33,6 +36,7 @@ class Case:
     signals: dict[str, bool]
     change: dict[str, int]
     obstacle: str = ""
+    data: dict[str, dict[str, Value]] = field(default_factory=dict)
 
 
 def case_of(
@@ -42,6 +46,7 @@ def case_of(
     clause: sym.InputClause | None,
     initial: dict[str, bool],
     running: Callable[[str], str],
+    data: Mapping[str, dict[str, Value]],
 ) -> Case:
     """Return the case of a transition.
 
@@ -57,6 +62,8 @@ def case_of(
         The signals of its node, and their start values.
     running : callable
         Returns the id of a place in the running net.
+    data : mapping of str to dict
+        By place of the model, values of fields that fulfil its guard.
     """
     taken, read, change = Counter[str](), Counter[str](), Counter[str]()
     limits: dict[str, int] = {}
@@ -83,6 +90,7 @@ def case_of(
         {id: value for id, value in (signals or {}).items() if value != initial[id]},
         {place: count for place, count in change.items() if count},
         obstacle,
+        {running(place): values for place, values in data.items()},
     )
 
 

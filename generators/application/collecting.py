@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable
 from typing import Any, TypeAlias, TypedDict
 
@@ -43,11 +43,13 @@ from dineros.metamodel.elements import (
     transitions,
 )
 from dineros.metamodel.files.xmi import xmi_bytes
-from dineros.metamodel.guards.using import require_no_guards
+from dineros.metamodel.guards.deciding import as_value, read_step
+from dineros.metamodel.guards.reading import satisfying
 from dineros.metamodel.lifecycles.start_order import manager_arguments
 from dineros.metamodel.matching import plain as quality_as_values
 from dineros.metamodel.ros_names import camel_case, resource_names, snake_case
-from dineros.metamodel.token_types.declared import type_of_place
+from dineros.metamodel.token_data import FieldType, Value
+from dineros.metamodel.token_types.declared import token_type_of, type_of_place
 from dineros.metamodel.token_types.passing import passing
 from dineros.transformations.flattening.split import split
 
@@ -58,9 +60,8 @@ def application_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED
     Raises
     ------
     DinerosError
-        The model cannot be split, has guards, or its names collide in ROS.
+        The model cannot be split, a guard cannot be used, or its names collide in ROS.
     """
-    require_no_guards(model, "the generator")
     parts = split(model)
     packages = node_packages(model, [part.node for part in parts])
     interfaces = interfaces_of(model, reserved)
@@ -186,11 +187,45 @@ def _transitions(part: rtm.RuntimeModel, interfaces: Interfaces, reserved: Reser
             inputs=tuple(inputs[transition]),
             outputs=tuple(outputs[transition]),
             clause=clause.text if clause is not None else None,
+            guard=transition.guard if isinstance(transition, sym.Transition) else None,
+            assigns=transition.assigns if isinstance(transition, sym.Transition) else None,
             service=server.channel if server else None,
             instances=server.instances if server else 1,
-            case=case_of(_running(transition, servers), *arcs_here, clause, initial, lambda id: running[id]),
+            case=case_of(
+                _running(transition, servers),
+                *arcs_here,
+                clause,
+                initial,
+                lambda id: running[id],
+                _fulfilling(transition, part, *arcs_here),
+            ),
             **_typing(*arcs_here, types, interfaces.types[0]),
         )
+
+
+def _fulfilling(
+    transition: pn.Transition, part: rtm.RuntimeModel, inputs: list[ArcEnd], outputs: list[ArcEnd]
+) -> dict[str, dict[str, Value]]:
+    """Return, by place, values of fields that a guard allows."""
+    if not isinstance(transition, sym.Transition) or (transition.guard, transition.assigns) == (None, None):
+        return {}
+    by_id = {place.id: place for place in places(part)}
+    seen: Counter[pn.Place] = Counter()
+    for end in inputs:
+        if end.kind != "inhibitor":
+            seen[by_id[end.place]] += end.weight
+
+    def fields(place: pn.Place) -> dict[str, FieldType]:
+        return {field.name: field for field in token_type_of(type_of_place(place, part)).fields}
+
+    step = read_step(transition, seen, [by_id[end.place] for end in outputs], fields)
+    return {
+        place.id: {
+            name: as_value(value, fields(place)[name])
+            for name, value in (satisfying(condition, fields(place)) or {}).items()
+        }
+        for place, condition in step.guard.items()
+    }
 
 
 class _Typing(TypedDict):

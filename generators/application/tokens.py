@@ -22,8 +22,11 @@ from dineros.metamodel.ros_names import camel_case, snake_case
 from dineros.metamodel.token_data import FieldType, TokenType, Value
 from dineros.metamodel.token_types.declared import token_type_of
 from dineros.metamodel.token_types.installed import installed_constants
+from dineros.metamodel.value_ranges import ValueRange
 
 ROS_TYPES = {"text": "string", "integer": "int64", "number": "float64", "boolean": "bool"}
+LONGEST_LITERAL = 60
+"""Characters of the type of a field with named values; a longer one would break the line."""
 PYTHON_TYPES = {"text": "str", "integer": "int", "number": "float", "boolean": "bool"}
 
 
@@ -47,6 +50,8 @@ class Field:
         The default as the interface definition writes it; empty where it needs none or cannot say it.
     named_values : tuple of (str, int)
         The values that it has, if they have names: constants of the message.
+    allowed : str
+        Which values it has, in words, where that is not all of its type.
     """
 
     name: str
@@ -58,6 +63,7 @@ class Field:
     made: Written
     ros_default: Written
     named_values: tuple[tuple[Name, int], ...] = ()
+    allowed: str = ""
 
 
 @dataclass(frozen=True)
@@ -231,6 +237,7 @@ def _fields(
                 _made(field, makers) if field.name not in names else python(field.default),
                 _ros_default(field.default) if has_default else Written(),
                 tuple((Name(each), value) for each, value in field.range.names),
+                _allowed(field.range),
             )
         )
     return made
@@ -247,7 +254,17 @@ def _types(field: FieldType, nested: dict[str, Name]) -> tuple[str, str, str]:
         return f"list[{plain}]", f"{ros}[{size}]", f"list of {count}{element}"
     if kind == "map":
         return f"dict[str, {plain}]", f"{entry_name(element)}[]", f"map of {element}"
+    literal = f"Literal[{', '.join(str(value) for _, value in field.range.names)}]"
+    if field.range.names and len(literal) <= LONGEST_LITERAL:
+        return literal, ros, kind
     return plain, ros, kind
+
+
+def _allowed(values: ValueRange) -> str:
+    """Return the values of a range in words: ``IDLE=0, BUSY=1``, or ``0 to 100``; empty: all."""
+    if values.names:
+        return ", ".join(f"{name}={value}" for name, value in values.names)
+    return values.bounds
 
 
 def _made(field: FieldType, makers: dict[str, Name]) -> Written:

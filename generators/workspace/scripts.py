@@ -103,6 +103,12 @@ def read_script(path: Path, app: Application) -> Script:
     header = headers[0]
     if header.model != app.id:
         raise ScriptError(f"is a trace of {header.model!r}, not of {app.id!r}", location=Location(path))
+    if any(node.has_guards for node in app.nodes):
+        raise ScriptError(
+            "is a trace of a model with guards: a test made of it would not know the data of tokens",
+            location=Location(path),
+            hint="write a test by hand that gives its handlers this data",
+        )
     model = Model(app)
     marking = model.initial()
     model.require_start(path, header, found)

@@ -91,7 +91,7 @@ def read_guard(text: str, seen: Mapping[pn.Place, int], fields: Fields) -> dict[
         parts.setdefault(place, []).append(resolved)
     found = {place: each[0] if len(each) == 1 else And(tuple(each)) for place, each in parts.items()}
     for place, condition in found.items():
-        if not _is_satisfiable(condition, fields(place)):
+        if satisfying(condition, fields(place)) is None:
             raise GuardError(
                 f"no token of {place.id} can fulfil it", hint="compare with values of the fields"
             )
@@ -208,7 +208,21 @@ def _resolved(comparison: Comparison, known: Mapping[str, FieldType]) -> Compari
     return replace(comparison, field=FieldName(None, field.name), value=value)
 
 
-def _is_satisfiable(condition: Condition, known: Mapping[str, FieldType]) -> bool:
+def satisfying(condition: Condition, known: Mapping[str, FieldType]) -> dict[str, int] | None:
+    """Return values of the fields that a condition names under which it holds, small ones first; None: none.
+
+    Parameters
+    ----------
+    condition : Condition
+        A condition about one token, whose names are resolved.
+    known : mapping of str to FieldType
+        The fields of the token.
+
+    Raises
+    ------
+    GuardError
+        There are too many values.
+    """
     names = list(dict.fromkeys(each.field for each in comparisons(condition)))
     classes = [
         classes_of(known[name.field], [c for c in comparisons(condition) if c.field == name])
@@ -219,10 +233,11 @@ def _is_satisfiable(condition: Condition, known: Mapping[str, FieldType]) -> boo
         total *= len(each)
     if total > MOST_VALUES:
         raise GuardError(f"it tells {total} kinds of tokens apart, more than {MOST_VALUES}")
-    return any(
-        condition.holds(dict(zip(names, (values[0] for values in choice), strict=True)))
-        for choice in product(*classes)
-    )
+    for choice in product(*classes):
+        values = dict(zip(names, (values[0] for values in choice), strict=True))
+        if condition.holds(values):
+            return {name.field: value for name, value in values.items()}
+    return None
 
 
 def classes_of(field: FieldType, asked: Iterable[Comparison]) -> list[tuple[int, ...]]:

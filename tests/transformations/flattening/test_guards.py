@@ -144,7 +144,6 @@ def test_too_many_variants_are_refused() -> None:
 def test_models_with_guards_are_refused_where_guards_would_be_ignored() -> None:
     from dineros.analysis.model.subject import subject_of
     from dineros.analysis.timed.timed_subject import timed_base_subject, timed_subject_of
-    from dineros.generators.application.collecting import application_of
     from dineros.transformations.flattening.split import split
 
     model, _ = modelled(
@@ -158,7 +157,6 @@ def test_models_with_guards_are_refused_where_guards_would_be_ignored() -> None:
         lambda: timed_base_subject(model),
         lambda: timed_subject_of(model),
         lambda: flatten(model, times=True),
-        lambda: application_of(model),
     ]
     for refuse in refusing:
         with pytest.raises(GuardError, match="does not support") as error:
