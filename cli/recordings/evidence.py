@@ -14,6 +14,7 @@ from dineros.metamodel.errors import Location, counted
 
 if TYPE_CHECKING:
     from dineros.observation.importing.given import Given
+    from dineros.observation.measuring.proposing import TimeProposal
     from dineros.observation.narrowing import Proposal, Traced
     from dineros.observation.narrowing.narrowing import Messages
     from dineros.observation.recordings import Calls, Untaken
@@ -40,6 +41,8 @@ class Evidence:
         Responses in the recording that no client took.
     traced : Traced or None
         What is counted of tracing files.
+    times : list of TimeProposal
+        Durations, periods and jitter.
     """
 
     source: Path
@@ -50,6 +53,7 @@ class Evidence:
     calls: Mapping[str, Calls]
     untaken: Sequence[Untaken]
     traced: Traced | None
+    times: list[TimeProposal]
 
 
 def gathered(
@@ -84,6 +88,7 @@ def gathered(
         One of them cannot be read.
     """
     from dineros.observation.narrowing import proposals, publications, traced, verbs_of, with_traced
+    from dineros.observation.narrowing.measured import times_of_timers
     from dineros.observation.recordings import Observed
     from dineros.observation.tracing import Tracing, TracingError
 
@@ -117,7 +122,10 @@ def gathered(
     found = proposals(system, messages(), verbs=verbs, within=within)
     if counts is not None:
         found = with_traced(found, counts)
-    return Evidence(source, tracing, found, recorded, messages, calls, untaken, counts)
+    times = [] if bag is None else times_of_timers(found, bag.name)
+    if tracing is not None and counts is not None:
+        times = [*counts.times(tracing.name), *times]
+    return Evidence(source, tracing, found, recorded, messages, calls, untaken, counts, times)
 
 
 def _warn(tracing: Path, counts: Traced) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from dineros.cli.console import say, say_json, summarise, warn
 from dineros.metamodel.errors import DinerosError, Location, counted
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from dineros.cli.recordings.evidence import Evidence
     from dineros.metamodel import sym
     from dineros.observation.importing.given import Given
+    from dineros.observation.measuring.proposing import TimeProposal
     from dineros.observation.narrowing import Narrowed, Proposal, Traced
     from dineros.observation.recordings import Calls, Untaken
     from dineros.observation.systems import ObservedSystem
@@ -54,7 +55,10 @@ def subject_of(path: Path, model: sym.SystemModel) -> Subject:
     return Subject(path, system, given, str(model.id))
 
 
-def chosen(found: Sequence[Proposal], threshold: float | None, numbers: Sequence[int]) -> list[Proposal]:
+P = TypeVar("P", bound="Proposal | TimeProposal")
+
+
+def chosen(found: Sequence[P], threshold: float | None, numbers: Sequence[int]) -> list[P]:
     """Return the proposals that are accepted.
 
     Raises
@@ -99,7 +103,7 @@ def write(made: Narrowed, output: Path, evidence: Evidence) -> None:
     from dineros.observation.importing.given import given_beside
     from dineros.observation.narrowing.written import given_text
 
-    shown = "".join(f"#   {proposal}\n" for proposal in made.accepted)
+    shown = "".join(f"#   {proposal}\n" for proposal in (*made.accepted, *made.times))
     names = dict.fromkeys(path.name for path in (evidence.source, evidence.tracing) if path)
     seen = f"{' and '.join(names)} {'show' if len(names) > 1 else 'shows'}"
     head = f"# What {seen} of {output.name}, and what was given before.\n{shown}\n"
@@ -107,7 +111,7 @@ def write(made: Narrowed, output: Path, evidence: Evidence) -> None:
     write_atomically(given_beside(output), (head + given_text(made.given)).encode())
 
 
-def print_proposals(found: Sequence[Proposal], bag: Path) -> None:
+def print_proposals(found: Sequence[Proposal | TimeProposal], bag: Path) -> None:
     """Print proposals with their numbers."""
     width = len(str(len(found)))
     for number, proposal in enumerate(found, 1):
@@ -137,6 +141,8 @@ def print_narrowed(made: Narrowed, output: Path, evidence: Evidence) -> None:
     bag = evidence.source
     for each in evidence.untaken:
         say(str(each), "bold red")
+    for time in made.unheld:
+        warn(f"left out, as the model has no such callback: {time}")
     for proposal in made.dropped:
         warn(f"taken back, as no run would show the recording: {proposal}")
     if made.verdict.status == "unknown":
@@ -146,7 +152,8 @@ def print_narrowed(made: Narrowed, output: Path, evidence: Evidence) -> None:
     for silence in made.verdict.silences:
         warn(f"{output}: {silence}")
     explained = counted(made.verdict.messages, "message")
-    summarise(f"{output}: {counted(len(made.accepted), 'proposal')} accepted; explains {explained} of {bag}")
+    accepted = counted(len(made.accepted) + len(made.times), "proposal")
+    summarise(f"{output}: {accepted} accepted; explains {explained} of {bag}")
 
 
 def print_traced(evidence: Evidence) -> None:
@@ -168,7 +175,8 @@ def print_json(
     """Print all of it as JSON."""
     report: dict[str, Any] = {
         "model": str(subject.model),
-        "proposals": [asdict(each) for each in evidence.proposals],
+        "proposals": [each.to_dict() for each in evidence.proposals],
+        "times": [each.to_dict() for each in evidence.times],
         "services": {
             service: {
                 "events": dict(told.events),
@@ -186,8 +194,9 @@ def print_json(
     if made is not None:
         report["narrowed"] = {
             "model": str(output),
-            "accepted": [asdict(each) for each in made.accepted],
-            "dropped": [asdict(each) for each in made.dropped],
+            "accepted": [each.to_dict() for each in made.accepted],
+            "dropped": [each.to_dict() for each in made.dropped],
+            "times": [each.to_dict() for each in made.times],
             "status": made.verdict.status,
             "messages": made.verdict.messages,
         }

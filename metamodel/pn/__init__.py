@@ -376,12 +376,15 @@ class TimeInterval(EObject, metaclass=MetaEClass):
         The interval is open at its start.
     latestExcluded : bool
         The interval is open at its end.
+    source : str | None
+        Where a measured interval comes from: the recording, the number of times and their quantiles.
     """
 
     earliest: float = Ecore.EAttribute(eType=Ecore.EDouble, default_value=0.0)
     latest: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     earliestExcluded: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     latestExcluded: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    source: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -394,6 +397,7 @@ class TimeInterval(EObject, metaclass=MetaEClass):
         latest: float | None = None,
         earliestExcluded: bool | None = None,
         latestExcluded: bool | None = None,
+        source: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -404,6 +408,7 @@ class TimeInterval(EObject, metaclass=MetaEClass):
                 "latest": latest,
                 "earliestExcluded": earliestExcluded,
                 "latestExcluded": latestExcluded,
+                "source": source,
             },
             unknown,
         )

@@ -16,6 +16,8 @@ It is TOML. Everything in it may be left out; what is there replaces what would 
     group = "answers"                       # of a service that is called: of its client
     awaits = true
     takes = [0.01, 0.08]                    # seconds of one run, without what it waits for
+    jitter = 0.002                          # of a timer: how late a single strike may be, in seconds
+    measured = "monday: 60 measured, ..."   # where these times come from
 
     [topic."/scan"]                         # of a recording, which does not tell
     publishers = ["/driver"]
@@ -95,6 +97,10 @@ class GivenCallback:
         The line of the code where it begins.
     takes : tuple of (float, float or None), or None
         Seconds that one run takes, at least and at most, without what it waits for.
+    jitter : float or None
+        Of a timer: how many seconds late a single strike may be.
+    measured : str
+        Where these times come from.
     """
 
     does: tuple[Step, ...] | None = None
@@ -102,6 +108,8 @@ class GivenCallback:
     awaits: bool = False
     at: str = field(default="", compare=False)
     takes: tuple[float, float | None] | None = None
+    jitter: float | None = None
+    measured: str = ""
 
 
 @dataclass(frozen=True)
@@ -246,7 +254,7 @@ class _Reading:
         )
 
     def _callback(self, table: Mapping[str, Any], at: str, groups: Mapping[str, Any]) -> GivenCallback:
-        self._known(table, at, ("does", "group", "awaits", "takes"))
+        self._known(table, at, ("does", "group", "awaits", "takes", "jitter", "measured"))
         group = table.get("group")
         if group is not None:
             self._one_of(table, "group", at, tuple(groups), "is not a callback group of its node")
@@ -254,8 +262,10 @@ class _Reading:
         takes: tuple[float, float | None] | None = None
         if "takes" in table:
             takes = self._interval(table, "takes", at)
+        jitter = self._seconds(table, "jitter", at, least=0) if "jitter" in table else None
+        measured = self._text(table, "measured", at) if "measured" in table else ""
         if "does" not in table:
-            return GivenCallback(None, group, awaits, takes=takes)
+            return GivenCallback(None, group, awaits, takes=takes, jitter=jitter, measured=measured)
         steps: list[Step] = []
         least, most, sleeps = 0.0, 0.0, False
         for text in self._texts(table, "does", at):
@@ -269,7 +279,7 @@ class _Reading:
         if sleeps:  # it works besides: for a time that nobody has said, unless it is in `takes`
             end = None if takes is None or takes[1] is None else round(takes[1] + most, 9)
             takes = (round((takes[0] if takes is not None else 0.0) + least, 9), end)
-        return GivenCallback(tuple(steps), group, awaits, takes=takes)
+        return GivenCallback(tuple(steps), group, awaits, "", takes, jitter, measured)
 
     def _step(self, text: str, at: str) -> Step:
         match = _STEP.fullmatch(text.strip())
@@ -319,10 +329,16 @@ class _Reading:
             raise self._wrong(f"{at}.{key}", f"is not a whole number from {least} to {most:,}")
         return found
 
-    def _seconds(self, table: Mapping[str, Any], key: str, at: str) -> float:
+    def _text(self, table: Mapping[str, Any], key: str, at: str) -> str:
         found = table[key]
-        if not isinstance(found, (int, float)) or isinstance(found, bool) or not 0 < found < 1e9:
-            raise self._wrong(f"{at}.{key}", "is not a time in seconds above 0")
+        if not isinstance(found, str):
+            raise self._wrong(f"{at}.{key}", "is not a text")
+        return found
+
+    def _seconds(self, table: Mapping[str, Any], key: str, at: str, least: float = 1e-9) -> float:
+        found = table[key]
+        if not isinstance(found, (int, float)) or isinstance(found, bool) or not least <= found < 1e9:
+            raise self._wrong(f"{at}.{key}", f"is not a time in seconds {'above' if least else 'from'} 0")
         return float(found)
 
     def _interval(self, table: Mapping[str, Any], key: str, at: str) -> tuple[float, float]:

@@ -234,6 +234,9 @@ class NodeBuilder(Abilities):
         if kind != "client":
             page.group = self._group(name)
             page.duration = seconds(*said.takes) if said.takes is not None else None
+            if page.duration is not None:
+                page.duration.source = said.measured or None
+            page.jitter = said.jitter if timer is not None else None
         if said.does is None and self._possible.steps() and not self._is_unseen:
             steps = ", ".join(quoted(str(each)) for each in self._possible.steps())
             key = f"callback.{quoted(name)}.does"

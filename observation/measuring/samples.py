@@ -6,9 +6,12 @@ import math
 from array import array
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from random import Random
 from typing import Any
 
 QUANTILES = (0.5, 0.95, 0.99)
+MOST = 1 << 20
+"""Times that are kept."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +36,10 @@ class Summary:
     greatest: float
 
     def __str__(self) -> str:
-        quantiles = f"50 % {duration_text(self.median)}, 95 % {duration_text(self.q95)}"
-        extremes = f"99 % {duration_text(self.q99)}, at most {duration_text(self.greatest)}"
-        return f"{self.count:,} measured, at least {duration_text(self.least)}, {quantiles}, {extremes}"
+        quantiles = {"50 %": self.median, "95 %": self.q95, "99 %": self.q99}
+        times = {"least": self.least, **quantiles, "greatest": self.greatest}
+        shown = ", ".join(f"{name} {duration_text(time)}" for name, time in times.items())
+        return f"{self.count:,} measured: {shown}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return them for JSON."""
@@ -45,6 +49,8 @@ class Summary:
 class Samples:
     """Times of one kind, in seconds.
 
+    Of more than `most`, as many are kept at random (Vitter's algorithm R); the extremes stay exact.
+
     Examples
     --------
     >>> times = Samples([0.004, 0.001, 0.002, 0.003])
@@ -52,16 +58,27 @@ class Samples:
     (0.002, 0.004)
     """
 
-    def __init__(self, values: Iterable[float] = ()) -> None:
-        self._values = array("d", values)
+    def __init__(self, values: Iterable[float] = (), most: int = MOST) -> None:
+        self._values = array("d")
         self._is_sorted = False
+        self._most = most
+        self._draw = Random(0)
+        self._count = 0
+        self._least, self._greatest = math.inf, -math.inf
+        for each in values:
+            self.add(each)
 
     def __len__(self) -> int:
-        return len(self._values)
+        return self._count
 
     def add(self, seconds: float) -> None:
         """Take one more."""
-        self._values.append(seconds)
+        self._count += 1
+        self._least, self._greatest = min(self._least, seconds), max(self._greatest, seconds)
+        if len(self._values) < self._most:
+            self._values.append(seconds)
+        elif (place := int(self._draw.random() * self._count)) < self._most:
+            self._values[place] = seconds
         self._is_sorted = False
 
     def quantile(self, share: float) -> float:
@@ -82,7 +99,7 @@ class Samples:
     def summary(self) -> Summary:
         """Return what is said of them."""
         median, q95, q99 = (self.quantile(each) for each in QUANTILES)
-        return Summary(len(self._values), self.quantile(0), median, q95, q99, self.quantile(1))
+        return Summary(self._count, self._least, median, q95, q99, self._greatest)
 
 
 def duration_text(seconds: float) -> str:

@@ -8,17 +8,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from dineros.observation.measuring.samples import Samples
+
 SECOND = 1_000_000_000
+_MOST_GAPS = 1 << 14
+"""Times between messages that are kept of a topic."""
 
 
 @dataclass
 class Delays:
-    """Times between two messages, in nanoseconds."""
+    """Times between two messages, in nanoseconds; `samples`, where it is there, keeps them in seconds."""
 
     count: int = 0
     least: int = 0
     most: int = 0
     mean: float = 0.0
+    samples: Samples | None = None
     _squares: float = 0.0
 
     def add(self, delay: int) -> None:
@@ -30,6 +35,8 @@ class Delays:
         off = delay - self.mean
         self.mean += off / self.count
         self._squares += off * (delay - self.mean)
+        if self.samples is not None:
+            self.samples.add(delay / SECOND)
 
     @property
     def variation(self) -> float:
@@ -127,7 +134,7 @@ class Publications:
         self._within = within
         self._last: int | None = None
         self.count = self.attributed = 0
-        self.gaps = Delays()
+        self.gaps = Delays(samples=Samples(most=_MOST_GAPS))
         self.alone = {topic: Following() for topic in triggers}
         self.together = {topic: Following() for topic in triggers}
         self._begun = dict.fromkeys(triggers, 0)

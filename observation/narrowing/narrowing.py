@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
@@ -11,8 +11,10 @@ from dineros.observation.explaining import TOLERANCE, RecordingVerdict, explain
 from dineros.observation.importing.assuming import TIMER, USUAL_PERIOD
 from dineros.observation.importing.building import Imported, to_model
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
+from dineros.observation.measuring.proposing import TimeProposal
 from dineros.observation.narrowing.calling import verbs_of
-from dineros.observation.narrowing.proposals import Proposal, Verbs
+from dineros.observation.narrowing.measured import with_times
+from dineros.observation.narrowing.proposals import Proposal, Verbs, timer_name
 from dineros.observation.systems import ObservedNode, ObservedSystem, RecordedTopic, named
 
 Messages = Callable[[], Iterable[tuple[str, int]]]
@@ -34,6 +36,8 @@ class Narrowed:
         What was accepted, and taken back: with it no run would show the recording.
     verdict : RecordingVerdict
         That the model explains the recording; unknown where that could not be found out.
+    times, unheld : tuple of TimeProposal
+        Accepted times that callbacks of the model have, and those of callbacks that it does not have.
     """
 
     imported: Imported
@@ -41,6 +45,8 @@ class Narrowed:
     accepted: tuple[Proposal, ...]
     dropped: tuple[Proposal, ...]
     verdict: RecordingVerdict
+    times: tuple[TimeProposal, ...] = ()
+    unheld: tuple[TimeProposal, ...] = ()
 
 
 def narrowed(
@@ -49,6 +55,7 @@ def narrowed(
     messages: Messages,
     accepted: Iterable[Proposal],
     *,
+    times: Sequence[TimeProposal] = (),
     given: Given | None = None,
     id: str = "observed",
     tolerance: float = TOLERANCE,
@@ -73,6 +80,8 @@ def narrowed(
         their times.
     accepted : iterable of Proposal
         What is to hold.
+    times : sequence of TimeProposal
+        Times that callbacks shall have, of those that are in the model.
     given : Given, optional
         What people say; it is kept, and of the callbacks that it describes nothing is changed.
     id, tolerance, midway, budget
@@ -83,12 +92,13 @@ def narrowed(
     verbs = verbs_of(system, recorded, before)
 
     def made(held: Iterable[Proposal]) -> Narrowed:
-        said = with_proposals(before, system, held, verbs)
+        said, its_times = with_times(with_proposals(before, system, held, verbs), system, times)
         imported = to_model(system, said, id)
         verdict = explain(
             imported.model, recorded, messages(), tolerance=tolerance, midway=midway, budget=budget
         )
-        return Narrowed(imported, said, tuple(kept), tuple(dropped), verdict)
+        rest = tuple(each for each in times if each not in its_times)
+        return Narrowed(imported, said, tuple(kept), tuple(dropped), verdict, its_times, rest)
 
     found, most = made(kept), None
     while kept and found.verdict.status == "violated" and found.verdict.unexplained is not None:
@@ -161,7 +171,7 @@ class _Node:
                 timers[name] = round(period, 6)
                 self._add(callbacks, name, self._steps(name, self._able))
             for step, proposal in self._timers.items():
-                name = f"{TIMER}_{step.name.strip('/').replace('/', '_')}"
+                name = timer_name(step.name)
                 while name in timers:
                     name += "_"
                 timers[name] = round(proposal.mean, 6)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 from dineros.metamodel.errors import counted as in_words
+from dineros.observation.importing.assuming import TIMER
+from dineros.observation.measuring.samples import Samples
 from dineros.observation.narrowing.counting import SECOND, Delays, Following, Publications
 from dineros.observation.systems import (
     REQUEST_RECEIVED,
@@ -73,6 +75,8 @@ class Proposal:
         Of the callback of a timer, as tracing files tell of it: seconds; else 0.
     repeats : int
         The most messages of one run.
+    gaps : Samples or None
+        Of a timer: the times between messages, in seconds.
     """
 
     node: str
@@ -92,6 +96,11 @@ class Proposal:
     source: Source = "times"
     period: float = 0.0
     repeats: int = 1
+    gaps: Samples | None = field(default=None, compare=False, repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {name: value for name, value in vars(self).items() if name != "gaps"}
 
     def __str__(self) -> str:
         share = f"{self.confidence:.2f}"
@@ -256,7 +265,14 @@ def _only_cause(found: Publications) -> str | None:
 def _timer(node: str, verb: Verb, topic: str, gaps: Delays, messages: int) -> Proposal:
     confidence = (1 - gaps.variation) * expected(gaps.count, gaps.count)
     count = (gaps.count, gaps.count, messages, messages)
-    return Proposal(node, topic, topic, "timer", *count, *seconds_of(gaps), confidence, verb)
+    return Proposal(
+        node, topic, topic, "timer", *count, *seconds_of(gaps), confidence, verb, gaps=gaps.samples
+    )
+
+
+def timer_name(topic: str) -> str:
+    """Return how the timer is called that publishes on a topic, or calls a service."""
+    return f"{TIMER}_{topic.strip('/').replace('/', '_')}"
 
 
 def _kind(following: Following, share: float) -> tuple[Kind, float]:

@@ -6,7 +6,9 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from dineros.observation.narrowing.counting import Delays
+from dineros.observation.measuring.proposing import LEAST_TIMES, TimeProposal, ticks_proposed
+from dineros.observation.measuring.samples import Samples
+from dineros.observation.narrowing.counting import SECOND, Delays
 from dineros.observation.narrowing.proposals import LEAST_MESSAGES, Kind, Proposal, expected, seconds_of
 from dineros.observation.systems import ObservedNode, ObservedSystem, RecordedTopic
 from dineros.observation.tracing import Callback, Publication, Run, Tracing, Uncertain, runs
@@ -60,6 +62,10 @@ class Traced:
         What the files do not tell.
     discarded, odd : int
         As in `Tracing`.
+    took : dict of Callback to Samples
+        Seconds that runs of a callback took.
+    gaps : dict of Callback to Samples
+        Of a timer: seconds between two beginnings of its callback that did not wait for its thread.
     """
 
     system: ObservedSystem
@@ -71,6 +77,33 @@ class Traced:
     uncertain: Uncertain = field(default_factory=Uncertain)
     discarded: int = 0
     odd: int = 0
+    took: defaultdict[Callback, Samples] = field(default_factory=lambda: defaultdict(Samples))
+    gaps: defaultdict[Callback, Samples] = field(default_factory=lambda: defaultdict(Samples))
+    _last: dict[Callback, Run] = field(default_factory=dict)
+
+    def note(self, run: Run) -> None:
+        """Count the times of a run."""
+        if run.took is not None:
+            self.took[run.callback].add(run.took / SECOND)
+        if run.callback.kind == "timer":
+            last = self._last.get(run.callback)
+            self._last[run.callback] = run
+            if last is not None and not run.waited and not last.waited:
+                self.gaps[run.callback].add((run.began - last.began) / SECOND)
+
+    def times(self, source: str) -> list[TimeProposal]:
+        """Return the times that are proposed: durations of callbacks, periods and jitter of timers."""
+        found = []
+        for callback, name in sorted(_names(self.runs).items()):
+            words, element = f"{callback.node}: {name}", f"{callback.node} {name}"
+            took = self.took[callback]
+            if len(took) >= LEAST_TIMES:
+                found.append(TimeProposal("duration", element, words, took.summary(), source))
+            if callback.kind == "timer":
+                declared = callback.period / SECOND
+                ticks = ticks_proposed(element, words, self.gaps[callback], source, declared)
+                found += [ticks] if ticks is not None else []
+        return found
 
     def attributed(self, node: str, topic: str) -> int:
         """Return how many messages of a node on a topic were published by callbacks of it."""
@@ -132,6 +165,7 @@ def _begun_by(node: ObservedNode) -> set[tuple[str, str]]:
 
 
 def _count(found: Traced, run: Run, publishing: set[tuple[str, str]]) -> None:
+    found.note(run)
     found.runs[run.callback] += run.ended
     for (node, topic), sent in run.published.items():
         if node == run.callback.node and (node, topic) in publishing:

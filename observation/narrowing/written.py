@@ -43,6 +43,8 @@ def _callback(said: GivenCallback) -> dict[str, str | None]:
         "group": None if said.group is None else _text(said.group),
         "awaits": "true" if said.awaits else None,
         "takes": None if most is None else json.dumps([least, most]),
+        "jitter": None if said.jitter is None else json.dumps(said.jitter),
+        "measured": _text(said.measured) if said.measured else None,
     }
 
 

@@ -19,6 +19,9 @@ from dineros.observation.tracing.reading import TracedEvent, Tracing
 MOST = 100_000
 """Things of a kind that are remembered: handles, callbacks, threads that are in one."""
 
+CLOSE = 1_000_000
+"""Nanoseconds between two callbacks of a thread, one of which may have waited for the other."""
+
 MOST_NESTED = 100
 """Callbacks that run within each other on a thread; the outermost of more has lost its end."""
 
@@ -78,11 +81,20 @@ class Run:
         What it published: by node, which may be another one, and topic.
     ended : bool
         Whether it ended before the trace did, as far as that is known.
+    began : int
+        When it began, in nanoseconds.
+    took : int or None
+        Nanoseconds from its beginning to its end; None if the trace does not tell its end.
+    waited : bool
+        Whether its thread ran another callback until then, for which it may have waited.
     """
 
     callback: Callback
     published: dict[Effect, Sent]
     ended: bool = True
+    began: int = 0
+    took: int | None = None
+    waited: bool = False
 
 
 @dataclass
@@ -111,6 +123,7 @@ class _Frame:
     sure: dict[Effect, Sent] = field(default_factory=dict)
     unsure: dict[Effect, Sent] = field(default_factory=dict)
     left: bool = False
+    waited: bool = False
 
     def published(self, effect: Effect, time: int) -> None:
         into = self.unsure if self.left else self.sure
@@ -119,7 +132,7 @@ class _Frame:
         else:
             into[effect] = Sent(1, time - self.began)
 
-    def run(self, *, has_end: bool, ended: bool = True) -> Iterator[Run]:
+    def run(self, *, has_end: bool, ended: bool = True, end: int | None = None) -> Iterator[Run]:
         if self.callback is None:
             return
         if has_end:
@@ -128,14 +141,19 @@ class _Frame:
                     self.sure[effect].count += sent.count
                 else:
                     self.sure[effect] = sent
-        yield Run(self.callback, self.sure, ended)
+        took = None if end is None else end - self.began
+        yield Run(self.callback, self.sure, ended, self.began, took, self.waited)
 
 
 @dataclass
 class _Thread:
-    """The callbacks that run on a thread, the innermost last, and whose message went within the process."""
+    """The callbacks that run on a thread, the innermost last, and whose message went within the process.
+
+    `free` is when the last callback ended.
+    """
 
     frames: list[_Frame] = field(default_factory=list)
+    free: int | None = None
     within: str | None = None
 
 
@@ -218,11 +236,12 @@ class _Attributing:
         thread = self._thread(event.thread)
         thread.within = None
         # A callback does not begin again before it has ended: its end was not told, nor those within it.
-        yield from self._unwound(thread, address, has_end=False)
+        yield from self._unwound(thread, address)
         callback = self._callback(event.process, address)
         if callback is None:
             self._uncertain.callbacks += 1
-        thread.frames.append(_Frame(address, callback, event.time))
+        waited = bool(thread.frames) or (thread.free is not None and event.time - thread.free <= CLOSE)
+        thread.frames.append(_Frame(address, callback, event.time, waited=waited))
         if len(thread.frames) > MOST_NESTED:
             yield from thread.frames.pop(0).run(has_end=False)
 
@@ -232,9 +251,8 @@ class _Attributing:
         if thread is None:
             return
         thread.within = None
-        yield from self._unwound(thread, address, has_end=True)
-        if not thread.frames:
-            del self._threads[event.thread]
+        yield from self._unwound(thread, address, event.time)
+        thread.free = event.time
 
     def _thread(self, name: str) -> _Thread:
         if name not in self._threads and len(self._threads) >= MOST:
@@ -244,13 +262,13 @@ class _Attributing:
         return thread
 
     @staticmethod
-    def _unwound(thread: _Thread, address: str, *, has_end: bool) -> Iterator[Run]:
-        """End a callback and those within it, whose ends were not told; its own was if it has one."""
+    def _unwound(thread: _Thread, address: str, end: int | None = None) -> Iterator[Run]:
+        """End a callback and those within it, whose ends were not told; its own was if there is an `end`."""
         places = [place for place, frame in enumerate(thread.frames) if frame.address == address]
         if places:
             for frame in reversed(thread.frames[places[-1] + 1 :]):
                 yield from frame.run(has_end=False)
-            yield from thread.frames[places[-1]].run(has_end=has_end)
+            yield from thread.frames[places[-1]].run(has_end=end is not None, end=end)
             del thread.frames[places[-1] :]
 
     def _published(self, event: TracedEvent, *, within: bool) -> Iterator[Publication]:
@@ -262,8 +280,6 @@ class _Attributing:
             thread = self._thread(event.thread)
         if thread is not None:
             thread.within = handle if within else None
-            if not thread.frames and not within:
-                del self._threads[event.thread]
         if again:
             return
         effect = self._publishers.get((event.process, handle))

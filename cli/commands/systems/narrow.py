@@ -13,6 +13,7 @@ from dineros.cli.observing import recording_options
 from dineros.cli.options import ModelPath, json_option, model_argument, output_option
 from dineros.cli.outputs import refuse_output
 from dineros.cli.recordings.evidence import gathered
+from dineros.cli.recordings.measuring import narrow_by_run
 from dineros.cli.recordings.narrowing import (
     chosen,
     print_calls,
@@ -33,6 +34,7 @@ from dineros.cli.supervising import search_command
     "dineros narrow seen.sym.xmi --bag recording --threshold 0.95 -o narrowed.sym.xmi",
     "dineros narrow seen.sym.xmi --bag recording --accept 1 -o narrowed.sym.xmi",
     "dineros narrow seen.sym.xmi --tracing trace --threshold 0.95 -o narrowed.sym.xmi",
+    "dineros narrow sorting.sym.xmi --run run/ --threshold 0.95 -o measured.sym.xmi",
 )
 @model_argument()
 @click.option(
@@ -46,6 +48,13 @@ from dineros.cli.supervising import search_command
     type=ModelPath(),
     metavar="TRACE",
     help="Tracing files of ros2_tracing: a folder of LTTng, read by babeltrace2, or its text output.",
+)
+@click.option(
+    "--run",
+    "traces",
+    type=ModelPath(),
+    metavar="TRACES",
+    help="The traces of a run of this model: the folder of `run --trace`. They propose times.",
 )
 @click.option(
     "--within",
@@ -75,6 +84,7 @@ def narrow(
     model: Path,
     bag: Path | None,
     tracing: Path | None,
+    traces: Path | None,
     within: float,
     threshold: float | None,
     accept: tuple[int, ...],
@@ -95,6 +105,10 @@ def narrow(
     proposals that contradict it are weakened, or withdrawn, and listed. A file next to the model contains the
     resulting facts, for the next import.
 
+    Times are proposed as well, with sample size, quantiles and the greatest observed time: by traces of a run
+    (--run) durations, periods and jitter of timers, and latencies. Accepted ones are intervals of the model,
+    each with its source.
+
     A response that a server sent and no client took is a finding, for example if the client waits in a
     callback whose group the response needs.
 
@@ -106,26 +120,38 @@ def narrow(
         raise click.UsageError("what --threshold or --accept takes is written to -o: give both, or neither")
     if output is not None:
         refuse_output(output, (".xmi", ".pnml"))
-        refuse_given(output)
-    if bag is None and tracing is None:
-        raise click.UsageError("say what was seen: --bag RECORDING, --tracing TRACE, or both")
-    from dineros.observation.narrowing import narrowed
+        if traces is None:
+            refuse_given(output)
+    if traces is not None and (bag is not None or tracing is not None):
+        raise click.UsageError(
+            "--run is for a model whose nodes recorded traces: give no --bag and no --tracing"
+        )
+    if bag is None and tracing is None and traces is None:
+        raise click.UsageError(
+            "say what was seen: --bag RECORDING, --tracing TRACE, or both; or --run TRACES"
+        )
+    from dineros.observation.measuring.proposing import TimeProposal
+    from dineros.observation.narrowing import Proposal, narrowed
 
     system = load_valid_system(model)
+    if traces is not None:
+        return narrow_by_run(model, system, traces, threshold, accept, output, as_json)
     subject = subject_of(model, system)
     run = search()
     with ExitStack() as open_files:
         evidence = gathered(subject.system, subject.given, bag, tracing, within, run.stage, open_files)
-        found = evidence.proposals
+        proposed: list[Proposal | TimeProposal] = [*evidence.proposals, *evidence.times]
         made = None
         if output is not None:
-            accepted = chosen(found, threshold, accept)
+            accepted = chosen(proposed, threshold, accept)
+            times = [each for each in accepted if isinstance(each, TimeProposal)]
             run.stage(f"explaining {evidence.source.name}")
             made = narrowed(
                 subject.system,
                 evidence.recorded,
                 evidence.messages,
-                accepted,
+                [each for each in accepted if isinstance(each, Proposal)],
+                times=times,
                 given=subject.given,
                 id=subject.id,
                 tolerance=tolerance,
@@ -138,7 +164,7 @@ def narrow(
         if as_json:
             print_json(subject, evidence, made, output)
         elif made is None:
-            print_proposals(found, evidence.source)
+            print_proposals(proposed, evidence.source)
             print_calls(evidence.calls, evidence.untaken)
             print_traced(evidence)
         elif output is not None:

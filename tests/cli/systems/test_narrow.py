@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from dineros.metamodel.files import save
+from dineros.metamodel.records import write_records
 from dineros.observation.importing.given import given_beside, read_given
 from tests.cli.conftest import Run
+from tests.observation.measuring.camera import KnownRun, camera
 from tests.support.programs.bags import service_event, write_bag
 from tests.support.traces import Trace
 
@@ -219,9 +222,13 @@ def test_the_examples_of_help_run(seen: Path, bag: Path, run: Run, monkeypatch: 
     monkeypatch.chdir(seen.parent)
     bag.rename("recording")
     traced().write(Path("trace"))
+    save(camera(), Path("sorting.sym.xmi"))
+    for node, records in KnownRun(1, quick=True).records.items():
+        Path("run").mkdir(exist_ok=True)
+        write_records(Path("run", f"{node}.jsonl"), records)
     text = run("narrow", "--help").stdout
     examples = [line.strip() for line in text.splitlines() if line.strip().startswith("dineros narrow ")]
-    assert len(examples) == 4
+    assert len(examples) == 5
     for example in examples:
         _, *words = example.split()
         result = run(*words)

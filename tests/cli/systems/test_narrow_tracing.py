@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from dineros.metamodel import sym
+from dineros.metamodel.files import load
 from dineros.observation.importing.given import given_beside, read_given
 from tests.cli.conftest import Run
 from tests.support.programs.bags import write_bag
@@ -75,6 +77,11 @@ def trace(tmp_path: Path) -> Path:
     return traced().write(tmp_path / "trace.txt")
 
 
+def same(count: int, time: str) -> str:
+    """Return what is said of times that are all the same."""
+    return f"{count} measured: least {time}, 50 % {time}, 95 % {time}, 99 % {time}, greatest {time}"
+
+
 def test_proposals_of_a_trace_alone(seen: Path, trace: Path, run: Run) -> None:
     before = sorted(seen.parent.iterdir())
     result = run("narrow", seen, "--tracing", trace)
@@ -87,6 +94,10 @@ def test_proposals_of_a_trace_alone(seen: Path, trace: Path, run: Run) -> None:
         "/mapper: /scan sometimes leads to /map (in 10 of 20 runs, after 49 ms to 49 ms; 10 of 10 messages; "
         "traced)",
         "/wheels: a timer of 0.1 s publishes /odom (20 messages, 100 ms to 100 ms apart)",
+        f"/lidar: timer_100ms takes 3 µs to 3 µs ({same(20, '3 µs')})",
+        f"/lidar: timer_100ms ticks every 100 ms, jitter 0 s ({same(19, '100 ms')})",
+        f"/mapper: /odom takes 1 µs to 1 µs ({same(20, '1 µs')})",
+        f"/mapper: /scan takes 49 ms to 49 ms ({same(20, '49 ms')})",
         f"{trace}: 60 runs of 3 callbacks; 20 of 50 messages from none of them",
     ]
     assert sorted(seen.parent.iterdir()) == before
@@ -226,3 +237,22 @@ def test_names_in_a_trace_steer_no_terminal(odd: str, seen: Path, tmp_path: Path
     assert result.exit_code == 2
     assert "nothing in it is of a node of the model (it tells of /A" in result.stderr
     assert all(each.isprintable() for each in result.output.splitlines())
+
+
+def test_accepted_times_are_intervals_of_the_model(seen: Path, bag: Path, trace: Path, run: Run) -> None:
+    """Those of a timer count if the timer is accepted, too; the file beside the model keeps them."""
+    output = seen.with_name("measured.sym.xmi")
+    words = ("narrow", seen, "--bag", bag, "--tracing", trace)
+    listed = [line.split()[0] for line in run(*words).stdout.splitlines() if " takes " in line]
+    accept = [word for number in listed for word in ("--accept", number)]
+    result = run(*words, *accept, "-o", output)
+    assert "left out, as the model has no such callback" in result.stderr, result.output
+    pages = [each for each in load(output).eAllContents() if isinstance(each, sym.CallbackPage)]
+    times = {str(each.id): each.duration for each in pages if each.duration is not None}
+    assert [(each.earliest, each.latest) for each in times.values()] == [(1e-06, 1e-06), (0.048996, 0.048998)]
+    assert all(str(each.source).startswith("trace.txt: 20 measured: ") for each in times.values())
+    again = seen.with_name("again.sym.xmi")
+    given_beside(again).write_text(given_beside(output).read_text())
+    assert run("import", "--bag", bag, "-o", again).exit_code == 0
+    assert run("diff", output, "--bag", bag).exit_code == 0
+    assert "trace.txt: 20 measured" in again.read_text()
