@@ -74,7 +74,9 @@ def test_times_of_tracing_files_are_found_exactly(seed: int, jitter: int, tmp_pa
     lidar, mapper = trace.node("/lidar"), trace.node("/mapper")
     tick = trace.timer(lidar, 100_000 * MICRO)
     on_scan = trace.subscription(mapper, "/scan")
-    works, scans, begins = [], [], []
+    works: list[float] = []
+    scans: list[float] = []
+    begins: list[int] = []
     for number in range(1, 30):
         strike = number * 100_000 + draw.randint(0, jitter)
         for callback, thread, taken in ((tick, 2, works), (on_scan, 3, scans)):
