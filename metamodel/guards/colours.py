@@ -189,6 +189,30 @@ def variants(step: Step | None, moves: Moves, known: Mapping[pn.Place, Palette])
             yield Variant(taken, read, dict(zip(puts, made, strict=True)))
 
 
+def occurring(
+    start: Iterable[tuple[pn.Place, Colour]], chosen: Iterable[Variant]
+) -> set[tuple[pn.Place, Colour]]:
+    """Return the colours that tokens of places can have, as far as these variants can fire."""
+    found, left = set(start), list(chosen)
+    changed = True
+    while changed:
+        changed, waiting = False, []
+        for variant in left:
+            if found.issuperset(needed(variant)):
+                found |= {(place, colour) for place, made in variant.puts.items() for colour in made}
+                changed = True
+            else:
+                waiting.append(variant)
+        left = waiting
+    return found
+
+
+def needed(variant: Variant) -> set[tuple[pn.Place, Colour]]:
+    """Return the places and colours of the tokens that a variant takes and reads."""
+    both = (variant.takes, variant.reads)
+    return {(place, colour) for each in both for place, colours in each.items() for colour in colours}
+
+
 def _allowed(
     place: pn.Place, count: int, guard: Mapping[pn.Place, Condition], known: Mapping[pn.Place, Palette]
 ) -> list[tuple[Colour, ...]]:

@@ -75,7 +75,7 @@ class DataFlow:
         arcs: Mapping[pn.Transition, Arcs],
         fields: Fields,
     ) -> None:
-        self._links, self._originals, self._declared = links, originals, fields
+        self._links, self._originals, self._declared, self._arcs = links, originals, fields, arcs
         # Their tokens are no messages, or the engine gives them data of its own.
         self._apart = {client.timedOut for client in _service_clients(model)}
         for action in actions(model):
@@ -100,6 +100,23 @@ class DataFlow:
     def fields(self, place: pn.Place) -> Mapping[str, FieldType]:
         """Return the fields of the tokens of a place: of one that a rule made, those of what it leads to."""
         return self._fields[place] if place in self._fields else self._declared(place)
+
+    def limits(self) -> dict[pn.Place, int]:
+        """Return the queues of which messages leave only in order, with what each holds."""
+        ends: dict[pn.Place, set[str]] = {}
+        limits: dict[pn.Place, int] = {}
+        for transition, own in self._arcs.items():
+            for side, name in zip(self._messages(own), ("takes", "puts"), strict=True):
+                for place in side:
+                    ends.setdefault(place, set()).add(f"{name}.{self._role(transition)}")
+            if self._role(transition) == "enter":
+                room = sum(place.tokens for place in own.takes if self._role(place) == "capacity")
+                limits.update(dict.fromkeys(self._messages(own)[1], room))
+        return {
+            place: limit
+            for place, limit in limits.items()
+            if self._is_made(place) and ends[place] == {"puts.enter", "takes.leave"} and not place.tokens
+        }
 
     def copied(self) -> list[tuple[pn.Place, pn.Place]]:
         """Return pairs of places, by `key`: tokens of the second get the data of tokens of the first."""
@@ -129,9 +146,9 @@ class DataFlow:
     def _is_made(self, place: pn.Place) -> bool:
         return place in self._links and place not in self._originals
 
-    def _role(self, transition: pn.Transition) -> str:
-        """Return what a transition is to a queue: ``enter``, ``leave`` or ``drop``; other words: to none."""
-        return self._links[transition].role.rpartition(".")[2]
+    def _role(self, element: pn.Element) -> str:
+        """Return what an element is to a queue, such as ``enter`` or ``load``; other words: to none."""
+        return self._links[element].role.rpartition(".")[2]
 
     def _messages(self, own: Arcs) -> tuple[Counter[pn.Place], Counter[pn.Place]]:
         """Return what a transition takes and does not put back, and the other way round."""
@@ -168,7 +185,7 @@ class DataFlow:
             for place in kept
         ]
         # Requests of other clients count in the history of a service, too.
-        is_own = any(self._links[place].role.rpartition(".")[2] == "load" for place in kept)
+        is_own = any(self._role(place) == "load" for place in kept)
         return ways if is_own else [plain, *ways]
 
 

@@ -14,12 +14,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import islice
-from typing import NamedTuple
 
 from dineros.metamodel import pn, pnm, sym
-from dineros.metamodel.elements import elements, nodes, places, transitions
+from dineros.metamodel.elements import nodes, places, transitions
 from dineros.metamodel.errors import GuardError
 from dineros.metamodel.guards.colours import (
     Colour,
@@ -28,39 +26,20 @@ from dineros.metamodel.guards.colours import (
     Step,
     Variant,
     can_be_handed,
+    needed,
+    occurring,
     palettes,
     variants,
 )
 from dineros.metamodel.guards.reading import Source, read_assignments, read_guard
 from dineros.metamodel.token_data import FieldType, read_data
 from dineros.metamodel.token_types.declared import token_type_of, type_of_place
-from dineros.transformations.flattening.bounding import fresh
+from dineros.transformations.flattening.coloured import Chosen, ColouredNet, Way
 from dineros.transformations.flattening.data_flow import Arcs, DataFlow, Flow
-from dineros.transformations.flattening.traces import Link, Trace
-
-RULE = "Guard"
-"""Name in the trace of what guards add."""
+from dineros.transformations.flattening.traces import Trace
 
 MOST_VARIANTS = 20_000
 """Most transitions that guards may make of those of one net."""
-
-
-class _Way(NamedTuple):
-    """One way in which a transition of the net moves tokens whose colours matter.
-
-    Attributes
-    ----------
-    step : Step or None
-        What it asks and assigns.
-    moves : Moves
-        Its tokens.
-    lost : pn.Place or None
-        The place of the net that loses a message in favour of another one.
-    """
-
-    step: Step | None
-    moves: Moves
-    lost: pn.Place | None = None
 
 
 def unfold_guards(model: sym.SystemModel, net: pnm.PetriNetModel, trace: Trace) -> Trace:
@@ -86,10 +65,7 @@ def unfold_guards(model: sym.SystemModel, net: pnm.PetriNetModel, trace: Trace) 
 class _Unfolding:
     def __init__(self, model: sym.SystemModel, net: pnm.PetriNetModel, trace: Trace) -> None:
         self._model, self._net = model, net
-        (self._page,) = net.pages
         self._links = {link.target: link for link in trace}
-        self._taken = {net.id, *(element.id for element in elements(net))}
-        self._number = 1 + max((link.application for link in trace), default=0)
         self._fields_of: dict[pn.Place, dict[str, FieldType]] = {}
         self._original: dict[pn.Node, pn.Place] = {}
         self._known: dict[pn.Place, Palette] = {}
@@ -99,11 +75,12 @@ class _Unfolding:
                 assert isinstance(node, pn.Place)
                 self._original[node] = link.sources[0]
         self._arcs_of: dict[pn.Transition, list[pn.Arc]] = {each: [] for each in transitions(net)}
-        for arc in self._page.arcs:
+        for arc in net.pages[0].arcs:
             end = arc.source if isinstance(arc.source, pn.Transition) else arc.target
             assert isinstance(end, pn.Transition)
             self._arcs_of[end].append(arc)
-        self._coloured: dict[tuple[pn.Place, Colour], pn.Place] = {}
+        self._starts: dict[pn.Place, Counter[Colour]] = {}
+        self._colours: dict[pn.Place, list[Colour]] = {}
 
     def run(self) -> Trace:
         arcs = {transition: self._arcs(transition) for transition in self._arcs_of}
@@ -113,16 +90,18 @@ class _Unfolding:
         for place in places(self._net):
             if flow.key(place) in known:
                 self._known[place] = known[flow.key(place)]
+        chosen = {
+            transition: self._variants(self._ways(transition, own, steps, flow))
+            for transition, own in arcs.items()
+        }
+        self._drop_impossible(chosen, flow)
+        limits = flow.limits()
+        made = ColouredNet(self._net, self._links, self._original, self._known, self._arcs_of)
         for place in self._known:
-            self._add_colours(place, flow.fields(flow.key(place)))
+            made.add_colours(place, self._colours[place], self._starts[place], limits.get(place, 1))
         copies: dict[pn.Transition, list[pn.Transition]] = {}
-        for transition, own in arcs.items():
-            if transition in flow.flows:
-                ways = [self._handed(way, flow) for way in flow.flows[transition]]
-            else:
-                step = steps.get(self._origin(transition))  # type: ignore[arg-type]
-                ways = [self._stepping(step, own)]
-            copies[transition] = self._split(transition, ways)
+        for transition, ways in chosen.items():
+            copies[transition] = made.split(transition, ways)
             if sum(map(len, copies.values())) - len(copies) > MOST_VARIANTS:
                 raise GuardError(
                     f"guards make more than {MOST_VARIANTS} transitions",
@@ -134,6 +113,48 @@ class _Unfolding:
                 for each in higher:
                     each.overrides.extend(copies[lower][1:])
         return Trace(self._links.values())
+
+    def _ways(
+        self, transition: pn.Transition, own: Arcs, steps: Mapping[sym.Transition, Step], flow: DataFlow
+    ) -> list[Way]:
+        if transition in flow.flows:
+            return [self._handed(way, flow) for way in flow.flows[transition]]
+        origin = self._origin(transition)
+        return [self._stepping(None if origin is None else steps.get(origin), own)]
+
+    def _variants(self, ways: Sequence[Way]) -> list[Chosen]:
+        """Return the variants of a transition; none: colours do not matter to it."""
+        if not any(any(way.moves) for way in ways):
+            return []
+        found = ((way, each) for way in ways for each in variants(way.step, way.moves, self._known))
+        chosen: dict[tuple[object, ...], Chosen] = {}
+        for way, variant in islice(found, MOST_VARIANTS + 1):
+            chosen.setdefault(_change(variant), Chosen(way, variant))
+        assert chosen, "a guard that no token can fulfil is refused"
+        return list(chosen.values())
+
+    def _drop_impossible(self, chosen: dict[pn.Transition, list[Chosen]], flow: DataFlow) -> None:
+        """Leave out variants that take tokens of colours that never occur; a dead transition has one left."""
+        self._starts = {
+            place: Counter(self._at_start(place, flow.fields(flow.key(place)))) for place in self._known
+        }
+        start = [(place, colour) for place, colours in self._starts.items() for colour in colours]
+        occur = occurring(start, (each.variant for every in chosen.values() for each in every))
+        for transition, every in chosen.items():
+            possible = [each for each in every if occur.issuperset(needed(each.variant))]
+            chosen[transition] = possible or every[:1]
+        left = (each.variant for every in chosen.values() for each in every)
+        used = {
+            (place, colour)
+            for variant in left
+            for each in variant
+            for place, colours in each.items()
+            for colour in colours
+        }
+        self._colours = {
+            place: [each for each in palette.colours if place in self._original or (place, each) in used]
+            for place, palette in self._known.items()
+        }
 
     def _steps(self, arcs: Mapping[pn.Transition, Arcs]) -> dict[sym.Transition, Step]:
         """Return what each transition of the model asks and assigns."""
@@ -175,7 +196,7 @@ class _Unfolding:
             self._fields_of[place] = {field.name: field for field in declared.fields}
         return self._fields_of[place]
 
-    def _stepping(self, step: Step | None, own: Arcs) -> _Way:
+    def _stepping(self, step: Step | None, own: Arcs) -> Way:
         """Return how a transition of the model moves tokens, in places of the net."""
         on_net = {self._original[place]: place for each in own for place in each if place in self._original}
         if step is not None:
@@ -189,9 +210,9 @@ class _Unfolding:
                     for place, given in step.assigned.items()
                 },
             )
-        return _Way(step, Moves(*map(self._coloured_of, own)))
+        return Way(step, Moves(*map(self._coloured_of, own)))
 
-    def _handed(self, way: Flow, flow: DataFlow) -> _Way:
+    def _handed(self, way: Flow, flow: DataFlow) -> Way:
         """Return how a transition of a rule hands messages on."""
         assigned: dict[pn.Place, dict[str, int | Source]] = {}
         for target, source in way.copies.items():
@@ -203,7 +224,7 @@ class _Unfolding:
                     if can_be_handed(name, before, after)
                 }
         moves = Moves(self._coloured_of(way.takes), {}, self._coloured_of(way.puts))
-        return _Way(Step({}, assigned), moves, way.lost)
+        return Way(Step({}, assigned), moves, way.lost)
 
     def _coloured_of(self, counts: Counter[pn.Place]) -> dict[pn.Place, int]:
         return {place: n for place, n in counts.items() if place in self._known}
@@ -217,108 +238,20 @@ class _Unfolding:
                 (found.reads if arc.kind == pn.ArcKind.read else found.takes)[arc.source] += arc.weight
         return found
 
-    # ------------------------------------------------------------------------------------------- making
-
-    def _add_colours(self, place: pn.Place, fields: Mapping[str, FieldType]) -> None:
-        """Add a place for each colour, with the tokens that have it at the start."""
-        palette = self._known[place]
+    def _at_start(self, place: pn.Place, fields: Mapping[str, FieldType]) -> list[Colour]:
+        """Return the colours of the tokens that a place has at the start."""
         default = {name: field.default for name, field in fields.items()}
         original = self._original.get(place)
         balloons = list(original.balloons) if isinstance(original, sym.Place) else []
         data = [default | read_data(each.data or "{}", fields) for each in balloons]
         data += [default] * (place.tokens - len(data))
-        start = Counter(palette.colour_of(each) for each in data[: place.tokens])
-        terms = [pnm.InvariantTerm(place=place, weight=1)]
-        for colour in palette.colours:
-            id = fresh(f"{place.id}[{_joined(palette.text(colour))}]", self._taken)
-            made = pn.Place(id=id, tokens=start[colour], page=self._page)
-            self._coloured[place, colour] = made
-            self._link(made, "colour", place)
-            terms.append(pnm.InvariantTerm(place=made, weight=-1))
-        self._net.certificate.append(
-            pnm.PlaceInvariant(name=f"{place.id} is the sum of its colours", value=0, terms=terms)
-        )
-
-    def _split(self, transition: pn.Transition, ways: Sequence[_Way]) -> list[pn.Transition]:
-        """Make of a transition one for each choice of colours; the first of them is the transition itself."""
-        if not any(any(way.moves) for way in ways):
-            return [transition]
-        found = ((way, each) for way in ways for each in variants(way.step, way.moves, self._known))
-        chosen: dict[tuple[object, ...], tuple[_Way, Variant]] = {}
-        for way, variant in islice(found, MOST_VARIANTS + 1):
-            chosen.setdefault(_change(variant), (way, variant))
-        assert chosen, "a guard that no token can fulfil is refused"
-        made = [transition, *(self._copy(transition) for _ in range(len(chosen) - 1))]
-        own_id = transition.id
-        for each, (way, variant) in zip(made, chosen.values(), strict=True):
-            self._join(each, variant)
-            if len(chosen) > 1:
-                values = self._text(way, variant)
-                each.id = fresh(f"{own_id}[{_joined(values)}]", self._taken)
-                self._links[each] = replace(self._links[each], values=values)
-        return made
-
-    def _text(self, way: _Way, variant: Variant) -> str:
-        """Return the colours of a variant in words: by place, of a message that a rule hands on without."""
-        if way.lost is not None and way.lost in variant.takes:
-            return self._lost_text(way.lost, variant)
-        words = dict.fromkeys(
-            self._colour_text(place, colour)
-            for each in variant
-            for place, colours in each.items()
-            for colour in colours
-        )
-        return "; ".join(words)
-
-    def _lost_text(self, place: pn.Place, variant: Variant) -> str:
-        palette = self._known[place]
-        lost, new = (palette.text(each[place][0]) for each in (variant.takes, variant.puts))
-        return lost if lost == new else f"{lost}; keeps {new}"
-
-    def _colour_text(self, place: pn.Place, colour: Colour) -> str:
-        text = self._known[place].text(colour)
-        return f"{self._original[place].id}: {text}" if place in self._original else text
-
-    def _join(self, transition: pn.Transition, variant: Variant) -> None:
-        """Add the arcs between a transition and the colours that it takes, reads and puts."""
-        for kind, each in zip(("takes", "reads", "puts"), variant, strict=True):
-            for uncoloured, colours in each.items():
-                for colour, weight in Counter(colours).items():
-                    place = self._coloured[uncoloured, colour]
-                    source, target = (transition, place) if kind == "puts" else (place, transition)
-                    id = fresh(f"{source.id}-{target.id}", self._taken)
-                    arc = pn.Arc(id=id, weight=weight, kind="read" if kind == "reads" else "normal")
-                    arc.source, arc.target, arc.page = source, target, self._page
-                    self._link(arc, "arc", uncoloured)
-
-    def _link(self, made: pn.Element, role: str, place: pn.Place) -> None:
-        """Record that guards added an element for a place of the net."""
-        link = self._links[place]
-        self._links[made] = Link(RULE, role, self._number, link.sources, link.index, made, link.client_index)
-        self._number += 1
+        return [self._known[place].colour_of(each) for each in data[: place.tokens]]
 
     def _id(self, transition: pn.Transition) -> str:
         origin = self._origin(transition)
         return transition.id if origin is None else origin.id
 
-    def _copy(self, transition: pn.Transition) -> pn.Transition:
-        link = self._links[transition]
-        made = pn.Transition(id=fresh(transition.id, self._taken), name=transition.name, page=self._page)
-        made.overrides.extend(transition.overrides)
-        self._links[made] = replace(link, target=made)
-        for arc in self._arcs_of[transition]:
-            joint = pn.Arc(id=fresh(arc.id, self._taken), weight=arc.weight, kind=arc.kind, page=self._page)
-            joint.source = made if arc.source is transition else arc.source
-            joint.target = made if arc.target is transition else arc.target
-            self._links[joint] = replace(self._links[arc], target=joint)
-        return made
-
 
 def _change(variant: Variant) -> tuple[object, ...]:
     """Return what a variant takes, reads and puts, to compare."""
     return tuple(frozenset((p, tuple(sorted(c))) for p, c in each.items()) for each in variant)
-
-
-def _joined(words: str) -> str:
-    """Return words as a part of an id, which has no blanks."""
-    return words.replace(" ", "")

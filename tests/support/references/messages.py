@@ -29,7 +29,11 @@ def is_message(id: str) -> bool:
 
 def is_queue(id: str) -> bool:
     """Whether a place is the load of a queue of a topic, which is in order."""
-    return is_message(id) and id.endswith(".Load") and (".reader." in id or ".writer." in id)
+    return (
+        is_message(id)
+        and id.endswith(".Load")
+        and any(part in id for part in (".reader.", ".writer.", ".feedback."))
+    )
 
 
 def frozen(state: Mapping[str, tuple[Data, ...]]) -> State:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import callback, node_net, place, step
+from dineros.metamodel.build import callback, flow, node_net, place, read, step
 from dineros.metamodel.elements import find, places
 from dineros.metamodel.errors import GuardError
 from dineros.transformations.flattening.flatten import flatten
@@ -77,7 +77,7 @@ def test_the_net_does_what_tokens_with_data_do(chosen: list[Choice], data: list[
 
 
 @settings(max_examples=40, deadline=None)
-@given(_chosen(), _topics(1))
+@given(_chosen(), _topics(1, 2))
 def test_what_a_publisher_assigns_arrives(chosen: list[Choice], topic: Topic) -> None:
     _agree(*modelled(chosen, [ALL[0]], topic=topic), most=6_000)
 
@@ -97,7 +97,7 @@ def test_priorities_hold_for_all_variants() -> None:
     """A transition that another one overrides waits while any variant of that is enabled."""
     asks = Choice((0,), (1,), None, 3, None, copied=False)
     other = Choice((0,), (2,), None, None, None, copied=False)
-    model, _ = modelled([asks, other], [ALL[0]])
+    model, _ = modelled([asks, other], [(ok, level) for ok in (False, True) for level in (0, 1)])
     find(model, "T0", sym.Transition).overrides.append(find(model, "T1", sym.Transition))
     flattened = flatten(model)
     by_name: dict[str, list[pn.Transition]] = {}
@@ -233,3 +233,74 @@ def test_no_value_is_owed_to_a_fair_run() -> None:
     )
     found = unfairness(subject, [], [loop])
     assert not found.weakly and not found.strongly
+
+
+def _sends_in_order(limit: int) -> tuple[sym.SystemModel, pn.Place, pn.Place]:
+    """Return a node that sends true, then false; places of a subscriber that takes them in order, or not."""
+    model, _ = modelled([], [ALL[0]], topic=Topic(1, ((True, None),), limit, ((1, limit),)))
+    sender = find(model, "sender", sym.NodeNet)
+    sent, out = place(sender, "Sent"), find(model, "Out", sym.Place)
+    find(model, "Send0", sym.Transition).assigns = "Out.ok := true"
+    flow(find(model, "Send0", sym.Transition), sent)
+    step(sender, "Send1", [sent], [out]).assigns = "Out.ok := false"
+    node = find(model, "node", sym.NodeNet)
+    got = find(model, "P1", sym.Place)
+    first, after, wrong = place(node, "First"), place(node, "After"), place(node, "Wrong")
+    step(node, "Go", [got], [first]).guard = "P1.ok = true"
+    step(node, "Stop", [got, first], [after]).guard = "P1.ok = false"
+    late = step(node, "LateGo", [got], [wrong])
+    late.guard = "P1.ok = true"
+    read(place(node, "Stopped"), late)
+    stop = step(node, "StopFirst", [got], [find(model, "Stopped", sym.Place)])
+    stop.guard = "P1.ok = false"
+    return model, after, wrong
+
+
+@pytest.mark.parametrize("limit", [1, 2, 3, 10])
+def test_messages_of_a_topic_keep_their_order(limit: int) -> None:
+    """A subscriber may miss the first message, but never gets it after the second one."""
+    model, after, wrong = _sends_in_order(limit)
+    markings = unfolded(flatten(model), flatten(without_guards(model)))
+    marked: list[dict[str, int]] = [dict(marking) for marking, _ in markings]  # type: ignore[call-overload]
+    assert any(each[after.id] for each in marked)
+    assert any(each["Stopped"] for each in marked)
+    assert not any(each[wrong.id] for each in marked)
+
+
+@pytest.mark.parametrize("listens", [False, True])
+def test_goals_feedback_and_results_carry_values(listens: bool) -> None:
+    model, _ = modelled([], [ALL[0], ALL[4]])
+    client = model.pages[0]
+    server = node_net(model, "server")
+    goal, told, over = place(client, "Goal"), place(client, "Told"), place(client, "Over")
+    step(client, "Ask", [find(model, "P0", sym.Place)], [goal]).assigns = "Goal.level := P0.level"
+    meanings = {"Ask": Rules({}, {}, {"Goal": "P0"})}
+    for number, guard in enumerate((0, 4)):
+        for asked in (told, over):
+            made = step(
+                client, f"Take{asked.id}{number}", [asked], [find(model, f"P{number + 1}", sym.Place)]
+            )
+            made.guard = GUARDS[guard].text.format(asked.id)
+            meanings[made.id] = Rules({asked.id: GUARDS[guard].holds}, {}, {})
+    page = callback(server, "Work", "server")
+    entry, busy, says, done = (place(page, name) for name in ("Entry", "Busy", "Says", "Done"))
+    begin = step(page, "Begin", [entry], [busy, says])
+    begin.guard, begin.assigns = "level <> 2", "Says.level := Entry.level, Busy.level := 0"
+    meanings["Begin"] = Rules({"Entry": lambda data: data[1] != 2}, {}, {"Says": "Entry"}, {"Busy": 0})
+    end = step(page, "End", [busy], [done])
+    end.assigns = "Done.level := Busy.level, Done.ok := true"
+    meanings["End"] = Rules({}, {"Done": True}, {"Done": "Busy"})
+    client_port = sym.ActionClientPort(client="c", goal=goal, succeeded=over)
+    if listens:
+        client_port.feedback = told
+    model.channels.append(
+        sym.ActionChannel(
+            id="a",
+            action="/a",
+            depth=2,
+            instances=1,
+            server=sym.ActionServerPort(page=page, entry=entry, feedback=says, succeeded=done),
+            clients=[client_port],
+        )
+    )
+    assert _agree(model, meanings, 30_000) > 20
