@@ -7,6 +7,7 @@ rules for queues. On ROS 2 its nodes run by the rules of `ros2`: check it with `
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from dineros.metamodel import pn, sym
@@ -185,8 +186,12 @@ def token_type() -> sym.TokenType:
     )
 
 
-def build(id: str = "sorting") -> sym.SystemModel:
-    """Return the case study."""
+def build(
+    id: str = "sorting",
+    executor: Callable[[sym.SystemModel], tuple[dict[str, sym.ServerPort], sym.Place, sym.Place]] = executor,
+    feedback: Callable[[sym.SystemModel], sym.Place] = feedback,
+) -> sym.SystemModel:
+    """Return the case study, in which variants build two of the nodes in other ways."""
     model = sym.SystemModel(id=id, name=id, tokenType=token_type())
     sorts = selector(model)
     cells = controller(model)

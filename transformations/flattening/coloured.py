@@ -128,7 +128,7 @@ class ColouredNet:
             for touch in touches:
                 self._join(each, touch)
             if len(placed) > 1:
-                values = self._text(way, variant)
+                values = self._text(way, variant, self._links[transition].maker is not None)
                 each.id = fresh(f"{own_id}[{_joined(values)}]", self._taken)
                 self._links[each] = replace(self._links[each], values=values)
         return made
@@ -150,13 +150,14 @@ class ColouredNet:
         for choice in product(*in_cells):
             yield [*plain, *(touch for each in choice for touch in each)]
 
-    def _text(self, way: Way, variant: Variant) -> str:
-        """Return the colours of a variant in words: by place, of a message that a rule hands on without."""
+    def _text(self, way: Way, variant: Variant, is_rules: bool) -> str:
+        """Return the colours of a variant in words: by place, or of the message that a rule hands on."""
         if way.lost is not None and way.lost in variant.takes:
             return self._lost_text(way.lost, variant)
+        shown = [variant.takes or variant.puts] if is_rules else variant
         words = dict.fromkeys(
-            self._colour_text(place, colour)
-            for each in variant
+            self._known[place].text(colour) if is_rules else self._colour_text(place, colour)
+            for each in shown
             for place, colours in each.items()
             for colour in colours
         )
