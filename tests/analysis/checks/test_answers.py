@@ -35,11 +35,11 @@ def late_configure(*, idempotent: bool = False, timeout: float | None = 10.0) ->
         step(spawner, "TryAgain", [late, tries], [ask])
         step(spawner, "GiveUp", [late], [given_up])
         client.timeout, client.timedOut = timeout, late
-        given_up.kind = "end"
+        given_up.kind = sym.PlaceKind.end
     else:
         spawner.objects.remove(late)
         spawner.objects.remove(tries)
-    finished.kind = failed.kind = "end"
+    finished.kind = failed.kind = sym.PlaceKind.end
     service = sym.ServiceChannel(id="Configuring", service="/configure", model=model)
     service.server = sym.ServerPort(page=page, entry=asked, exit=answered)
     service.clients.append(client)
