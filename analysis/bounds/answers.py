@@ -141,8 +141,11 @@ class Bounds:
 
     def _along(self, path: Path) -> Latency:
         """Return bounds of a path: the sum of those of its callbacks, and of the times on the way."""
-        entering: list[sym.SubscriberPort | None] = [hop.reader for hop in path.hops]
-        leaving: list[sym.PublisherPort | None] = [hop.writer for hop in path.hops]
+        for stored in path.stores:
+            reason = f"callback {label(stored.reader)} reads a value that callback {label(stored.writer)} stores"
+            return Latency(Bound(Fraction(0)), None, None, False, reason)
+        entering: list[sym.SubscriberPort | None] = [hop.reader for hop in path.topics]
+        leaving: list[sym.PublisherPort | None] = [hop.writer for hop in path.topics]
         readers = [*entering] if path.begins_with_message else [path.reader, *entering]
         writers = [*(leaving[1:] if path.begins_with_message else leaving), path.last]
         least, reasons, is_kept = Fraction(0), [], True
@@ -155,7 +158,7 @@ class Bounds:
             publishing = _publishing(task, writer)
             if task is not None and task.work is not None and (publishing is None or publishing.only_at_end):
                 least += task.work.least
-        for hop in path.hops:
+        for hop in path.topics:
             latency = latency_between(hop.writer, hop.reader)
             least += Fraction(0) if latency is None else seconds_of(latency.earliest or 0.0)
             if latency is None or latency.latest is None:
@@ -184,7 +187,7 @@ class Bounds:
 
         Tasks of a cluster that follow one another count once.
         """
-        hops: list[Hop | None] = [*path.hops] if path.begins_with_message else [None, *path.hops]
+        hops: list[Hop | None] = [*path.topics] if path.begins_with_message else [None, *path.topics]
         total = tasks[0].jitter if since_strike else 0
         inside, cluster = 0, None
         for task, hop in zip(tasks, hops, strict=True):
@@ -215,11 +218,11 @@ class Bounds:
         first = self._task(path.callbacks[0], None)
         if path.reader is not None or path.begins_with_message or first is None or found.greatest is None:
             return found
-        writers = [hop.writer for hop in path.hops] + ([] if path.last is None else [path.last])
+        writers = [hop.writer for hop in path.topics] + ([] if path.last is None else [path.last])
         publishes = [
             (known := _publishing(self._task(page, reader), writer)) is not None and known.fewest > 0
             for page, reader, writer in zip(
-                path.callbacks, [None, *(hop.reader for hop in path.hops)], writers, strict=False
+                path.callbacks, [None, *(hop.reader for hop in path.topics)], writers, strict=False
             )
         ]
         if found.is_lost is not False or not all(publishes) or not self.loses_no_tick(first.page):

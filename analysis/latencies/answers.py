@@ -13,9 +13,10 @@ from dataclasses import dataclass, field, replace
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.latencies.instances import Instance, longest_instance
 from dineros.analysis.latencies.measuring import Bound, Measured, measured
-from dineros.analysis.latencies.observer import Asks, NotFollowedError, Observer
+from dineros.analysis.latencies.observer import Asks, Observer
 from dineros.analysis.latencies.parts import Parts
 from dineros.analysis.latencies.paths import Path, callback_pages, paths_between, responses_of
+from dineros.analysis.latencies.sampling import NotFollowedError
 from dineros.analysis.timed.exploring import Explored, explore_timed
 from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subject
 from dineros.metamodel import sym
@@ -195,7 +196,8 @@ class Latencies:
         if not paths:
             raise DinerosError(
                 f"no data goes from {named(first)} to {named(last)}",
-                hint="data goes from a callback over a topic to the callbacks that take its messages",
+                hint="data goes from a callback over a topic to the callbacks that take its messages, and "
+                "over a place of a node to the callbacks that read what is stored there",
             )
         found = self._measured(paths)
         if found.reason or len(paths) > 1 or not with_ages:
@@ -267,8 +269,8 @@ class Latencies:
                 return Latency(None, None, None, False, reason)
             try:
                 observer = Observer(self._parts, self._explored, path)
-            except NotFollowedError:
-                reason = "a part of the way is of a kind that is not followed"
+            except NotFollowedError as error:
+                reason = str(error) or "a part of the way is of a kind that is not followed"
                 return Latency(None, None, None, False, reason)
             missing = next(_open(path), "")
             answer = measured(observer, self._subject.timed, self._budget, missing)
@@ -301,7 +303,7 @@ def _open(path: Path) -> Iterator[str]:
             if not has_intervals and (duration is None or duration.latest is None):
                 where = "" if each is page else f", which can run before {label(page)}"
                 yield f"the duration of callback {label(each)} is not given{where}"
-    for hop in path.hops:
+    for hop in path.topics:
         topic = "" if hop.writer.channel is None else hop.writer.channel.topic
         latency = latency_between(hop.writer, hop.reader)
         if latency is None or latency.latest is None:

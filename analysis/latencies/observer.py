@@ -27,7 +27,9 @@ from typing import Any, Literal, TypeVar
 
 from dineros.analysis.latencies.editing import PLAIN, Case, EditedNet, Firing
 from dineros.analysis.latencies.parts import Parts, Run
-from dineros.analysis.latencies.paths import Hop, Path
+from dineros.analysis.latencies.paths import Hop, Path, Way
+from dineros.analysis.latencies.sampling import NotFollowedError, displaced, place_of_value, require_steady
+from dineros.analysis.latencies.stores import Stored
 from dineros.analysis.timed.exploring import Explored
 from dineros.analysis.timed.nets import Interval, TimedNet
 from dineros.metamodel import sym
@@ -40,10 +42,6 @@ T = TypeVar("T")
 Asks = Literal["latency", "age", "reaction"]
 WATCH = "observer watch"
 NOW = Interval(latest=Fraction(0))
-
-
-class NotFollowedError(Exception):
-    """A part of a path is of a kind that the observer does not follow."""
 
 
 def _only(found: Sequence[T]) -> T:
@@ -126,22 +124,25 @@ class Observer:
 
     def _follow(self, number: int, page: sym.CallbackPage) -> None:
         path = self._path
-        is_first, is_last = number == 0, number == len(path.callbacks) - 1
-        sends = path.last if is_last else path.hops[number + path.begins_with_message].writer
+        is_first = number == 0
+        comes, goes = path.before(number), path.after(number)
+        sends = path.last if goes is None else goes.writer if isinstance(goes, Hop) else goes
         runs = self._parts.runs_of(page)
         if not runs:
             raise NotFollowedError
         mine = {id(run): self._net.place(f"observer {number} runs {at}") for at, run in enumerate(runs)}
         unsent = self._net.place(f"observer {number} unsent")
         begun = {id(run): {mine[id(run)]: 1, **({unsent: 1} if sends is not None else {})} for run in runs}
-        if page.kind == sym.CallbackKind.timer:
+        if isinstance(comes, Stored):
+            self._sample(number, comes, runs)
+        elif page.kind == sym.CallbackKind.timer:
             self._tick(number, page, runs[0], begun[id(runs[0])])
         elif page.kind == sym.CallbackKind.server:
             self._serve(number, page, begun)
         else:
             self._take(number, page, runs[0], begun[id(runs[0])], is_first)
         for run in runs:
-            self._run(number, run, mine[id(run)], unsent, sends, is_last)
+            self._run(number, run, mine[id(run)], unsent, sends, comes)
         if sends is not None:
             self._net.add(
                 Firing(
@@ -153,7 +154,9 @@ class Observer:
                     NOW,
                 )
             )
-            self._send(number, sends, None if is_last else path.hops[number + path.begins_with_message])
+        if isinstance(sends, sym.PublisherPort):
+            assert not isinstance(goes, Stored)
+            self._send(number, sends, goes)
 
     def _tick(self, number: int, page: sym.CallbackPage, run: Run, begun: dict[str, int]) -> None:
         """Follow a timer from a strike to the beginning of its callback."""
@@ -190,7 +193,8 @@ class Observer:
         """Follow a message from its arrival, or its publication, to the beginning of its callback."""
         path, net = self._path, self._net
         is_released_here = is_first and not path.begins_with_message
-        hop = None if is_released_here else path.hops[number - (not path.begins_with_message)]
+        hop = None if is_released_here else path.before(number)
+        assert not isinstance(hop, Stored)
         reader = path.reader if hop is None else hop.reader
         if reader is None or reader not in self._parts.histories:
             raise NotFollowedError
@@ -328,20 +332,46 @@ class Observer:
         """Return the places from which a publication takes its message."""
         return list(self._net.original(publish).take)
 
+    def _sample(self, number: int, comes: Stored, runs: Sequence[Run]) -> None:
+        """Follow a value from where it is stored to the first run that reads it; `_run` lets it be read."""
+        place, marker = self._value(number, comes)
+        lost = Case(take={marker: 1, WATCHING: 1, GO: 1}, put={LOST: 1})
+        self.is_exact &= displaced(
+            self._net, self._parts, comes, place, marker, lost, self._asks == "reaction"
+        )
+        told_apart = {name for run in runs for name in (*run.moves, *self._endings(run))}
+        for run in runs:
+            require_steady(self._net, self._explored, run, place, sorted(told_apart & self._net.cases.keys()))
+
+    def _value(self, number: int, stored: Stored) -> tuple[str, str]:
+        """Return the place of a value that callback `number` reads, and the marker of that one."""
+        marker = f"observer {number} stored"
+        if marker not in self._net.places:
+            self._net.place(marker)
+        return place_of_value(self._parts, self._explored, stored), marker
+
     def _run(
         self,
         number: int,
         run: Run,
         mine: str,
         unsent: str,
-        sends: sym.PublisherPort | None,
-        is_last: bool,
+        sends: sym.PublisherPort | Stored | None,
+        comes: Way | None,
     ) -> None:
-        """Follow a run from its beginning to its end, or to what it publishes."""
+        """Follow a run from its beginning, or from what it reads, to its end, or to what it leaves.
+
+        Each transition gets cases for a run that is followed, and one for others.
+        """
         net = self._net
-        sources: set[str] = set()
-        if sends is not None:
-            sources = {s for publish in self._parts.published[sends] for s in self._sources(publish)}
+        sources: dict[str, str] = {}
+        """Where the run leaves what is followed, by the place where it leaves what is not."""
+        if isinstance(sends, Stored):
+            sources = dict([self._value(number + 1, sends)])
+        elif sends is not None:
+            found = {s for publish in self._parts.published[sends] for s in self._sources(publish)}
+            sources = {source: f"observer {number} sends {source}" for source in found}
+        value, stored = self._value(number, comes) if isinstance(comes, Stored) else ("", "")
         ends = set(self._endings(run))
         once = sends is None or most_put(run.page, sends.place) == 1
         own = self._own(run)
@@ -354,27 +384,45 @@ class Observer:
             is_end = name in ends
             needs = {*firing.take, *firing.read, *firing.inhibit}
             is_inside = name not in touching and bool(own & needs)
-            if not (tells or is_end or is_inside):
+            samples = value in {*firing.take, *firing.read} and name in run.moves | run.starts
+            if not (tells or is_end or is_inside or samples):
                 continue
-            held = {} if run.is_colored else {mine: 1}
-            cases = [PLAIN if run.is_colored else Case(inhibit=held)]
-            take = {mine: 1} if is_end else {}
-            read = {} if is_end else held
-            stops = is_end and is_last and sends is None
+            stops = is_end and sends is None and run.page is self._path.callbacks[-1]
             arrives = self._arrives if stops else {"take": {}, "put": {}}
-            ending = {"take": {**take, **arrives["take"]}, "put": arrives["put"]}
-            if not tells:
-                cases.append(self._case(run, read=read, **ending))
+            leaves = self._leaves(tells, sources, isinstance(sends, Stored))
+            # A run that is followed already.
+            held = {} if run.is_colored else {mine: 1}
+            take = {mine: 1, **arrives["take"]} if is_end else {}
+            read = {} if is_end else held
+            cases = [PLAIN if run.is_colored else Case(inhibit=held)]
+            if leaves is None:
+                cases.append(self._case(run, read=read, take=take, put=arrives["put"]))
             else:
-                told = _only(tells)
-                followed = f"observer {number} sends {told}"
-                if followed not in net.places:
-                    net.place(followed)
-                cases.append(self._case(run, read=read, take={**take, unsent: 1}, instead={told: followed}))
+                first = {"take": {**take, unsent: 1}, "put": leaves.put, "instead": leaves.instead}
+                cases.append(self._case(run, read=read, **first))
                 cases.append(self._case(run, read=read, take=take, inhibit={unsent: 1} if once else {}))
+            if samples:
+                # A run that is followed from here on. Any run may be the last one that reads the value.
+                if self._asks != "age":
+                    cases[0] = Case(inhibit={**held, stored: 1})
+                take = {stored: 1, **(arrives["take"] if is_end else {})}
+                put = dict(arrives["put"]) if is_end else {mine: 1}
+                if leaves is None:
+                    leaves = Case(put={unsent: 1} if sends is not None else {})
+                cases.append(Case(take=take, put={**put, **leaves.put}, instead=leaves.instead))
             net.split(name, cases)
         if run.is_colored and run.busy:
             self._color_clock(run)
+
+    def _leaves(self, tells: Sequence[str], sources: dict[str, str], is_stored: bool) -> Case | None:
+        """Return what a transition does that publishes or stores what is followed; None for others."""
+        if not tells:
+            return None
+        told = _only(tells)
+        followed = sources[told]
+        if followed not in self._net.places:
+            self._net.place(followed)
+        return Case(put={followed: 1}) if is_stored else Case(instead={told: followed})
 
     def _color_clock(self, run: Run) -> None:
         """Give the run that is followed a clock of its own."""

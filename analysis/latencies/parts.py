@@ -39,6 +39,8 @@ class Run:
         Places on its page, and those of its beginning and its work.
     moves : set of str
         Transitions on its page.
+    starts : set of str
+        Transitions by which the callback of a timer begins; they take, and read, what its first one needs.
     works, worked, busy : str
         Where its work begins and ends, and the place of its first clock; empty if it has no duration.
     clock_begin, clock_end, clock_free : str
@@ -49,6 +51,7 @@ class Run:
     places: list[str] = field(default_factory=list)
     own: set[str] = field(default_factory=set)
     moves: set[str] = field(default_factory=set)
+    starts: set[str] = field(default_factory=set)
     works: str = ""
     worked: str = ""
     busy: str = ""
@@ -109,6 +112,8 @@ class Parts:
         self.requests: dict[sym.ServiceChannel, list[str]] = defaultdict(list)
         """By service the places of requests that wait, one for each client."""
         self.published: dict[sym.PublisherPort, list[str]] = defaultdict(list)
+        self.places: dict[pn.Place, list[str]] = defaultdict(list)
+        """What stands for a place of the model: one place, or one for each instance of a server."""
         links = [each for each in subject.links() if isinstance(each.target, pn.Node)]
         self._read_runs(links)
         self._read_topics(links)
@@ -130,6 +135,10 @@ class Parts:
     def _read_runs(self, links: Iterable[Link]) -> None:
         for link in links:
             name = link.target.id
+            if link.maker is None and isinstance(link.target, pn.Place):
+                for source in link.sources[:1]:
+                    if isinstance(source, pn.Place):
+                        self.places[source].append(name)
             if link.maker is E3 or (link.maker is E7 and link.role == "awaiting"):
                 self._run(link).places.append(name)
                 self._run(link).own.add(name)
@@ -141,6 +150,8 @@ class Parts:
                 self.lost_ticks[source_of(link, sym.CallbackPage)] = name
             elif link.maker is D2Start and link.role == "begun":
                 self._run(link).own.add(name)
+            elif link.maker is D2Start and link.role == "begin":
+                self._run(link).starts.add(name)
             elif link.maker is D2:
                 run = self._run(link)
                 run.own.add(name)

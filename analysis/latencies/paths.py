@@ -1,10 +1,11 @@
-"""Paths of data through a system model: callbacks, and the topics between them."""
+"""Paths of data through a system model: callbacks, and the topics and stored values between them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from dineros.analysis.latencies.stores import Stored, stored_values
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import callback_page_of, readers_of
 from dineros.metamodel.elements import channels, pages, resolve
@@ -22,6 +23,10 @@ class Hop:
     reader: sym.SubscriberPort
 
 
+Way = Hop | Stored
+"""How data comes from a callback to the next one."""
+
+
 @dataclass(frozen=True)
 class Path:
     """Where an instance begins, through which callbacks its data goes, and where it ends.
@@ -29,7 +34,7 @@ class Path:
     Attributes
     ----------
     callbacks : tuple of sym.CallbackPage
-    hops : tuple of Hop
+    hops : tuple of Hop or Stored
         Between them; one more in front where the instance begins with a publication, and one less for each
         that is left out.
     reader : sym.SubscriberPort or None
@@ -39,7 +44,7 @@ class Path:
     """
 
     callbacks: tuple[sym.CallbackPage, ...]
-    hops: tuple[Hop, ...] = ()
+    hops: tuple[Way, ...] = ()
     reader: sym.SubscriberPort | None = None
     last: sym.PublisherPort | None = None
 
@@ -47,6 +52,26 @@ class Path:
     def begins_with_message(self) -> bool:
         """Whether it begins with a publication."""
         return len(self.hops) == len(self.callbacks)
+
+    @property
+    def topics(self) -> list[Hop]:
+        """The hops over topics."""
+        return [each for each in self.hops if isinstance(each, Hop)]
+
+    @property
+    def stores(self) -> list[Stored]:
+        """The hops over stored values."""
+        return [each for each in self.hops if isinstance(each, Stored)]
+
+    def before(self, number: int) -> Way | None:
+        """Return how data comes to a callback of the path; None if the path begins there."""
+        at = number - (not self.begins_with_message)
+        return self.hops[at] if at >= 0 else None
+
+    def after(self, number: int) -> Way | None:
+        """Return how data goes on from a callback of the path; None for the last one."""
+        at = number + self.begins_with_message
+        return self.hops[at] if at < len(self.hops) else None
 
 
 def callback_pages(model: sym.SystemModel) -> list[sym.CallbackPage]:
@@ -79,6 +104,7 @@ def paths_between(
 ) -> list[Path]:
     """Return the paths between two callbacks or topics that pass no callback twice."""
     hops = hops_of(model)
+    ways: list[Way] = [*hops, *stored_values(model)]
     if isinstance(first, sym.CallbackPage):
         starts = responses_of(first)
     else:
@@ -89,7 +115,7 @@ def paths_between(
         ]
     found = []
     for start in starts:
-        for path in _longer(start, hops):
+        for path in _longer(start, ways):
             for whole in _ended(model, path, last):
                 found.append(whole)
                 if len(found) == MOST_PATHS:
@@ -97,13 +123,18 @@ def paths_between(
     return found
 
 
-def _longer(path: Path, hops: list[Hop]) -> Iterator[Path]:
+def _longer(path: Path, ways: list[Way]) -> Iterator[Path]:
     yield path
-    for hop in hops:
-        page = callback_page_of(hop.reader.place)
-        if callback_page_of(hop.writer.place) is path.callbacks[-1] and page not in path.callbacks:
-            assert page is not None
-            yield from _longer(Path((*path.callbacks, page), (*path.hops, hop), path.reader), hops)
+    for way in ways:
+        writer, page = _ends(way)
+        if writer is path.callbacks[-1] and page is not None and page not in path.callbacks:
+            yield from _longer(Path((*path.callbacks, page), (*path.hops, way), path.reader), ways)
+
+
+def _ends(way: Way) -> tuple[sym.CallbackPage | None, sym.CallbackPage | None]:
+    if isinstance(way, Stored):
+        return way.writer, way.reader
+    return callback_page_of(way.writer.place), callback_page_of(way.reader.place)
 
 
 def _ended(model: sym.SystemModel, path: Path, last: sym.CallbackPage | sym.TopicChannel) -> Iterator[Path]:

@@ -3,7 +3,8 @@
 A system is a dictionary: `nodes` with threads, `latency` by topic and service, `chains`, and `callbacks` with
 a `script` of steps. ``["work", a, b]`` takes a to b units, ``["publish", topic]`` no time, ``["open", a, b,
 topic]`` works for a to b and publishes at any moment of that, ``["call", service, group]`` waits for a
-response that comes to a client in that group.
+response that comes to a client in that group. A callback that works once can have `stores`, the name of a value
+of its node that it replaces when it ends, and `samples`, the names of values that it reads then.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 from typing import Any
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import callback, flow, node_net, place, seconds, step
+from dineros.metamodel.build import callback, flow, here, node_net, place, read, seconds, step
 from dineros.metamodel.constraints import validate
 
 System = dict[str, Any]
@@ -30,6 +31,7 @@ class _Maker:
         self.nodes: dict[str, sym.NodeNet] = {}
         self.groups: dict[tuple[str, str], sym.CallbackGroup] = {}
         self.publishers: dict[str, sym.Place] = {}
+        self.values: dict[str, sym.Place] = {}
         self.readers: dict[str, list[tuple[sym.Place, int]]] = {}
         self.servers: dict[str, tuple[sym.CallbackPage, pn.Place, pn.Place]] = {}
         self.calls: list[tuple[str, str, str, pn.Place, pn.Place, str]] = []
@@ -96,7 +98,13 @@ class _Maker:
         kinds = [step_[0] for step_ in script]
         if kinds in (["work"], ["work", "publish"]):
             page.duration = self.interval(*script[0][1:3])
-            step(page, f"{name}.do", before, [*self._published(page, script[1:]), *after])
+            does = step(page, f"{name}.do", before, [*self._published(page, script[1:]), *after])
+            if "stores" in each:
+                value = here(self._value(each["node"], each["stores"]), page)
+                flow(value, does)
+                flow(does, value)
+            for sampled in each.get("samples", ()):
+                read(here(self._value(each["node"], sampled), page), does)
         elif kinds == ["open"]:
             page.duration = self.interval(*script[0][1:3])
             told = place(page, f"{name}.told")
@@ -104,6 +112,12 @@ class _Maker:
             step(page, f"{name}.end", [told], after)
         else:
             self._script(page, each, before, after)
+
+    def _value(self, node: str, name: str) -> sym.Place:
+        """Return the place of a stored value; there is one from the start."""
+        if name not in self.values:
+            self.values[name] = place(self.nodes[node], f"{name}.value", tokens=1)
+        return self.values[name]
 
     def _published(self, page: pn.Page, steps: list[Any]) -> list[pn.PlaceNode]:
         return [self._publisher(page, topic) for _, topic in steps]
