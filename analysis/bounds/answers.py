@@ -142,7 +142,7 @@ class Bounds:
     def _along(self, path: Path) -> Latency:
         """Return bounds of a path: the sum of those of its callbacks, and of the times on the way."""
         for stored in path.stores:
-            reason = f"callback {label(stored.reader)} reads a value that callback {label(stored.writer)} stores"
+            reason = f"callback {label(stored.reader)} reads what callback {label(stored.writer)} stores"
             return Latency(Bound(Fraction(0)), None, None, False, reason)
         entering: list[sym.SubscriberPort | None] = [hop.reader for hop in path.topics]
         leaving: list[sym.PublisherPort | None] = [hop.writer for hop in path.topics]

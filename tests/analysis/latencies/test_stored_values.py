@@ -193,8 +193,8 @@ def test_a_lock_is_no_way_of_data() -> None:
 def test_chains_on_two_threads(on_the_way: int, exact: tuple[float, ...]) -> None:
     """Three chains of callbacks in one process: others measured 44, 54 and 60 ms.
 
-    Every order is explored here. The third one cannot take longer than its own work and that of the first, if messages take no time: then
-    the measured 60 ms hold 1.8 ms of the middleware and the machine.
+    Every order is explored here. The third one cannot take longer than its own work and that of the first, if
+    messages take no time: then the measured 60 ms hold 1.8 ms of the middleware and the machine.
 
     X. Jiang et al., *Real-time scheduling and analysis of processing chains on multi-threaded executor in
     ROS 2*, RTSS 2022.

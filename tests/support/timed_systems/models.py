@@ -3,8 +3,8 @@
 A system is a dictionary: `nodes` with threads, `latency` by topic and service, `chains`, and `callbacks` with
 a `script` of steps. ``["work", a, b]`` takes a to b units, ``["publish", topic]`` no time, ``["open", a, b,
 topic]`` works for a to b and publishes at any moment of that, ``["call", service, group]`` waits for a
-response that comes to a client in that group. A callback that works once can have `stores`, the name of a value
-of its node that it replaces when it ends, and `samples`, the names of values that it reads then.
+response that comes to a client in that group. A callback that works once can have `stores`, the name of a
+value of its node that it replaces when it ends, and `samples`, the names of values that it reads.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """A plain program that follows data through callbacks that store values and others that read them later.
 
 It knows no Petri nets and no observers: every message, value and output carries the time since the release
-that its data comes from. Nodes have one thread, and take what is ready in any order; each callback works once,
-and then publishes or stores. A timer reads stored values when its callback begins, a subscription when its
-callback ends.
+that its data comes from. Nodes have one thread, and take what is ready in any order; each callback works
+once, and then publishes or stores. A timer reads stored values when its callback begins, a subscription when
+its callback ends.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Data = tuple[int, bool] | None
 
 
 class Times(NamedTuple):
-    """Least and greatest time to the first output, whether data can be lost before, greatest age of an output."""
+    """Least and greatest time to the first output, whether data is lost before, greatest age of an output."""
 
     least: int | None
     greatest: int | None
@@ -35,7 +35,7 @@ class _State(NamedTuple):
 
 
 class SampledExplorer:
-    """Explores a system, as `tests.support.timed_systems.models` reads it, from one callback to another one."""
+    """Explores a system, as `tests.support.timed_systems.models` reads it, from a callback to another one."""
 
     def __init__(self, system: dict[str, Any], first: str, last: str) -> None:
         self.first, self.last = first, last
