@@ -147,7 +147,7 @@ def simple(**sampler: Any) -> System:
 def test_every_other_value_is_displaced_unread() -> None:
     found = between(model_of(simple()), "sense", "sample")
     assert found.least is not None and found.greatest is not None
-    assert (found.least.value, found.greatest.value, found.is_lost) == (6, 6, True)
+    assert found.least.value == found.greatest.value == 6 and found.is_lost
     assert (
         found.reaction is not None and found.reaction.value == 26
     )  # just after 20: 30 is stored, 40 is read
