@@ -129,17 +129,34 @@ class Walks:
             free[resource] = max(free[resource], int(self._net.pre.weight.max(initial=1)))
         return self._possible(free).isdisjoint(self._ends[id(callback)])
 
+    def blocked_after(self, trace: tuple[int, ...]) -> Iterator[Blocked]:
+        """Yield callbacks that never end after a run, each with the beginning of the run that is enough."""
+        markings = replay(self._net, trace)
+        for callback, circle in self._doomed(markings[-1], None):
+            low, high = 0, len(trace)
+            while low < high:  # what has closed stays closed
+                middle = (low + high) // 2
+                if self._waits_so(callback, circle, markings[middle]):
+                    high = middle
+                else:
+                    low = middle + 1
+            yield Blocked(callback.waiter, circle, trace[:high])
+
+    def _waits_so(self, callback: Callback, circle: Circle | None, marking: list[int]) -> bool:
+        """Whether a callback has begun and never ends from a marking on, in a circle if there is one."""
+        if not callback.has_begun(marking):
+            return False
+        if not self._possible(marking).isdisjoint(self._ends[id(callback)]):
+            return False
+        return circle is None or self._waiting.circle(marking) == circle
+
     def shortest(self, blocked: Blocked) -> Blocked:
         """Return the same with a run that goes no further, without what it does not need."""
         circle = blocked.circle
         callback = next(c for c in self._waiting.callbacks.values() if c.waiter == blocked.callback)
 
         def is_there(marking: list[int]) -> bool:
-            if not callback.has_begun(marking):
-                return False
-            if not self._possible(marking).isdisjoint(self._ends[id(callback)]):
-                return False
-            return circle is None or self._waiting.circle(marking) == circle
+            return self._waits_so(callback, circle, marking)
 
         if not is_there(replay(self._net, blocked.trace)[-1]):
             return blocked  # that it never ends is proved for this run only

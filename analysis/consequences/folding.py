@@ -9,8 +9,9 @@ the first of them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
+from functools import partial
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.checks.boundedness import Boundedness
@@ -38,8 +39,16 @@ _LOSSES = frozenset(fault.rule for question in (Overflow, Presence) for fault in
 _Key = tuple[str, tuple[str, ...]]
 
 
+_Again = Callable[[sym.SystemModel, Collection[_Key], list[Finding], Budget], list[Finding]]
+"""Asks a mended model again: which of some faults are not there. None, if one of the given causes is."""
+
+
 def fold_consequences(
-    model: pn.Net, report: Report, budget: Budget, orders: OrderCache | None = None
+    model: pn.Net,
+    report: Report,
+    budget: Budget,
+    orders: OrderCache | None = None,
+    again: _Again | None = None,
 ) -> None:
     """Put each fault of a report that holds only because of another one into that one, in place.
 
@@ -55,12 +64,14 @@ def fold_consequences(
         That of the check, with what is left of it.
     orders : OrderCache, optional
         Where orders of levels are kept for the symbolic engine.
+    again : callable, optional
+        Asks a mended model again; by default without times.
     """
     # Time may run out: errors first, as they explain more.
     causes = sorted(filter(is_cause, report.findings), key=lambda finding: finding.severity != "error")
     if not isinstance(model, sym.SystemModel) or not causes or not _may_follow(report):
         return
-    _Folding(model, report, _limited(budget), orders).fold(causes)
+    _Folding(model, report, _limited(budget), again or partial(_without, orders)).fold(causes)
 
 
 def _may_follow(report: Report) -> list[Finding]:
@@ -74,13 +85,11 @@ def _limited(budget: Budget) -> Budget:
 
 
 class _Folding:
-    def __init__(
-        self, model: sym.SystemModel, report: Report, budget: Budget, orders: OrderCache | None
-    ) -> None:
+    def __init__(self, model: sym.SystemModel, report: Report, budget: Budget, again: _Again) -> None:
         self._model = model
         self._report = report
         self._budget = budget
-        self._orders = orders
+        self._again = again
         self._left = _may_follow(report)
 
     def fold(self, causes: Sequence[Finding]) -> None:
@@ -93,7 +102,7 @@ class _Folding:
                 mend = mend_of(self._model, cause, self._budget)
                 if mend is not None:
                     mends.append(mend)
-                    found[id(cause)] += self._gone([mend], {_key(cause)})
+                    found[id(cause)] += self._gone([mend], {key_of(cause)})
             if len(mends) > 1 and self._left:
                 self._budget.stage("consequences of all causes together")
                 found[id(causes[0])] += self._gone(mends, ())
@@ -123,14 +132,25 @@ class _Folding:
         open_now = [each for each in self._left if not _is_lost_again(each, subject)]
         if not open_now:
             return []
-        rules = {rule for rule, _ in causes if not is_proved(rule)} | {finding.rule for finding in open_now}
-        again = check(mended, self._budget, orders=self._orders, questions=_asking(rules), is_shown=False)
-        still = {_key(finding) for finding in again.findings if finding.severity != "note"}
-        if not still.isdisjoint(causes) or not again.open_rules.isdisjoint(rule for rule, _ in causes):
-            return []
-        gone = [each for each in open_now if _key(each) not in still and each.rule not in again.open_rules]
+        gone = self._again(mended, causes, open_now, self._budget)
         self._left = [each for each in self._left if each not in gone]
         return gone
+
+
+def _without(
+    orders: OrderCache | None,
+    mended: sym.SystemModel,
+    causes: Collection[_Key],
+    some: list[Finding],
+    budget: Budget,
+) -> list[Finding]:
+    """Ask a model again without its times."""
+    rules = {rule for rule, _ in causes if not is_proved(rule)} | {finding.rule for finding in some}
+    again = check(mended, budget, orders=orders, questions=_asking(rules), is_shown=False)
+    still = {key_of(finding) for finding in again.findings if finding.severity != "note"}
+    if not still.isdisjoint(causes) or not again.open_rules.isdisjoint(rule for rule, _ in causes):
+        return []
+    return [each for each in some if key_of(each) not in still and each.rule not in again.open_rules]
 
 
 def _is_lost_again(finding: Finding, subject: Subject) -> bool:
@@ -156,5 +176,6 @@ def _asking(rules: Collection[str]) -> list[Question]:
     ]
 
 
-def _key(finding: Finding) -> _Key:
+def key_of(finding: Finding) -> _Key:
+    """Return what tells a fault from others of a model."""
     return finding.rule, finding.elements

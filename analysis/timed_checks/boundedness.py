@@ -8,7 +8,8 @@ from dineros.analysis.checks.boundedness import Boundedness, Places
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.covering.firings import Firings
 from dineros.analysis.timed.exploring import Explored, explore_timed, fire_far_away
-from dineros.analysis.timed_checks.timed_checked import with_times
+from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
+from dineros.analysis.timed_checks.timed_walks import walk_in_time, walk_towards
 from dineros.analysis.timed_checks.without_times import without_times
 from dineros.analysis.witnesses.findings import pumping_witness
 from dineros.metamodel import sym
@@ -16,8 +17,8 @@ from dineros.metamodel import sym
 CLASSES_SHARE = 0.6
 """Part of the time in which the classes are built; the rest is for properties and the like."""
 
-UNTIMED_SHARE, FAR_SHARE = 0.4, 0.4
-"""Parts of what is left for the net without its times, and for a search depth first."""
+WALKS_SHARE, UNTIMED_SHARE, FAR_SHARE = 0.2, 0.4, 0.4
+"""Parts of what is left for random runs, for the net without its times, and for a search depth first."""
 
 
 class TimedBoundedness(Question):
@@ -52,6 +53,7 @@ class TimedBoundedness(Question):
             with checked.guarded(None):
                 self._bound_responses(checked, checked.firings)
         if explored.growth is None and not explored.is_complete:
+            self._walk(known, checked.firings)
             self._ask_without_times(checked, explored, checked.firings)
             self._look_far(checked, explored, checked.firings)
 
@@ -64,6 +66,18 @@ class TimedBoundedness(Question):
         if excluded := excluded - found.traces.keys():
             found.dead |= excluded
             checked.report.by += "; bounds of response times"
+
+    @staticmethod
+    def _walk(known: TimedChecked, found: Firings) -> None:
+        """Note what random runs meet."""
+        net, budget = known.timed.timed, known.budget.share(WALKS_SHARE)
+        known.walked = walk_in_time(net, budget)
+        unmet = set(range(len(net.intervals))) - found.traces.keys() - found.dead
+        walk_towards(net, sorted(unmet), known.walked, budget)
+        for transition, way in known.walked.ways.items():
+            if transition not in found.traces or len(way) < len(found.traces[transition]):
+                found.traces[transition] = way
+        known.report.by += "; random runs"
 
     @staticmethod
     def _ask_without_times(checked: Checked, explored: Explored, found: Firings) -> None:

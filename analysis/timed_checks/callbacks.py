@@ -13,13 +13,14 @@ from typing import ClassVar
 import numpy as np
 
 from dineros.analysis.callbacks.blocking import MOST_PARTS, Blocked
-from dineros.analysis.callbacks.circles import Circle
+from dineros.analysis.callbacks.circles import Circle, Waiter
 from dineros.analysis.callbacks.waiting import Callback
+from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.question import Checked
 from dineros.analysis.nets.graph_parts import numbered_parts
 from dineros.analysis.timed.graph import WAITING, Flags, TimedGraph, timed_graph
-from dineros.analysis.timed_checks.timed_checked import with_times
+from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 
 GRAPH_SHARE = 0.5
 """Part of the time that is left for the graph of all classes."""
@@ -37,7 +38,9 @@ class TimedCallbacks(Callbacks):
         if not callbacks:
             return
         if not known.explored.is_complete:
-            checked.leave_open(self.asks, known.explored.reason)
+            found = self._report(checked, _met(known))
+            asks = "which other callbacks can wait forever" if found else self.asks
+            checked.leave_open(asks, known.explored.reason)
             return
         net = known.timed.timed
         graph = timed_graph(net, "S" if net.has_priorities else "W", checked.budget.share(GRAPH_SHARE))
@@ -49,6 +52,29 @@ class TimedCallbacks(Callbacks):
         else:
             asks = "which other callbacks can wait forever" if found else self.asks
             checked.leave_open(asks, "some run stays in one forever, and linear classes tell no more")
+
+
+def _met(known: TimedChecked) -> list[Blocked]:
+    """Return the callbacks that never end after a random run, each once: in a circle if one is known.
+
+    What never ends without times never ends with them.
+    """
+    walks = Walks(known.subject.net, known.waiting)
+    found: dict[Waiter, Blocked] = {}
+    for run in known.walked.runs:
+        if known.budget.is_over:
+            break
+        for each in walks.blocked_after(run):
+            best = found.get(each.callback)
+            if best is None or _rank(each) < _rank(best):
+                found[each.callback] = each
+    inside = {waiter for each in found.values() if each.circle for waiter in each.circle.waiters}
+    some = [each for each in found.values() if each.circle or each.callback not in inside]
+    return sorted(some, key=_rank)
+
+
+def _rank(blocked: Blocked) -> tuple[bool, int]:
+    return blocked.circle is None, len(blocked.trace)
 
 
 def waits_of(graph: TimedGraph, callbacks: list[Callback]) -> list[tuple[bool, bool]]:

@@ -37,24 +37,26 @@ class TimedDeadlock(Deadlock):
             if checked.firings is not None and checked.firings.has_no_deadlock:
                 checked.report.proved.append("no deadlock")
             else:
-                checked.leave_open(self.asks, known.explored.reason)
+                self._ask_of_runs(known)
             return
         if isinstance(checked.model, sym.SystemModel) and signals_matter(checked.model):
             self._ask_of_signals(known)
             return
-        try:
-            final = FinalCondition.of(checked.subject)
-        except FormulaError as error:
-            what = "the final condition of the model"
-            checked.report.findings.append(
-                Properties.UNREADABLE.found(checked.identity, property=what, reason=error)
-            )
-            final = None
-        groups = merged(checked.subject, _groups(known, final))
+        groups = merged(checked.subject, _groups(known, [way for _, way in known.explored.ends]))
         for group in groups:
             self._find(checked, group)
         if not groups:
             checked.report.proved.append("no deadlock")
+
+    def _ask_of_runs(self, known: TimedChecked) -> None:
+        """Report where random runs end, as not all markings are known."""
+        ends = known.walked.ends
+        if not isinstance(known.model, sym.SystemModel) or not signals_matter(known.model):
+            for group in merged(known.subject, _groups(known, ends)):
+                self._find(known, group)
+        else:
+            ends = []
+        known.leave_open("what else is a deadlock" if ends else self.asks, known.explored.reason)
 
     def _ask_of_signals(self, known: TimedChecked) -> None:
         """Look for markings in which nothing but signals can change, whatever these are."""
@@ -68,18 +70,28 @@ class TimedDeadlock(Deadlock):
         known.report.findings.append(self.STUCK.found(known.identity, witness=witness, markings=words))
 
 
-def _groups(known: TimedChecked, final: FinalCondition | None) -> Iterator[DeadlockGroup]:
-    """Yield the ends with the same causes as one group each."""
-    ends: list[tuple[int, Trace]] = known.explored.ends
+def _final(known: TimedChecked) -> FinalCondition | None:
+    try:
+        return FinalCondition.of(known.subject)
+    except FormulaError as error:
+        what = "the final condition of the model"
+        found = Properties.UNREADABLE.found(known.identity, property=what, reason=error)
+        known.report.findings.append(found)
+        return None
+
+
+def _groups(known: TimedChecked, ends: list[Trace]) -> Iterator[DeadlockGroup]:
+    """Yield the ends, each given by a way there, with the same causes as one group each."""
+    final = _final(known)
     found: dict[object, DeadlockGroup] = {}
-    for _, trace in ends[:MOST_LOOKED_AT]:
+    for trace in ends[:MOST_LOOKED_AT]:
         group = group_at(known.subject, trace, final)
         key = (group.causes, group.unfinished, group.is_final)
         first = found.get(key)
         found[key] = group if first is None else replace(first, markings=first.markings + 1)
     yield from found.values()
     if len(ends) > MOST_LOOKED_AT:
-        group = group_at(known.subject, ends[MOST_LOOKED_AT][1], final)
+        group = group_at(known.subject, ends[MOST_LOOKED_AT], final)
         yield replace(group, markings=len(ends) - MOST_LOOKED_AT, is_rest=True)
 
 

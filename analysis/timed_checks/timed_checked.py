@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from dineros.analysis.checks.question import Checked
 from dineros.analysis.timed.exploring import Explored
 from dineros.analysis.timed.timed_subject import TimedSubject
+from dineros.analysis.timed_checks.timed_walks import Walked
 
 
 @dataclass
@@ -17,12 +18,15 @@ class TimedChecked(Checked):
     ----------
     explored : Explored
         Its state classes; there once `TimedBoundedness` has been asked.
+    walked : Walked
+        What random runs met, if not all state classes were built.
     waits : list of pairs of bool
         By callback whether it can wait forever, and whether no run stays in it forever; empty if it was not
         asked.
     """
 
     explored: Explored = field(init=False)
+    walked: Walked = field(default_factory=Walked)
     waits: list[tuple[bool, bool]] = field(default_factory=list)
 
     @property

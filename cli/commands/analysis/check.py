@@ -53,6 +53,9 @@ if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Finding, Report
     from dineros.metamodel import pn
 
+TIMED_SHARE = 0.85
+"""Part of the time for the questions with times; what is left tells consequences from their causes."""
+
 
 @search_command(
     "dineros check sorting.sym.xmi",
@@ -207,7 +210,7 @@ def check(
     if timed:
         from dineros.analysis.timed_checks.timed_check import ask_timed
 
-        with_times = ask_timed(net, report, budget, orders)
+        with_times = ask_timed(net, report, budget.share(TIMED_SHARE), orders)
     elif scheduler is None:
         check_model(net, budget, report, behaviour, orders)
     if with_times is not None and confirm:
@@ -224,10 +227,11 @@ def check(
         )
     if confirmation is not None:
         add_confirmation(report, confirmation)
-    if report.times is None and report.findings:
+    if report.findings:
         from dineros.analysis.consequences.folding import fold_consequences
+        from dineros.analysis.timed_checks.timed_walks import used_in_time
 
-        fold_consequences(net, report, budget, orders)
+        fold_consequences(net, report, budget, orders, None if report.times is None else used_in_time)
     report = accepted(report)
     with run.answer():
         report = acceptance.write(report)

@@ -1,0 +1,270 @@
+"""Random runs of a time Petri net: what they meet can happen, however many state classes there are.
+
+A run has concrete times. Each step draws one of the transitions that can fire next, and a moment at which it
+can. So each run is one of the net with its times, and needs no further check of its schedule. What the runs
+do not meet may happen all the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, field
+from random import Random
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.checks.unused import FAULTS, unused_parts
+from dineros.analysis.consequences.folding import key_of
+from dineros.analysis.timed.exploring import Trace
+from dineros.analysis.timed.nets import TimedNet
+from dineros.analysis.timed.schedules import is_enabled
+from dineros.analysis.timed.timed_subject import timed_base_subject
+from dineros.analysis.witnesses.findings import Finding
+from dineros.metamodel import sym
+
+RUNS = 24
+"""Runs that are drawn."""
+
+STEPS = 2_000
+"""Firings of each."""
+
+RIVAL_STEPS = 3
+"""Transitions from one whose tokens are taken away to one that is slow."""
+
+FINE = 8
+"""Parts of the net's unit in which moments are counted: a bound that is left out is missed by one part."""
+
+
+class TimedRun:
+    """A run that has begun: its marking, and since when each transition is enabled.
+
+    Parameters
+    ----------
+    net : TimedNet
+        The net.
+
+    Attributes
+    ----------
+    marking : list of int
+    now : int
+        The time, in parts of the net's unit.
+    transitions : int
+        How many the net has.
+    """
+
+    def __init__(self, net: TimedNet) -> None:
+        self._net = net
+        self.transitions = len(net.untimed.transitions)
+        self.marking: list[int] = net.untimed.initial.tolist()
+        self.now = 0
+        self._earliest: list[int] = []
+        self._latest: list[int | None] = []
+        for interval in net.intervals:
+            self._earliest.append(int(interval.earliest / net.unit) * FINE + interval.is_open_below)
+            latest = interval.latest
+            self._latest.append(
+                None if latest is None else int(latest / net.unit) * FINE - interval.is_open_above
+            )
+        self._lookers: list[list[int]] = [[] for _ in net.untimed.places]
+        for transition in range(self.transitions):
+            rows = (*net.test.row(transition), *net.untimed.inhibitor.row(transition))
+            for place in {place for place, _ in rows}:
+                self._lookers[place].append(transition)
+        self._since = {t: 0 for t in range(self.transitions) if is_enabled(net, t, self.marking)}
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is enabled any more."""
+        return not self._since
+
+    def step(self, draw: Random, is_hasty: bool, slow: AbstractSet[int] = frozenset()) -> int | None:
+        """Fire a transition, and return which; None if no moment is left in which one can.
+
+        Parameters
+        ----------
+        draw : Random
+            Draws which one, and when.
+        is_hasty : bool
+            Whether one of those fires that can first, as soon as it can.
+        slow : set of int
+            Transitions that fire only when no other one can.
+        """
+        since, now = self._since, self.now
+        limits = [start + late for t, start in since.items() if (late := self._latest[t]) is not None]
+        last = min(limits, default=None)
+        moments = {t: max(now, start + self._earliest[t]) for t, start in since.items()}
+        ready = [t for t, moment in moments.items() if last is None or moment <= last]
+        if not ready:
+            return None
+        ready = [t for t in ready if t not in slow] or ready
+        if is_hasty:
+            first = min(moments[t] for t in ready)
+            ready = [t for t in ready if moments[t] == first]
+        chosen = draw.choice(ready)
+        moment = moments[chosen]
+        if not is_hasty and draw.random() < 0.5:
+            end = last if last is not None else moment + max(self._earliest, default=0) + FINE
+            moment = draw.randint(moment, max(moment, end))
+        while above := [t for t in self._net.above[chosen] if t in since and moments[t] <= moment]:
+            chosen = draw.choice(above)
+        self._fire(chosen)
+        self.now = moment
+        self._restart(chosen)
+        return chosen
+
+    def _fire(self, chosen: int) -> None:
+        net, marking = self._net, self.marking
+        touched = dict.fromkeys(place for place, _ in net.take.row(chosen))
+        for place, weight in net.take.row(chosen):
+            marking[place] -= weight
+        looked = {t for place in touched for t in self._lookers[place]}
+        for transition in looked:
+            if transition in self._since and not is_enabled(net, transition, marking):
+                del self._since[transition]
+        for place, weight in net.put.row(chosen):
+            marking[place] += weight
+            touched[place] = None
+        self._looked = {t for place in touched for t in self._lookers[place]}
+
+    def _restart(self, fired: int) -> None:
+        self._since.pop(fired, None)
+        for transition in (*self._looked, fired):
+            if not is_enabled(self._net, transition, self.marking):
+                self._since.pop(transition, None)
+            elif transition not in self._since:
+                self._since[transition] = self.now
+
+
+@dataclass
+class Walked:
+    """What runs have met.
+
+    Attributes
+    ----------
+    runs : list of tuples of int
+        The runs, as firing sequences.
+    ways : dict of int to tuple of int
+        By transition that fired: the shortest of the runs that end with it.
+    ends : list of tuples of int
+        The runs after which nothing can fire any more.
+    """
+
+    runs: list[Trace] = field(default_factory=list)
+    ways: dict[int, Trace] = field(default_factory=dict)
+    ends: list[Trace] = field(default_factory=list)
+
+    def add(self, run: Trace, is_end: bool) -> None:
+        """Note a run, and whether nothing can fire after it."""
+        self.runs.append(run)
+        if is_end:
+            self.ends.append(run)
+        for transition, length in _first(run):
+            known = self.ways.get(transition)
+            if known is None or length < len(known):
+                self.ways[transition] = run[:length]
+
+
+def walk_in_time(net: TimedNet, budget: Budget, runs: int = RUNS, steps: int = STEPS) -> Walked:
+    """Draw runs of a net; the same ones for the same net.
+
+    Parameters
+    ----------
+    net : TimedNet
+        The net.
+    budget : Budget
+        Its time; the runs that are complete then are returned.
+    runs, steps : int
+        How many runs, and the most firings of each.
+    """
+    found = Walked()
+    for number in range(runs):
+        run = TimedRun(net)
+        trace = _drawn(run, Random(number), number % 2 == 1, steps, budget)
+        if budget.is_over:
+            return found
+        found.add(trace, run.is_over)
+    return found
+
+
+def walk_towards(net: TimedNet, wanted: Collection[int], found: Walked, budget: Budget) -> None:
+    """Draw runs for transitions that no run has fired yet: others that take away what they need are slow.
+
+    Parameters
+    ----------
+    net : TimedNet
+        The net.
+    wanted : collection of int
+        The transitions.
+    found : Walked
+        Where the runs are put.
+    budget : Budget
+        Their time.
+    """
+    for transition in wanted:
+        if budget.is_over:
+            return
+        slow = _rivals(net, transition)
+        if transition in found.ways or not slow:
+            continue
+        run = TimedRun(net)
+        trace = _drawn(run, Random(transition), True, STEPS, budget, slow, transition)
+        found.add(trace, run.is_over)
+
+
+def _rivals(net: TimedNet, wanted: int) -> set[int]:
+    """Return transitions that keep another one from firing, and may wait as long as they like.
+
+    A rival takes tokens from a place that the other one needs. If it cannot wait, those are rivals that give
+    it what else it needs.
+    """
+    rivals: set[int] = set()
+    needed = {place for place, _ in net.test.row(wanted)}
+    takers = {t for t in range(len(net.intervals)) for place, _ in net.take.row(t) if place in needed}
+    seen = {wanted}
+    for _ in range(RIVAL_STEPS):
+        takers -= seen
+        seen |= takers
+        rivals |= {t for t in takers if net.intervals[t].latest is None}
+        needs = {p for t in takers - rivals for p, _ in net.test.row(t)} - needed
+        takers = {t for t in range(len(net.intervals)) for place, _ in net.put.row(t) if place in needs}
+    return rivals
+
+
+def _drawn(
+    run: TimedRun,
+    draw: Random,
+    is_hasty: bool,
+    steps: int,
+    budget: Budget,
+    slow: AbstractSet[int] = frozenset(),
+    last: int | None = None,
+) -> Trace:
+    """Draw a run until its last transition has fired, nothing can fire any more, or it is long enough."""
+    trace: list[int] = []
+    while len(trace) < steps and not (len(trace) % 100 == 0 and budget.is_over):
+        fired = run.step(draw, is_hasty, slow)
+        if fired is None:
+            break
+        trace.append(fired)
+        if fired == last:
+            break
+    return tuple(trace)
+
+
+def _first(trace: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """Yield the transitions of a sequence, each with the firings up to its first one."""
+    seen: set[int] = set()
+    for number, transition in enumerate(trace, 1):
+        if transition not in seen:
+            seen.add(transition)
+            yield transition, number
+
+
+def used_in_time(mended: sym.SystemModel, _: object, some: list[Finding], budget: Budget) -> list[Finding]:
+    """Return which of some faults, that parts are never used, random runs of a mended model disprove."""
+    subject = timed_base_subject(mended)
+    walked = walk_in_time(subject.timed, budget)
+    never = set(range(len(subject.net.transitions))) - walked.ways.keys()
+    still = {key_of(finding) for finding in unused_parts(subject, never)}
+    rules = {fault.rule for fault in FAULTS}
+    return [each for each in some if each.rule in rules and key_of(each) not in still]
