@@ -150,7 +150,7 @@ def test_growth_needs_tokens_that_change_nothing() -> None:
 
 
 def test_what_has_not_ended_is_unknown_with_its_reason() -> None:
-    """Transition ``late`` is always too late, which classes tell and neither random runs nor the net untimed."""
+    """Transition ``late`` is always too late, which only classes tell."""
     steps = ("a", "p", "q", 1, 2), ("b", "q", "p", 1, 2), ("c", "r", "s", 9, 10), ("late", "r", "s", 11, 12)
     report = check_timed(plain_net(*steps, tokens="p r"), Budget(memory_bytes=1))
     assert [each.question for each in report.unknown if each.may_be_fault] == [
