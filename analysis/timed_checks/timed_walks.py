@@ -13,14 +13,9 @@ from dataclasses import dataclass, field
 from random import Random
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.checks.unused import FAULTS, unused_parts
-from dineros.analysis.consequences.folding import key_of
 from dineros.analysis.timed.exploring import Trace
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.schedules import is_enabled
-from dineros.analysis.timed.timed_subject import timed_base_subject
-from dineros.analysis.witnesses.findings import Finding
-from dineros.metamodel import sym
 
 RUNS = 24
 """Runs that are drawn."""
@@ -258,13 +253,3 @@ def _first(trace: Sequence[int]) -> Iterator[tuple[int, int]]:
         if transition not in seen:
             seen.add(transition)
             yield transition, number
-
-
-def used_in_time(mended: sym.SystemModel, _: object, some: list[Finding], budget: Budget) -> list[Finding]:
-    """Return which of some faults, that parts are never used, random runs of a mended model disprove."""
-    subject = timed_base_subject(mended)
-    walked = walk_in_time(subject.timed, budget)
-    never = set(range(len(subject.net.transitions))) - walked.ways.keys()
-    still = {key_of(finding) for finding in unused_parts(subject, never)}
-    rules = {fault.rule for fault in FAULTS}
-    return [each for each in some if each.rule in rules and key_of(each) not in still]

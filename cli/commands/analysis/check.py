@@ -229,7 +229,7 @@ def check(
         add_confirmation(report, confirmation)
     if report.findings:
         from dineros.analysis.consequences.folding import fold_consequences
-        from dineros.analysis.timed_checks.timed_walks import used_in_time
+        from dineros.analysis.consequences.in_time import used_in_time
 
         fold_consequences(net, report, budget, orders, None if report.times is None else used_in_time)
     report = accepted(report)

@@ -10,6 +10,7 @@ import pytest
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.checks.unused import TRANSITION
 from dineros.analysis.consequences.folding import fold_consequences
+from dineros.analysis.consequences.in_time import used_in_time
 from dineros.analysis.nets.compiled import Transition
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.timed.exploring import explore_timed
@@ -17,7 +18,7 @@ from dineros.analysis.timed.nets import Interval, TimedNet
 from dineros.analysis.timed.schedules import schedule
 from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.analysis.timed_checks.timed_check import check_timed
-from dineros.analysis.timed_checks.timed_walks import Walked, used_in_time, walk_in_time, walk_towards
+from dineros.analysis.timed_checks.timed_walks import Walked, walk_in_time, walk_towards
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow, seconds
