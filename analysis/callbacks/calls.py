@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 Client: TypeAlias = sym.ClientPort | sym.ActionClientPort
 
 
+_BESIDE = ("feedback", "goal", "result", "answer")
+"""Queues of an action, which say nothing about what a client waits for."""
+
+
 @dataclass(frozen=True)
 class Call:
     """A client, or a server instance's copy of it; places and transitions of its calls.
@@ -73,7 +77,7 @@ def calls_in(subject: Subject) -> list[Call]:
     links: dict[tuple[Client, int | None], list[Link]] = defaultdict(list)
     for link in subject.links():
         client = next((s for s in link.sources if isinstance(s, sym.ClientPort | sym.ActionClientPort)), None)
-        if client is not None and link.meaning is not None and link.meaning.queue != "feedback":
+        if client is not None and link.meaning is not None and link.meaning.queue not in _BESIDE:
             links[client, link.client_index].append(link)
     return [
         _service_call(subject, client, index, each)

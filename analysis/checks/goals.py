@@ -20,9 +20,9 @@ from dineros.metamodel.records import Accept, Cancel, Canceling, Finish, Outcome
 if TYPE_CHECKING:
     from dineros.transformations.flattening.traces import Link
 
-_MORE_GOALS = "what can happen with more goals under way"
-_ASSUMES = "nothing in its node waits for the end of a goal, and the answers assume that {assumption}"
-_SET = "set its outstanding to the greatest number of goals under way"
+_MORE_GOALS = "what can happen with more goals at once"
+_ASSUMES = "a client does not wait for the end of a goal, and the answers assume that {assumption}"
+_SET = "set its instances to the greatest number of goals that it works on at once"
 
 
 @dataclass
@@ -39,6 +39,8 @@ class _Client:
     ends: dict[int, list[str]] = field(default_factory=dict)
     asks: list[str] = field(default_factory=list)
     late: list[str] = field(default_factory=list)
+    losses: list[str] = field(default_factory=list)
+    """Transitions by which a goal, or its result, is lost."""
     overs: list[tuple[str, str]] = field(default_factory=list)
     """Where a result waits for the client, each with the outcome."""
     results: list[tuple[str, str]] = field(default_factory=list)
@@ -125,7 +127,11 @@ class Goals(Question):
             checked.leave_open("whether goals can wait forever", OUT_OF_MEMORY)
             return
         if not any(hangs):
-            checked.report.proved.append("every goal that was sent can be over")
+            losses = [each for client in clients for each in client.losses]
+            if can_fire(checked, losses) is False:
+                checked.report.proved.append("every goal that was sent can be over")
+            else:
+                checked.report.proved.append("every goal that is accepted can be over")
         if len(checked.report.findings) + len(checked.report.unknown) == found:
             checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
 
@@ -141,7 +147,7 @@ class Goals(Question):
 
     def _overtaking(self, checked: Checked, client: _Client) -> None:
         """Look for two goals of a client of which the later one ends first."""
-        if client.port.outstanding < 2 or len(client.works) < 2:
+        if (client.port.outstanding or 1) < 2 or len(client.works) < 2:
             return
         if checked.subject.is_timed:
             question = f"whether goals of {client.words} can overtake each other"
@@ -218,7 +224,7 @@ def unheard(checked: Checked, client: _Client) -> None:
 
 
 def qualify(checked: Checked) -> None:
-    """Leave open what happens with more goals under way, if a client may send more than the rules let it.
+    """Leave open what happens with more goals at once, if an action may get more than it has slots.
 
     What is proved then holds only under that assumption.
     """
@@ -228,7 +234,7 @@ def qualify(checked: Checked) -> None:
     with checked.guarded(partial(checked.leave_open, _MORE_GOALS)):
         for each in held_back(checked.subject, checked.budget):
             checked.leave_open(
-                f"what can happen if {each.words} has more goals under way",
+                f"what can happen if {each.words} works on more goals at once",
                 _ASSUMES.format(assumption=each.assumption),
                 _SET,
             )
@@ -262,6 +268,8 @@ def _note(client: _Client, link: Link) -> None:
         elif meaning.part == "over":
             client.overs.append((id, outcome_words(link)))
         return
+    if meaning.queue in ("goal", "result") and meaning.part == "drop":
+        client.losses.append(id)
     if meaning.part == "too late":
         client.late.append(id)
     if meaning.step is Accept and link.index is not None:

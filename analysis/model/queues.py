@@ -18,10 +18,14 @@ if TYPE_CHECKING:
     from dineros.transformations.language.meaning import QueueKind
 
 Channel: TypeAlias = sym.TopicChannel | sym.ServiceChannel | sym.ActionChannel
+_End: TypeAlias = "tuple[EObject, QueueKind | None, EObject | None]"
 _LOSSES: dict[QueueKind, str] = {
     "request": "a request is lost",
     "response": "a response is lost",
     "feedback": "feedback is lost",
+    "goal": "a goal is lost",
+    "result": "a result is lost",
+    "answer": "an answer to a goal is lost",
 }
 
 
@@ -42,9 +46,10 @@ class Queue:
 
     Attributes
     ----------
-    kind : {"publisher", "dispatcher", "subscriber", "request", "response", "feedback"}
-        Whose it is; ``request``: a service's; ``response``: that of a service's client; ``feedback``: that of
-        an action's client.
+    kind : {"publisher", "dispatcher", "subscriber", "request", "response", "feedback", "goal", "result", \
+        "answer"}
+        Whose it is; ``request``: a service's; ``response``: that of a service's client; ``goal``: an
+        action's; ``feedback``, ``result``, ``answer``: that of an action's client.
     link : Link
         How its capacity came to be.
     load, capacity : str
@@ -52,7 +57,8 @@ class Queue:
     leave : str or None
         Id of the transition that passes a message on; None of a service, whose calls take requests.
     entrances : tuple of Entrance
-        One; of a publisher on a server page one for each server instance, of a service one for each client.
+        One; of a publisher on a server page one for each server instance, of a service or of an action's
+        goals one for each client, of a client's results or answers one for each kind.
     """
 
     kind: QueueKind
@@ -122,7 +128,7 @@ def queues_of(links: Iterable[Link]) -> list[Queue]:
         if link.meaning is not None and link.meaning.queue and isinstance(link.target, pn.Node):
             together[link.application][link.meaning.part] = link
     # Instances of a server page enter the one queue of a publisher on it, clients the history of a service.
-    shared: dict[tuple[EObject, EObject | None], list[dict[str, Link]]] = defaultdict(list)
+    shared: dict[_End, list[dict[str, Link]]] = defaultdict(list)
     for parts in together.values():
         if "capacity" not in parts and "enter" in parts:
             shared[_ends(parts["enter"])].append(parts)
@@ -133,17 +139,20 @@ def _channel(link: Link) -> Channel:
     return next(each for each in link.sources if isinstance(each, Channel))
 
 
-def _ends(link: Link) -> tuple[EObject, EObject | None]:
-    """Return the channel, and of a topic the port or the node net of a dispatcher."""
-    channel = _channel(link)
-    if isinstance(channel, sym.ServiceChannel):
-        return channel, None
-    return channel, topic_port(link) or source_of(link, sym.NodeNet)
+def _ends(link: Link) -> _End:
+    """Return the channel, the kind of queue, and of a topic the port or the node net of a dispatcher.
+
+    Of results and answers it is the client of the action.
+    """
+    channel, kind = _channel(link), link.meaning.queue if link.meaning is not None else None
+    if kind in ("result", "answer"):
+        return channel, kind, source_of(link, sym.ActionClientPort)
+    if isinstance(channel, sym.TopicChannel):
+        return channel, kind, topic_port(link) or source_of(link, sym.NodeNet)
+    return channel, kind, None
 
 
-def _queue(
-    parts: dict[str, Link], shared: dict[tuple[EObject, EObject | None], list[dict[str, Link]]]
-) -> Queue:
+def _queue(parts: dict[str, Link], shared: dict[_End, list[dict[str, Link]]]) -> Queue:
     capacity = parts["capacity"]
     assert capacity.meaning is not None and capacity.meaning.queue is not None
     entering = [parts] if "enter" in parts else shared[_ends(capacity)]

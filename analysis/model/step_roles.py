@@ -107,6 +107,8 @@ def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | 
         return _call_role(link, meaning.queue, meaning.step, stage, copies)
     if meaning.queue == "feedback":
         return _feedback_role(link, meaning.step, stage, copies)
+    if meaning.queue in ("goal", "result", "answer"):
+        return _history_role(link, meaning.queue, meaning.step, stage, copies)
     channel = source_of(link, sym.TopicChannel).id
     port = topic_port(link)
     place = None if port is None else copies.get((port.place, link.index), port.place.id)
@@ -115,6 +117,19 @@ def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | 
         return StepRole(meaning.step, node, channel, place=place)
     queue = "inactive" if meaning.part == "discard" else meaning.queue
     return StepRole(meaning.step, node, channel, queue, stage, place)
+
+
+def _history_role(
+    link: Link,
+    queue: QueueKind,
+    kind: type[Step],
+    stage: str | None,
+    copies: dict[tuple[EObject, int | None], str],
+) -> StepRole:
+    """Return the step of a history: of goals, which a server has, or of what a client hears of them."""
+    channel, client = source_of(link, sym.ActionChannel), source_of(link, sym.ActionClientPort)
+    owner = channel.server.entry if queue == "goal" else client.goal
+    return StepRole(kind, _node(owner), channel.id, queue, stage, copies[client.goal, None], client.client)
 
 
 def _service_role(link: Link, kind: type[Step], copies: dict[tuple[EObject, int | None], str]) -> StepRole:

@@ -57,6 +57,10 @@ def queue_end(link: Link) -> EObject:
         return source_of(link, sym.ClientPort).response
     if service := next((each for each in link.sources if isinstance(each, sym.ServiceChannel)), None):
         return service.server.entry
+    if link.meaning is not None and link.meaning.queue == "goal":
+        return source_of(link, sym.ActionChannel).server.entry
+    if link.meaning is not None and link.meaning.queue in ("result", "answer"):
+        return source_of(link, sym.ActionClientPort).goal
     if client := next((each for each in link.sources if isinstance(each, sym.ActionClientPort)), None):
         return client.goal if client.feedback is None else client.feedback
     return source_of(link, sym.NodeNet) if port is None else port.place

@@ -1,8 +1,9 @@
-"""Goals that the rules hold back, and the answers that rest on that.
+"""Goals that wait for a slot in the analysis and for nothing in `rclpy`, and the answers that rest on that.
 
-The rules let a client of an action have `outstanding` goals under way, one by default. `rclpy` and `rclcpp`
-have no such bound: a client that asks for another goal sends it. Both agree unless a goal is asked for while
-the client has its greatest number under way. If no such marking can be reached, the bound changes nothing.
+A server of `rclpy` or `rclcpp` accepts each goal. In the analysis an action works on as many goals at once as
+it has slots. Both agree where the action states how many goals it works on, where its clients wait, and where
+each thread of its server has a slot. Elsewhere the number of slots is an assumption, unless no marking can be
+reached in which a goal waits and all slots are busy.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import Name
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.portfolio.asking import find_marking
-from dineros.metamodel import sym
-from dineros.metamodel.callbacks.waiting import held_back_clients
+from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.waiting import Slots, free_slots, goal_counts
 
 if TYPE_CHECKING:
     from dineros.transformations.flattening.traces import Link
@@ -29,32 +30,32 @@ LEAST_SECONDS = 5.0
 
 @dataclass(frozen=True)
 class HeldBack:
-    """A client of an action whose goals the rules may hold back.
+    """An action whose goals may wait because it has so many slots.
 
     Attributes
     ----------
-    port : sym.ActionClientPort
-        The client.
+    slots : Slots
+        The action and its slots.
     """
 
-    port: sym.ActionClientPort
+    slots: Slots
 
     @property
     def words(self) -> str:
-        """Name the client and its action."""
-        assert self.port.channel is not None
-        return f"client {self.port.client} of action {self.port.channel.action}"
+        """Name the action."""
+        return f"action {self.slots.action.action}"
 
     @property
     def assumption(self) -> str:
         """State what the answers assume."""
-        return f"{self.words} sends a goal only if its last one is over"
+        number = self.slots.number
+        return f"{self.words} works on at most {number} goal{'s' if number > 1 else ''} at once"
 
 
 def held_back(subject: Subject, budget: Budget) -> list[HeldBack]:
-    """Return the clients of actions whose goals the rules hold back in some reachable marking.
+    """Return the actions of which a goal waits, in some reachable marking, because all slots are busy.
 
-    A client for which that is not decided in time is among them. Firing intervals are left out, which is
+    An action for which that is not decided in time is among them. Firing intervals are left out, which is
     safe: with them, no other marking is reached.
 
     Parameters
@@ -64,26 +65,34 @@ def held_back(subject: Subject, budget: Budget) -> list[HeldBack]:
     budget : Budget
         Time and memory; a part of it is spent.
     """
-    if not isinstance(subject.model, sym.SystemModel):
+    model = subject.model
+    if not isinstance(model, sym.SystemModel):
         return []
     found = []
-    for port in held_back_clients(subject.model):
+    for slots in free_slots(model, goal_counts(model)):
+        if slots.is_enough:
+            continue
         share = budget.share(SHARE) if budget.left is not None else budget.at_most(LEAST_SECONDS)
         try:
-            answer = find_marking(subject.net, _full(subject, port), NetNames(subject.net), share)
+            answer = find_marking(subject.net, _full(subject, slots), NetNames(subject.net), share)
         except BudgetExceededError:
-            found.append(HeldBack(port))
+            found.append(HeldBack(slots))
             continue
         if answer.status != "unreachable":
-            found.append(HeldBack(port))
+            found.append(HeldBack(slots))
     return found
 
 
-def _full(subject: Subject, port: sym.ActionClientPort) -> str:
-    """Return the condition that a goal waits while its client has the greatest number under way."""
-    (ready,) = (link.target.id for link in subject.links() if port in link.sources and _is_ready(link))
-    return f"{Name(str(port.goal.id))} >= 1 and {Name(str(ready))} == 0"
+def _full(subject: Subject, slots: Slots) -> str:
+    """Return the condition that a goal waits while all slots are busy."""
+    places = [
+        link for link in subject.links() if slots.action in link.sources and isinstance(link.target, pn.Place)
+    ]
+    load = next(link for link in places if _is(link, "load", "goal"))
+    idle = [link for link in places if _is(link, "idle slot")]
+    busy = " and ".join(f"{Name(str(link.target.id))} == 0" for link in idle)
+    return f"{Name(str(load.target.id))} >= 1 and {busy}"
 
 
-def _is_ready(link: Link) -> bool:
-    return link.meaning is not None and link.meaning.part == "ready"
+def _is(link: Link, part: str, queue: str | None = None) -> bool:
+    return link.meaning is not None and (link.meaning.part, link.meaning.queue) == (part, queue)

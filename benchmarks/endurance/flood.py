@@ -4,7 +4,8 @@
 one process per node, with a safety loop that asks the sensor as fast as the rate allows, while a human
 walks in and out without end. All is recorded. It writes ``flood.csv`` (a line every few seconds) and
 ``flood.svg``, and replays on the model what is kept of the traces. The three must stay flat, disk once the
-parts that are kept are full.
+parts that are kept are full. With ``--stranger RATE``, somebody else publishes so many messages a second on
+a topic that a node reads.
 """
 
 from __future__ import annotations
@@ -70,7 +71,9 @@ class FloodError(Exception):
     """The application does not run."""
 
 
-def flood(seconds: float, rate: float, every: float, folder: Path, domain: int) -> Iterator[Sample]:
+def flood(
+    seconds: float, rate: float, every: float, folder: Path, domain: int, stranger: float = 0.0
+) -> Iterator[Sample]:
     """Run the flooded case study and yield what it uses.
 
     Parameters
@@ -85,6 +88,8 @@ def flood(seconds: float, rate: float, every: float, folder: Path, domain: int) 
         Takes the workspace and the traces.
     domain : int
         ROS domain.
+    stranger : float
+        Messages a second that somebody else publishes.
 
     Raises
     ------
@@ -101,6 +106,8 @@ def flood(seconds: float, rate: float, every: float, folder: Path, domain: int) 
     command = [sys.executable, "-P", "-m", "dineros.cli.main", "run", str(workspace), "--trace", str(traces)]
     command += ["--domain", str(domain), "--reach", "memory", "--restarts", "0"]
     command += ["--with", f"python {Path(__file__).with_name('world.py').resolve()}"]
+    if stranger:
+        command += ["--with", f"python {Path(__file__).with_name('stranger.py').resolve()} {stranger}"]
     log = folder / "run.log"
     with log.open("wb") as file:
         run = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=file, stderr=file)
@@ -186,6 +193,7 @@ def main() -> int:
     )
     parser.add_argument("--hours", type=float, default=1.0)
     parser.add_argument("--rate", type=float, default=200.0, help="messages a second, about")
+    parser.add_argument("--stranger", type=float, default=0.0, help="messages a second of somebody else")
     parser.add_argument("--every", type=float, default=10.0, help="seconds between two samples")
     parser.add_argument("-o", "--output", type=Path, default=Path("flood"), help="name without its suffix")
     options = parser.parse_args()
@@ -198,7 +206,8 @@ def main() -> int:
         writer = csv.writer(table)
         writer.writerow(Sample._fields)
         domain = stack.enter_context(claimed_domain())
-        for sample in flood(3600 * options.hours, options.rate, options.every, folder, domain):
+        seconds = 3600 * options.hours
+        for sample in flood(seconds, options.rate, options.every, folder, domain, options.stranger):
             samples.append(sample)
             writer.writerow([round(value, 2) for value in sample])
             table.flush()

@@ -168,7 +168,7 @@ class Asking:
         return replace(answer, reason=run.reason(answer.reason))
 
     def look_at_goals(self, subject: Subject, answer: Outcome) -> None:
-        """Remember which clients of actions an answer assumes to send one goal at a time."""
+        """Remember which actions an answer assumes to work on so many goals at once."""
         from dineros.analysis.questions.held_back import held_back
 
         if answer.status != "unknown":

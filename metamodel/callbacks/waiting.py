@@ -8,12 +8,14 @@ through the lock of an exclusive callback group, or through places that the node
 
 Where no such set is found, nothing orders the next request after the response. A node that runs callbacks
 then sends as many requests as it asks for, as `rclpy` and `rclcpp` do. A node whose execution is `net` runs
-our engine: its client sends the next request once the last one is answered.
+our engine: its client sends the next request once the last one is answered. The same holds for clients of
+actions and their goals.
 """
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -25,12 +27,16 @@ from dineros.metamodel.callbacks.groups import (
     begins_callback,
     callback_page_of,
     group_or_node,
+    holds_thread,
     runs_callbacks,
+    threads_of,
     works_on_goals,
 )
 from dineros.metamodel.calls import UNLIMITED, answers, exits
 from dineros.metamodel.elements import arcs, channels, node_net_of, pages, places, resolve, transitions
 
+_MOST_SLOTS = 3
+"""Slots of an action that has one for each thread of its server, at most."""
 _MOST_SETS = 2000
 """Sets of places that are tried for a client; beyond that, it counts as one that does not wait."""
 
@@ -76,17 +82,69 @@ def _sends_freely(client: sym.ClientPort) -> bool:
     return runs_callbacks(node_net_of(client.request))
 
 
-def held_back_clients(model: sym.SystemModel) -> list[sym.ActionClientPort]:
-    """Return the clients of actions whose goals the rules hold back: one goal is under way at a time.
+def goal_counts(model: sym.SystemModel) -> dict[sym.ActionClientPort, int]:
+    """Return how many goals each client of an action has under way at most, or `UNLIMITED`.
 
-    Nothing in their node waits for the end of a goal, so `rclpy` and `rclcpp` send the next one at once.
+    That is what it says; else 1 where it waits for the end of a goal, where its node's execution is `net`,
+    and under `ros1`. The client of our engine sends the next goal once the last one is over.
     """
-    if model.middleware != sym.Middleware.ros2:
-        return []
     clients = [client for action in channels(model, sym.ActionChannel) for client in action.clients]
-    one = [each for each in clients if each.outstanding == 1 and runs_callbacks(node_net_of(each.goal))]
-    waiting = Waiting(model) if one else None
-    return [each for each in one if waiting is not None and not waiting.waits(each)]
+    counts = {client: client.outstanding or 1 for client in clients}
+    if model.middleware != sym.Middleware.ros2:
+        return counts
+    silent = [each for each in clients if each.outstanding is None and runs_callbacks(node_net_of(each.goal))]
+    waiting = Waiting(model) if silent else None
+    for client in silent:
+        if waiting is not None and not waiting.waits(client):
+            counts[client] = UNLIMITED
+    return counts
+
+
+@dataclass(frozen=True)
+class Slots:
+    """How many goals an action works on at once in the analysis, as one of its clients does not wait.
+
+    Attributes
+    ----------
+    action : sym.ActionChannel
+        The action, which says nothing about that.
+    number : int
+        The slots.
+    is_enough : bool
+        Whether the threads of the server allow no more.
+    """
+
+    action: sym.ActionChannel
+    number: int
+    is_enough: bool
+
+
+def free_slots(model: sym.SystemModel, counts: Mapping[sym.ActionClientPort, int]) -> list[Slots]:
+    """Return the slots of actions that work on any number of goals at once, for want of a limit.
+
+    A server of `rclpy` or `rclcpp` accepts each goal. What works on a goal has a thread unless it awaits.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model.
+    counts : mapping
+        How many goals each client has under way.
+    """
+    found = []
+    for action in channels(model, sym.ActionChannel):
+        server: sym.ActionServerPort | None = action.server
+        clients, node = list(action.clients), None if server is None else node_net_of(server.entry)
+        if action.instances is not None or server is None or node is None or not runs_callbacks(node):
+            continue
+        if all(counts[client] != UNLIMITED for client in clients):
+            continue
+        page, threads = callback_page_of(server.entry), threads_of(node)
+        needs_thread = page is not None and holds_thread(page)
+        least = max(len(clients), 1 if needs_thread else 2)
+        number = max(least, min(threads, _MOST_SLOTS)) if needs_thread else least
+        found.append(Slots(action, number, needs_thread and number >= threads))
+    return found
 
 
 class Waiting:

@@ -134,7 +134,7 @@ _MENDS: dict[str, _Make] = {
     "service-instances": _set("instances", None, "one for each client"),
     "request-depth-positive": _set("depth", None, "the depth by default"),
     "outstanding-positive": _set("outstanding", None, "as many requests under way as by default"),
-    "outstanding-goals-positive": _set("outstanding", 1, "1 goal under way"),
+    "outstanding-goals-positive": _set("outstanding", None, "as many goals under way as by default"),
     "timeout-positive": _set("timeout", None, "no time-out"),
     "timed-out-has-timeout": _set("timedOut", None, "no place for time-outs"),
     "action-slots": _set("instances", None, "one for each client"),

@@ -1125,8 +1125,9 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     group : CallbackGroup | None
         Callback group that takes answers, results and feedback; absent: that of the node, which is
         exclusive.
-    outstanding : int
-        Goals that the client has under way at most, 1 or more.
+    outstanding : int | None
+        Goals that the client has under way at most, 1 or more; absent: 1 where the client waits for the
+        end of a goal or its node runs our engine, else any number.
     latency : pn.TimeInterval | None
         How long messages of this port are on their way, in seconds; absent: as long as those of its
         channel.
@@ -1143,7 +1144,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     cancel: pn.Place | None = Ecore.EReference()
     feedback: pn.Place | None = Ecore.EReference()
     group: CallbackGroup | None = Ecore.EReference()
-    outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    outstanding: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     latency: pn.TimeInterval | None = Ecore.EReference(containment=True)
 
     __setattr__ = refuse_unknown

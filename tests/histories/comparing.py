@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.waiting import goal_counts
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.support.equal_behaviour import Comparison, compare
@@ -48,7 +50,7 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
                 found.add("with clients that do not wait")
             continue
         if isinstance(channel, sym.ActionChannel):
-            found |= _features_of_action(channel)
+            found |= _features_of_action(model, channel)
             continue
         assert isinstance(channel, sym.TopicChannel)
         found.add("with topics")
@@ -64,8 +66,7 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
                 if "bestEffort" in {str(quality_of(port).reliability) for port in (writer, reader)}:
                     found.add("with best effort")
     events = [event.name for event in LifecycleInterpreter(model).events]
-    drops = [name for name in events if ".client." in name and name.endswith(".drop")]
-    if any(not name.endswith(".feedback.drop") for name in drops):
+    if any(re.search(r"\.client\.[^.]*(\[\d+\]\.[^.]*)?\.drop$", name) for name in events):
         found.add("with requests that can be lost")
     for element in model.eAllContents():
         if isinstance(element, pn.Place) and element.capacity is not None:
@@ -75,7 +76,7 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
     return found | _features_of_callbacks(model) | _features_of_lifecycles(model)
 
 
-def _features_of_action(action: sym.ActionChannel) -> set[str]:
+def _features_of_action(model: sym.SystemModel, action: sym.ActionChannel) -> set[str]:
     """Return what an action has of what its rules look at."""
     found, server = {"with actions"}, action.server
     for outcome in ("succeeded", "aborted", "canceled"):
@@ -89,8 +90,11 @@ def _features_of_action(action: sym.ActionChannel) -> set[str]:
         found.add("with cancels" if server.cancel is not None else "with cancels that are refused")
     if len(action.clients) > 1:
         found.add("with several clients of an action")
-    if any(client.outstanding > 1 for client in action.clients):
+    asked = {goal_counts(model)[client] for client in action.clients}
+    if any(number > 1 for number in asked):
         found.add("with several goals of a client")
+    if -1 in asked:
+        found.add("with clients that do not wait for goals")
     return found
 
 

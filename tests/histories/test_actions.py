@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 from hypothesis import given, settings
 
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.questions.state_space import state_space
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow, read
+from dineros.metamodel.build import callback, flow, place, read, step
 from dineros.metamodel.elements import find
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.phases import OverflowVariant
@@ -18,6 +20,7 @@ from tests.support.references.executors import ExecutorInterpreter
 from tests.support.references.flattening import PlainNet, plain_net_of
 from tests.support.ros2_systems.action_models import action_models
 from tests.support.ros2_systems.deliveries import deliveries
+from tests.support.ros2_systems.hasty_clients import hasty
 
 FIGURES = {
     "no cancels, no refusals": (deliveries(1, cancels=0, rejects=False), 10),
@@ -50,6 +53,39 @@ def test_figures(name: str, overflow: OverflowVariant) -> None:
     assert expected[0] == states
     assert [each.states for each in counts] == [states, states]
     assert counts[0].arcs == expected[1]
+
+
+@pytest.mark.parametrize(
+    ("rare", "full"),
+    [
+        ((".accept[", ".reject"), {"goals.drop"}),
+        (
+            ("Know", "take", ".learn", ".refused", ".result."),
+            {"answers.accepted.drop", "answers.rejected.drop", "results.At.drop", "results.Lost.drop"},
+        ),
+    ],
+)
+def test_full_histories_of_goals_answers_and_results(rare: tuple[str, ...], full: set[str]) -> None:
+    """A client that does not wait, on long walks where each step that one can do is one that both can do."""
+    model, port = hasty()
+    hasty_node = find(model, "hasty", sym.NodeNet)
+    on_accepted = callback(hasty_node, "OnAccepted", "client")
+    port.accepted, port.cancel = place(on_accepted, "Known"), place(hasty_node, "Hasty.regrets", 2)
+    step(on_accepted, "Know", [port.accepted], [])
+    graph = ReachabilityGraph(plain_net_of(flatten(model, "none").net))
+    interpreter = ExecutorInterpreter(model)
+    fired, chance = set(), Random(0)
+    for _ in range(4):
+        marking, state = graph.start, interpreter.start
+        for _ in range(600):
+            in_net, in_model = dict(graph.successors(marking)), dict(interpreter.successors(state))
+            assert in_net.keys() == in_model.keys()
+            names = sorted(map(str, in_net))
+            usual = [name for name in names if not any(word in name for word in rare)]
+            name = chance.choice(usual if usual and chance.random() < 0.98 else names)
+            marking, state = in_net[name], in_model[name]
+            fired.add(name.removeprefix("Delivery.client.hasty."))
+    assert full <= fired
 
 
 def thorough_office() -> sym.SystemModel:

@@ -28,6 +28,7 @@ from dineros.transformations.rules import (
     timers,
 )
 from dineros.transformations.rules.actions import goals, slots
+from dineros.transformations.rules.clients import goals as many_goals
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 from dineros.transformations.rules.times import latencies, orders, strikes, time_outs
 from dineros.transformations.rules.times.clocks import Clock
@@ -50,7 +51,7 @@ def add_certificate(
 ) -> list[pnm.PlaceInvariant]:
     """Add to a net the invariants of what the rules made; return them."""
     kinds = (
-        *(_queues, _bounds, _instances, _clients, _requests, _slots, _goals),
+        *(_queues, _bounds, _instances, _clients, _requests, _slots, _goals, _goal_histories),
         *(
             _signals,
             _disjunctions,
@@ -177,13 +178,33 @@ def _slots(engine: Engine) -> Iterator[_Sum]:
 def _goals(engine: Engine) -> Iterator[_Sum]:
     for application in engine.applications_of(goals.A1):
         client = next(each for each in application.sources if isinstance(each, sym.ActionClientPort))
+        if client.outstanding == UNLIMITED:
+            continue
         way = [application.made[role] for role in ("ready", "requested")]
         for rule, role in ((goals.A2, "in_use"), (goals.A1Result, "result"), (goals.A2Reject, "refused")):
             way += [each.made[role] for each in engine.applications_of(rule, [client])]
+        for kept, role in ((many_goals.G1Client, "sent"), (many_goals.G1Lost, "lost")):
+            way += [each.made[role] for each in engine.applications_of(kept, [client])]
         ready = way[0]
         assert isinstance(ready, pn.Place)
         words = "one goal" if ready.tokens == 1 else f"{ready.tokens} goals"
         yield _Sum(f"{ready.id} or {words} under way", ready.tokens, [(each, 1) for each in way])
+
+
+def _goal_histories(engine: Engine) -> Iterator[_Sum]:
+    """What a history holds of goals, results and answers is of one kind or another."""
+    for whole, part, role in (
+        (many_goals.G1, goals.A1, "requested"),
+        (many_goals.G2, many_goals.G2Result, "kept"),
+        (many_goals.G3, many_goals.G3Accepted, "kept"),
+    ):
+        for application in engine.applications_of(whole):
+            load = application.made["load"]
+            held = [each.made[role] for each in engine.applications_of(part, application.sources)]
+            if whole is many_goals.G3:
+                refused = engine.applications_of(many_goals.G3Refused, application.sources)
+                held += [each.made[role] for each in refused]
+            yield _Sum(f"{_id(load)} counts", 0, [(load, 1), *((place, -1) for place in held)])
 
 
 def _disjunctions(engine: Engine) -> Iterator[_Sum]:

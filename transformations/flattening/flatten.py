@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.callbacks.waiting import outstanding_counts
+from dineros.metamodel.callbacks.waiting import free_slots, goal_counts, outstanding_counts
 from dineros.metamodel.calls import Served, actions, callers_first, server_pages, services, serving
 from dineros.metamodel.elements import arcs, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
@@ -104,8 +104,7 @@ def flatten(
     engine = Engine(working)
     if not is_ros2:
         _block_clients(working)
-    for client, number in outstanding_counts(working).items():
-        client.outstanding = number
+    _count_what_is_under_way(working)
     prototypes = _instantiate(working, engine, instances)
     _override_instances(working, engine)
     join(working, pn.ReferenceTransition)
@@ -203,6 +202,17 @@ def _block_clients(working: sym.SystemModel) -> None:
     for channel in working.channels:
         for client in channel.clients if isinstance(channel, sym.ServiceChannel) else ():
             client.outstanding = 1
+
+
+def _count_what_is_under_way(working: sym.SystemModel) -> None:
+    """Let each client say how many requests or goals it has under way, and actions how many slots."""
+    requests, goals = outstanding_counts(working), goal_counts(working)
+    for slots in free_slots(working, goals):
+        slots.action.instances = slots.number
+    for client, number in requests.items():
+        client.outstanding = number
+    for sender, number in goals.items():
+        sender.outstanding = number
 
 
 def _plain_net(

@@ -218,7 +218,7 @@ def _action_ports(
                 **_interface(channel),
                 action=channel.action,
                 client=client.client,
-                outstanding=client.outstanding,
+                outstanding=client.outstanding or 1,
                 depth=channel.depth,
             )
             for role in CLIENT_PLACES:

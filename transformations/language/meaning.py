@@ -7,7 +7,9 @@ from typing import Literal
 
 from dineros.metamodel.records.schema import Step
 
-QueueKind = Literal["publisher", "dispatcher", "subscriber", "request", "response", "feedback"]
+QueueKind = Literal[
+    "publisher", "dispatcher", "subscriber", "request", "response", "feedback", "goal", "result", "answer"
+]
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class Meaning:
         What is said instead where the client stands on a server page.
     step : type of Step or None
         What its firing is in a trace; None where it is a firing of the model, and for places.
-    queue : {"publisher", "dispatcher", "subscriber", "request", "response", "feedback"} or None
+    queue : QueueKind or None
         The kind of queue it belongs to.
     called : str
         What that queue is called, with names in braces.

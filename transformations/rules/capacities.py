@@ -61,6 +61,19 @@ class B2Ask(StandardRule, phase=Phase.bounds, middleware="ros2"):
     where = [either(request.capacity, 0) == 0]
 
 
+class B2Goal(StandardRule, phase=Phase.bounds, middleware="ros2"):
+    """Goals that wait to be sent: a client that does not wait hands each over at once, too."""
+
+    client = Node(sym.ActionClientPort, outstanding=calls.UNLIMITED)
+    goal = Node(pn.Place, of=client.goal)
+
+    bound = Bound(
+        goal, greatest(1, goal.tokens, MostPut(goal)), means=Meaning("free room at {place}", rests=True)
+    )
+
+    where = [either(goal.capacity, 0) == 0]
+
+
 class B3(StandardRule, phase=Phase.bounds, middleware="ros2", times=False):
     """Messages in hand: what a node has taken and not worked on, where something takes it."""
 

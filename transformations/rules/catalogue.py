@@ -27,6 +27,7 @@ from dineros.transformations.rules import (
 from dineros.transformations.rules.actions import callbacks as served
 from dineros.transformations.rules.actions import ends, feedback, goals, managed, publishing, slots
 from dineros.transformations.rules.clients import acceptances, cancels
+from dineros.transformations.rules.clients import goals as many_goals
 from dineros.transformations.rules.clients import requests as unbounded
 from dineros.transformations.rules.phases import (
     MiddlewareVariant,
@@ -149,6 +150,14 @@ FAMILIES = (
         (slots, goals, ends, feedback, publishing, cancels, acceptances),
         "They run under every middleware, after those of services; A6 runs before all others, A5-room, "
         "A5-first, A5-hand, A8-room, A8-answer and A8-send with those about capacities.",
+    ),
+    _family(
+        "clients",
+        "Actions of ROS 2: clients that do not wait",
+        "",
+        (many_goals,),
+        "They run where the middleware is `ros2`, for actions that have a client which sends a goal before "
+        "its last one is over.",
     ),
     _family(
         "goals",

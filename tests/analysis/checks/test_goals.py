@@ -9,6 +9,7 @@ from dineros.analysis.answers.budget import UNLIMITED
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.goals import Goals
+from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.checks.ways import overtaking
 from dineros.analysis.logic.verdicts.verdict import moves
 from dineros.analysis.model.subject import base_subject
@@ -17,9 +18,11 @@ from dineros.analysis.questions.held_back import held_back
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, flow, here, node_net, place, step
-from dineros.metamodel.callbacks.waiting import held_back_clients
+from dineros.metamodel.callbacks.groups import runs_callbacks
+from dineros.metamodel.callbacks.waiting import free_slots, goal_counts
+from dineros.metamodel.calls import UNLIMITED as ANY_NUMBER
 from dineros.metamodel.constraints import validate
-from dineros.metamodel.elements import find, transitions
+from dineros.metamodel.elements import find, node_net_of, transitions
 from tests.support.ros2_systems.action_models import action_models
 from tests.support.ros2_systems.deliveries import deliveries
 from tests.support.ros2_systems.hasty_clients import hasty
@@ -381,33 +384,65 @@ def test_that_a_goal_is_accepted_is_a_place_of_the_client(waits: bool) -> None:
     assert of_rule(report, "unbounded") == [] or not waits
 
 
-def test_nothing_is_proved_of_goals_that_the_rules_hold_back() -> None:
-    """A timer sends a goal at each tick and waits for none; a client with two goals under way is believed."""
+def test_goals_of_a_client_that_does_not_wait_are_lost() -> None:
+    """A timer sends a goal at each tick and waits for none; a client with two goals at once is believed."""
     model, port = hasty()
-    report = asked(model)
-    (left,) = (each for each in report.unknown if "more goals under way" in each.question)
-    assert "client hasty of action /deliver" in str(left) and left.may_be_fault
+    report = check(model, questions=[Boundedness(), Overflow(), Goals()])
+    messages = [each.message for each in of_rule(report, "queue-overflow")]
+    assert messages == [
+        "goal history of action /deliver can overflow: a goal is lost",
+        "result history of client hasty of action /deliver can overflow: a result is lost",
+        "answer history of client hasty of action /deliver can overflow: an answer to a goal is lost",
+    ]
+    assert "every goal that is accepted can be over" in report.proved and not report.unknown
+    port.outstanding = 2
+    believed = check(model, questions=[Boundedness(), Overflow(), Goals()])
+    assert not of_rule(believed, "queue-overflow")
+
+
+def hasty_at_a_robot(awaits: bool, threads: int = 1) -> sym.SystemModel:
+    """Return the same with a robot that runs callbacks."""
+    model, _ = hasty()
+    robot, page = find(model, "robot", sym.NodeNet), find(model, "Deliver", sym.CallbackPage)
+    robot.execution, robot.executor = "callbacks", "multi"  # type: ignore[assignment]
+    robot.threads, page.awaits = threads, awaits
+    return model
+
+
+def test_nothing_is_proved_of_a_server_that_awaits() -> None:
+    """It works on any number of goals at once, and the analysis on two."""
+    report = asked(hasty_at_a_robot(awaits=True))
+    (left,) = (each for each in report.unknown if "more goals at once" in each.question)
+    assert "action /deliver works on at most 2 goals at once" in str(left) and left.may_be_fault
     assert report.proved == [] and report.assumed
     assert report.to_dict("m")["assumed"] == report.assumed
-    port.outstanding = 2
-    believed = asked(model)
-    assert not [each for each in believed.unknown if "more goals under way" in each.question]
-    assert believed.proved and not believed.assumed
+    model = hasty_at_a_robot(awaits=True)
+    channel_of(model).instances = 2
+    stated = asked(model)
+    assert stated.proved and not stated.assumed and not stated.unknown
 
 
-def test_a_client_whose_last_goal_is_over_is_not_held_back() -> None:
-    """A place that is marked while no goal is under way; a second token in it lets one be held back."""
+@pytest.mark.parametrize(("threads", "slots", "is_enough"), [(1, 2, True), (3, 3, True), (4, 3, False)])
+def test_a_slot_for_each_thread(threads: int, slots: int, is_enough: bool) -> None:
+    model = hasty_at_a_robot(awaits=False, threads=threads)
+    (found,) = free_slots(model, goal_counts(model))
+    assert (found.number, found.is_enough) == (slots, is_enough)
+    ids = {link.target.id for link in base_subject(model).links()}
+    assert f"Delivery[{slots}].idle" in ids and f"Delivery[{slots + 1}].idle" not in ids
+
+
+def test_a_client_whose_last_goal_is_over_waits() -> None:
+    """A place that is marked while no goal is under way; with a second token in it, there are two."""
     model, port = hasty()
     free = place(find(model, "OnTick", sym.CallbackPage), "Hasty.free", 1)
     flow(free, find(model, "Hasty.send", sym.Transition))
     take = find(model, "Hasty.take", sym.Transition)
     assert take.page is not None
     flow(take, here(free, take.page))
-    subject = base_subject(model)
-    assert held_back(subject, UNLIMITED.begun()) == []
+    assert goal_counts(model)[port] == 1
     free.tokens = 2
-    (found,) = held_back(base_subject(model), UNLIMITED.begun())
-    assert found.port is port
+    assert goal_counts(model)[port] == ANY_NUMBER
+    assert not of_rule(check(model, questions=[Boundedness(), Overflow()]), "queue-overflow")
 
 
 def all_markings(net: CompiledNet, most: int) -> set[tuple[int, ...]] | None:
@@ -429,18 +464,48 @@ def all_markings(net: CompiledNet, most: int) -> set[tuple[int, ...]] | None:
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow]
 )
 def test_held_back_as_all_markings_tell(model: sym.SystemModel) -> None:
-    """The bound of goals changes nothing exactly if no marking has a goal that waits for its client."""
+    """The number of slots changes nothing exactly if no marking has a goal that waits while all are busy."""
     for transition in transitions(model):
         transition.overrides.clear()  # engines refuse priorities
+    for action in model.channels:
+        if isinstance(action, sym.ActionChannel):
+            action.instances = None
     subject = base_subject(model)
     markings = all_markings(subject.net, 3000)
     assume(markings is not None)
     assert markings is not None
     wanted = set()
-    for port in held_back_clients(model):
-        assert port.channel is not None
-        ready = f"{port.channel.id}.client.{port.client}.ready"
-        goal, free = subject.place_index[str(port.goal.id)], subject.place_index[ready]
-        if any(marking[goal] and not marking[free] for marking in markings):
-            wanted.add(port)
-    assert {each.port for each in held_back(subject, UNLIMITED.begun())} == wanted
+    for slots in free_slots(model, goal_counts(model)):
+        id, index = slots.action.id, subject.place_index
+        load, idle = index[f"{id}.goals.Load"], [index[f"{id}[{n + 1}].idle"] for n in range(slots.number)]
+        is_full = any(marking[load] and not any(marking[each] for each in idle) for marking in markings)
+        if is_full and not slots.is_enough:
+            wanted.add(slots.action)
+    assert {each.slots.action for each in held_back(subject, UNLIMITED.begun())} == wanted
+
+
+@given(action_models())
+@settings(
+    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow]
+)
+def test_clients_that_wait_never_have_two_goals_under_way(model: sym.SystemModel) -> None:
+    """Where their net lets them have two, no marking has them."""
+    for transition in transitions(model):
+        transition.overrides.clear()
+    counts = goal_counts(model)
+    waiting = [
+        client
+        for client, number in counts.items()
+        if client.outstanding is None and number == 1 and runs_callbacks(node_net_of(client.goal))
+    ]
+    assume(waiting)
+    for client in waiting:
+        client.outstanding = 2
+    subject = base_subject(model)
+    markings = all_markings(subject.net, 2000)
+    assume(markings is not None)
+    assert markings is not None
+    for client in waiting:
+        assert client.channel is not None
+        ready = subject.place_index[f"{client.channel.id}.client.{client.client}.ready"]
+        assert min(marking[ready] for marking in markings) >= 1

@@ -136,7 +136,7 @@ def test_a_walk_of_any_model_can_be_done(kind: str, data: st.DataObject) -> None
         transition.overrides.clear()  # no net with priorities is compiled
     for action in [each for each in model.channels if isinstance(each, sym.ActionChannel)]:
         for client in action.clients:
-            if client.outstanding > 1:
+            if (client.outstanding or 1) > 1:
                 client.accepted = None  # no marking says which of several goals is known to be accepted
     try:
         with TemporaryDirectory() as name:

@@ -8,6 +8,10 @@ is gone at once. A client of one goal takes no answer and sends no goal while it
 one is gone. A goal that is to be canceled may end in any way, others are not canceled; whether the work has
 taken note of the request or not, none of it is left over for the next goal of the slot. Feedback of a goal is
 told before the goal is over.
+
+A client that does not wait sends whatever is to be sent. Then each goal comes to a history of the action that
+keeps ten, whoever sent it, and is lost where that is full; so are results and answers for that client, where
+ten of them wait for it. What it asks to cancel may be a goal that is over.
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ from dineros.metamodel import pn, sym
 if TYPE_CHECKING:
     from tests.support.references.histories import Guard, Interpreter, State
 
+UNLIMITED = -1
 IDLE, WORKING, ASKED, CANCELING = range(4)
 
 
@@ -40,6 +45,11 @@ class ActionPlayer:
         self.owner = {number: play._slot((action, number, "owner")) for number in numbers}
         """0 for nobody, or the number of the client whose goal it is."""
         server = action.server
+        self.is_piled = any(play.goals[client] == UNLIMITED for client in action.clients)
+        self.comes: dict[tuple[int, str], int] = {}
+        """Where the results of a client are at first, by the number of the client and the outcome."""
+        self.kept: list[int] = []
+        """Slots of the goals that wait, where a client does not wait."""
         self.ends: list[tuple[str, pn.Place]] = [
             (outcome, place)
             for outcome in ("succeeded", "aborted", "canceled")
@@ -62,7 +72,11 @@ class ActionPlayer:
                 slot = play._place(server.feedback, number)
                 play._bound(slot, max(1, *(use.gives.get(slot, 0) for use in play._uses.values())))
         for client in self.action.clients:
-            if client.cancel is not None and client.outstanding == 1:
+            if play.goals[client] == UNLIMITED and client.goal.capacity is None:
+                slot = play._place(client.goal, 0)
+                puts = (use.gives.get(slot, 0) for use in play._uses.values())
+                play._bound(slot, max(1, client.goal.tokens, *puts))
+            if client.cancel is not None and play.goals[client] == 1:
                 slot = play._place(client.cancel, 0)
                 puts = (use.gives.get(slot, 0) for use in play._uses.values())
                 play._bound(slot, 1 + max(1, client.cancel.tokens, *puts))
@@ -87,32 +101,38 @@ class ActionPlayer:
     def _client(self, client: sym.ActionClientPort, count: int) -> None:
         play, action = self.play, self.action
         prefix = f"{action.id}.client.{client.client}"
-        ready = play._slot((action, count, "ready"), client.outstanding)
+        at_once = play.goals[client]
+        is_free = at_once == UNLIMITED
+        ready = None if is_free else play._slot((action, count, "ready"), at_once)
+        takes, readies = ({}, {}) if ready is None else ({ready: -1}, {ready: 1})
         sent, refused = (play._slot((action, count, word)) for word in ("sent", "refused"))
         goal = play._place(client.goal, 0)
         play._requests.add(goal)
         regrets = None
-        if client.cancel is not None and client.outstanding == 1:
+        if client.cancel is not None and at_once == 1:
             regrets = play._place(client.cancel, 0)
+        come = self._arrive(prefix, count, sent, not is_free) if self.is_piled else sent
 
         def at_rest(state: State) -> bool:
             return regrets is None or state[regrets] == 0
 
         play._happens(
             f"{prefix}.send",
-            lambda s: s[goal] > 0 and s[ready] > 0 and at_rest(s),
-            {goal: -1, ready: -1, sent: 1},
+            lambda s: s[goal] > 0 and (ready is None or s[ready] > 0) and at_rest(s),
+            {goal: -1, come: 1, **takes},
         )
+        answers: list[int] = []
         news: dict[int, int] = {}
         if client.accepted is not None:
             learned, at = play._slot((action, count, "accepted")), play._place(client.accepted, 0)
-            news = {learned: 1}
+            told = self._answer(f"{prefix}.answers.accepted", answers, learned) if is_free else learned
+            news = {told: 1}
             play._happens(f"{prefix}.learn", lambda s: s[learned] > 0, {learned: -1, at: 1})
-            if client.outstanding == 1:
+            if at_once == 1:
                 play.bounds[learned] = 1
 
         def knows(state: State) -> bool:
-            return client.outstanding > 1 or all(state[slot] == 0 for slot in news)
+            return at_once != 1 or all(state[slot] == 0 for slot in news)
 
         for number, phase in self.phase.items():
             entry = play._place(action.server.entry, number)
@@ -122,29 +142,33 @@ class ActionPlayer:
                 {sent: -1, phase: WORKING, self.owner[number]: count, entry: 1, **news},
             )
         if action.server.mayReject:
-            play._happens(f"{prefix}.reject", lambda s: s[sent] > 0, {sent: -1, refused: 1})
-            told = {} if client.rejected is None else {play._place(client.rejected, 0): 1}
+            to = self._answer(f"{prefix}.answers.rejected", answers, refused) if is_free else refused
+            play._happens(f"{prefix}.reject", lambda s: s[sent] > 0, {sent: -1, to: 1})
+            noted = {} if client.rejected is None else {play._place(client.rejected, 0): 1}
             play._happens(
                 f"{prefix}.refused",
                 lambda s: s[refused] > 0 and at_rest(s),
-                {refused: -1, ready: 1, **told},
+                {refused: -1, **readies, **noted},
             )
             if regrets is not None:
                 wish = regrets
                 play._happens(
                     f"{prefix}.tooLate.rejected", lambda s: s[wish] > 0 and s[refused] > 0, {wish: -1}
                 )
+        results: list[int] = []
         for outcome, place in self.ends:
             over = play._slot((action, count, outcome))
+            comes = self._answer(f"{prefix}.results.{place.id}", results, over) if is_free else over
             fetched: pn.Place | None = getattr(client, outcome)
             got = {} if fetched is None else {play._place(fetched, 0): 1}
             play._happens(
                 f"{prefix}.result.{place.id}",
                 lambda s, over=over: s[over] > 0 and at_rest(s) and knows(s),  # type: ignore[misc]
-                {over: -1, ready: 1, **got},
+                {over: -1, **readies, **got},
             )
             for number in self.phase:
-                self._end(prefix, client, count, number, outcome, place, over)
+                self._end(prefix, client, count, number, outcome, place, comes)
+            self.comes[count, outcome] = comes
         if client.cancel is not None:
             self._ask(prefix, client, count, ready, knows)
         if action.server.feedback is not None:
@@ -188,7 +212,37 @@ class ActionPlayer:
             end("heeded", CANCELING, lambda s: s[noted] == 0, {})
             end("unheeded", CANCELING, lambda s: s[noted] > 0, {noted: -1})
 
-    def _ask(self, prefix: str, client: sym.ActionClientPort, count: int, ready: int, knows: Guard) -> None:
+    def _arrive(self, prefix: str, count: int, kept: int, is_counted: bool) -> int:
+        """Let goals of a client come to the history of the action; return where they come."""
+        play, all_kept = self.play, self.kept
+        all_kept.append(kept)
+        gone = {play._slot((self.action, count, "lost")): 1} if is_counted else {}
+        return self._enter(f"{prefix}.goals", (self.action, count, "come"), all_kept, kept, gone)
+
+    def _answer(self, name: str, all_kept: list[int], kept: int) -> int:
+        """Let answers of one kind come to a history of a client; return where they come."""
+        all_kept.append(kept)
+        return self._enter(name, ("come", name), all_kept, kept, {})
+
+    def _enter(self, name: str, key: object, all_kept: list[int], kept: int, gone: dict[int, int]) -> int:
+        play = self.play
+        come = play._slot(key)
+        play.bounds[come] = 1
+        play._happens(
+            f"{name}.in",
+            lambda s: s[come] > 0 and sum(s[each] for each in all_kept) < 10,
+            {come: -1, kept: 1},
+        )
+        play._happens(
+            f"{name}.drop",
+            lambda s: s[come] > 0 and sum(s[each] for each in all_kept) == 10,
+            {come: -1, **gone},
+        )
+        return come
+
+    def _ask(
+        self, prefix: str, client: sym.ActionClientPort, count: int, ready: int | None, knows: Guard
+    ) -> None:
         play = self.play
         assert client.cancel is not None
         wish = play._place(client.cancel, 0)
@@ -209,16 +263,20 @@ class ActionPlayer:
                     effect,
                 )
         for outcome, place in self.ends:
-            over = play._slots[self.action, count, outcome]
+            over = self.comes[count, outcome]
             play._happens(
                 f"{prefix}.tooLate.{place.id}",
                 lambda s, over=over: s[wish] > 0 and s[over] > 0,  # type: ignore[misc]
                 {wish: -1},
             )
-        all_ready = client.outstanding
+        all_ready = play.goals[client]
         if all_ready == 1:
             play._happens(f"{prefix}.twice", lambda s: s[wish] > 1, {wish: -1})
-        play._happens(f"{prefix}.nothing", lambda s: s[wish] > 0 and s[ready] == all_ready, {wish: -1})
+        play._happens(
+            f"{prefix}.nothing",
+            lambda s: s[wish] > 0 and (ready is None or s[ready] == all_ready),
+            {wish: -1},
+        )
 
     def _feedback(self, prefix: str, client: sym.ActionClientPort, count: int) -> None:
         """Let a slot tell the client whose goal it has; who does not listen hears nothing."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.waiting import goal_counts
 from tests.support.references.actions import ActionPlayer
 from tests.support.references.calls import ServicePlayer
 from tests.support.references.waiting import UNLIMITED, outstanding_of
@@ -85,6 +86,8 @@ class Interpreter:
         """Slots that hold no more than so many."""
         self.outstanding = outstanding_of(model)
         """How many requests each client has under way at most."""
+        self.goals = goal_counts(model)
+        """How many goals each client has under way at most."""
         self.under_way: dict[tuple[sym.ClientPort, int], list[int]] = {}
         """Slots of what a client has asked, of each copy of it."""
         self._slots: dict[object, int] = {}
@@ -177,8 +180,20 @@ class Interpreter:
         if service.instances is not None:
             return service.instances
         if isinstance(service, sym.ActionChannel):
-            return len(service.clients)
+            return self._slots_of(service)
         return sum(len(self._copies(client.request)) for client in service.clients)
+
+    def _slots_of(self, action: sym.ActionChannel) -> int:
+        """One for each client; where one does not wait, also for each thread, or two where work awaits."""
+        clients, page = len(action.clients), action.server.page
+        assert isinstance(page.page, sym.NodeNet)
+        node = page.page
+        if UNLIMITED not in {self.goals[client] for client in action.clients}:
+            return clients
+        if str(node.execution) != "callbacks":
+            return clients
+        threads = node.threads if str(node.executor) == "multi" else 1
+        return max(clients, 2 if page.awaits else min(threads, 3))  # type: ignore[attr-defined]
 
     def _copies(self, node: pn.Node) -> list[int]:
         """Return the instances that have a copy of a node; 0 stands for what is there once."""

@@ -138,7 +138,10 @@ class _Builder:
             page.group = self._group(net)
         goal = self._place("goal", page, 0 if page is not net else draw(st.integers(1, 2)))
         client = sym.ActionClientPort(
-            client=id, goal=goal, group=self._group(net), outstanding=draw(st.sampled_from([1, 1, 2]))
+            client=id,
+            goal=goal,
+            group=self._group(net),
+            outstanding=draw(st.sampled_from([None, None, 1, 2])),
         )
         waits = page is not net and self._maybe()
         if page is not net:

@@ -10,9 +10,11 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.records import Accept, Cancel, Canceling, Goal, Outcome, Reject, Transfer
 from dineros.transformations.language.creation import Fragment, New, image
 from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.functions import greatest
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
 from dineros.transformations.rules.actions.outcomes import Exits, Fetched
@@ -78,7 +80,7 @@ class A1(StandardRule, phase=Phase.goals):
 
     ready = place(
         "{action.id}.client.{client.client}.ready",
-        tokens=client.outstanding,
+        tokens=greatest(1, client.outstanding),
         means=Meaning("{client} of action {action} is ready", part="ready", rests=True),
     )
     requested = place(
@@ -255,6 +257,28 @@ class A3Nothing(StandardRule, phase=Phase.goals):
         ),
     )
     arcs = [arc(wish, ask), read(ready, ask, weight=client.outstanding)]
+
+    asks = Wish(ask)
+
+    where = [client.outstanding > 0]
+
+
+class A3Former(StandardRule, phase=Phase.goals):
+    """A client that does not wait may mean a goal that is over, or one that it does not know of yet."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action, outstanding=UNLIMITED)
+    wish = Node(pn.Place, of=client.cancel)
+
+    ask = transition(
+        "{action.id}.client.{client.client}.nothing",
+        means=Meaning(
+            "{client} of action {action} asks to cancel a goal that is over or not accepted",
+            step=Cancel,
+            part="nothing",
+        ),
+    )
+    arcs = [arc(wish, ask)]
 
     asks = Wish(ask)
 

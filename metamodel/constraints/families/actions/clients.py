@@ -77,7 +77,7 @@ def goal_client_outside_server_pages(port: sym.ActionClientPort, index: Index) -
 @constraint("{it} has {element.outstanding} goals under way at most", fix="let it have 1 goal or more")
 def outstanding_goals_positive(port: sym.ActionClientPort, index: Index) -> Outcome:
     """A client of an action may have 1 goal under way or more."""
-    return port.outstanding >= 1
+    return port.outstanding is None or port.outstanding >= 1
 
 
 @constraint(

@@ -1,0 +1,305 @@
+"""Clients of actions that do not wait for the end of a goal (rules G1 to G4).
+
+Such a client (`dineros.metamodel.callbacks.waiting`) sends as many goals as its node asks for. An action of
+ROS 2 is made of services, whose histories keep 10 messages: what comes to a full one is lost, be it a goal
+that waits for the server, or an answer or a result that waits for the client.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.calls import UNLIMITED
+from dineros.transformations.language.creation import New
+from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language.errors import LANGUAGE
+from dineros.transformations.language.functions import Query
+from dineros.transformations.language.meaning import Meaning, QueueKind
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.rules.actions.goals import A1, A2, A1Result, A2Reject
+from dineros.transformations.rules.actions.outcomes import Exits
+from dineros.transformations.rules.actions.slots import slots
+from dineros.transformations.rules.clients.acceptances import A9
+from dineros.transformations.rules.notation import Bound, arc, place
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.requests import Entrance, entering
+
+LANGUAGE.add(__name__)
+
+DEPTH = 10
+"""Messages that the histories of an action's services keep: the default of ROS 2, which none changes."""
+
+GOALS = "goal history of action {action}"
+RESULTS = "result history of {client} of action {action}"
+ANSWERS = "answer history of {client} of action {action}"
+
+
+class GoalsPile(Query):
+    """Whether a client of an action has any number of goals under way."""
+
+    datatype = TRUTH
+    _words = "goals of {} can pile up"
+
+    @staticmethod
+    def _answer(action: sym.ActionChannel) -> bool:
+        return any(client.outstanding == UNLIMITED for client in action.clients)
+
+
+class HearsAnswers(Query):
+    """Whether the answer to a goal changes anything at its client, beside that it may ask for the result."""
+
+    datatype = TRUTH
+    _words = "{} hears whether goals are accepted"
+
+    @staticmethod
+    def _answer(client: sym.ActionClientPort) -> bool:
+        assert client.channel is not None
+        return client.accepted is not None or bool(client.channel.server.mayReject)
+
+
+def _load(id: str, kind: QueueKind, called: str) -> New:
+    return place(f"{id}.Load", means=Meaning("{queue}: load", queue=kind, called=called, part="load"))
+
+
+def _capacity(id: str, kind: QueueKind, called: str) -> New:
+    words = "{queue}: free capacity"
+    means = Meaning(words, queue=kind, called=called, part="capacity", rests=True)
+    return place(f"{id}.Capacity", tokens=DEPTH, means=means)
+
+
+class G1(StandardRule, phase=Phase.goals, middleware="ros2"):
+    """History of the goals of an action that has a client which does not wait."""
+
+    action = Node(sym.ActionChannel)
+
+    load = _load("{action.id}.goals", "goal", GOALS)
+    capacity = _capacity("{action.id}.goals", "goal", GOALS)
+
+    where = [GoalsPile(action)]
+
+
+class G1Client(StandardRule, phase=Phase.goals, middleware="ros2"):
+    """The goals of all clients go through it, and are lost where it is full."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    load = Made(G1.load, of=action)
+    capacity = Made(G1.capacity, of=action)
+    send = Made(A1.send, of=client)
+    requested = Made(A1.requested, of=client)
+    past = Node(pn.Arc, source=send, target=requested)
+
+    sent = place(
+        "{action.id}.client.{client.client}.sent",
+        means=Meaning("goal of {client} of action {action} arriving"),
+    )
+    through = arc(send, sent)
+    queue = Entrance(
+        "{action.id}.client.{client.client}.goals",
+        source=sent,
+        load=load,
+        capacity=capacity,
+        enters=entering("goal", GOALS, "enter", "{queue} takes the goal of {client}"),
+        drops=entering("goal", GOALS, "drop", "a goal of {client} of action {action} is lost"),
+        kept=[requested],
+    )
+    sending = Bound(
+        sent, 1, means=Meaning("room for a goal of {client} of action {action}", part="way", rests=True)
+    )
+
+    lhs = [action, client, load, capacity, send, requested, past]
+    rhs = [action, client, load, capacity, send, requested, sent, through, *queue, *sending]
+
+
+class G1Accept(StandardRule, phase=Phase.goals, middleware="ros2"):
+    """A goal that is accepted makes room."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    slot = Index(upto=slots(action))
+    load = Made(G1.load, of=action)
+    capacity = Made(G1.capacity, of=action)
+    accept = Made(A2.accept, of=[client, slot])
+
+    room = [arc(load, accept), arc(accept, capacity)]
+
+
+class G1Reject(StandardRule, phase=Phase.goals, middleware="ros2"):
+    """So does one that is refused."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    load = Made(G1.load, of=action)
+    capacity = Made(G1.capacity, of=action)
+    reject = Made(A2Reject.reject, of=client)
+
+    room = [arc(load, reject), arc(reject, capacity)]
+
+
+class G1Lost(StandardRule, phase=Phase.goals, middleware="ros2"):
+    """A client with so many goals under way waits for one that is lost."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    queue = Made(G1Client.queue, of=client)
+
+    lost = place(
+        "{action.id}.client.{client.client}.lost",
+        means=Meaning("lost goal of {client} of action {action}"),
+    )
+    loses = arc(queue.drop, lost)
+
+    where = [client.outstanding > 0]
+
+
+class G2(StandardRule, phase=Phase.goals, middleware="ros2"):
+    """History of the results for a client that does not wait."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action, outstanding=UNLIMITED)
+
+    load = _load("{action.id}.client.{client.client}.results", "result", RESULTS)
+    capacity = _capacity("{action.id}.client.{client.client}.results", "result", RESULTS)
+
+
+class G2Result(StandardRule, phase=Phase.goals, middleware="ros2"):
+    """Results of each kind go through it, and are lost where it is full."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    exit = Node(pn.Place, of=Exits(action.server))
+    load = Made(G2.load, of=client)
+    capacity = Made(G2.capacity, of=client)
+    result = Made(A1Result.result, of=[client, exit])
+    answer = Made(A1Result.answer, of=[client, exit])
+    learn = Node(pn.Transition, of=answer.move)
+    past = Node(pn.Arc, source=result, target=learn)
+
+    kept = place(
+        "{action.id}.client.{client.client}.kept.{exit.id}",
+        means=Meaning("result for {client} of action {action}, whose goal is {outcome}", part="over"),
+    )
+    queue = Entrance(
+        "{action.id}.client.{client.client}.results.{exit.id}",
+        source=result,
+        load=load,
+        capacity=capacity,
+        enters=entering("result", RESULTS, "enter", "{queue} takes a result"),
+        drops=entering("result", RESULTS, "drop", "a result for {client} of action {action} is lost"),
+        kept=[kept],
+    )
+    takes = [arc(kept, learn), arc(load, learn), arc(learn, capacity)]
+    sending = Bound(
+        result,
+        1,
+        means=Meaning("room for a result for {client} of action {action}", part="way", rests=True),
+    )
+
+    lhs = [action, client, exit, load, capacity, result, answer, learn, past]
+    rhs = [action, client, exit, load, capacity, result, answer, learn, kept, *queue, *takes, *sending]
+
+
+class G3(StandardRule, phase=Phase.outcomes, middleware="ros2"):
+    """History of the answers to its goals, where it hears whether they are accepted."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action, outstanding=UNLIMITED)
+
+    load = _load("{action.id}.client.{client.client}.answers", "answer", ANSWERS)
+    capacity = _capacity("{action.id}.client.{client.client}.answers", "answer", ANSWERS)
+
+    where = [HearsAnswers(client)]
+
+
+class G3Accepted(StandardRule, phase=Phase.outcomes, middleware="ros2"):
+    """Acceptances go through it."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    load = Made(G3.load, of=client)
+    capacity = Made(G3.capacity, of=client)
+    told = Made(A9.told, of=client)
+    learn = Made(A9.learn, of=client)
+    past = Node(pn.Arc, source=told, target=learn)
+
+    kept = place(
+        "{action.id}.client.{client.client}.kept.accepted",
+        means=Meaning("acceptance for {client} of action {action}"),
+    )
+    queue = Entrance(
+        "{action.id}.client.{client.client}.answers.accepted",
+        source=told,
+        load=load,
+        capacity=capacity,
+        enters=entering("answer", ANSWERS, "enter", "{queue} takes an acceptance"),
+        drops=entering("answer", ANSWERS, "drop", "an acceptance for {client} of action {action} is lost"),
+        kept=[kept],
+    )
+    takes = [arc(kept, learn), arc(load, learn), arc(learn, capacity)]
+    sending = Bound(
+        told,
+        1,
+        means=Meaning("room for an acceptance for {client} of action {action}", part="way", rests=True),
+    )
+
+    lhs = [action, client, load, capacity, told, learn, past]
+    rhs = [action, client, load, capacity, told, learn, kept, *queue, *takes, *sending]
+
+
+class G3Refused(StandardRule, phase=Phase.outcomes, middleware="ros2"):
+    """So do refusals."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    load = Made(G3.load, of=client)
+    capacity = Made(G3.capacity, of=client)
+    refused = Made(A2Reject.refused, of=client)
+    answer = Made(A2Reject.answer, of=client)
+    learn = Node(pn.Transition, of=answer.move)
+    past = Node(pn.Arc, source=refused, target=learn)
+
+    kept = place(
+        "{action.id}.client.{client.client}.kept.rejected",
+        means=Meaning("refusal for {client} of action {action}"),
+    )
+    queue = Entrance(
+        "{action.id}.client.{client.client}.answers.rejected",
+        source=refused,
+        load=load,
+        capacity=capacity,
+        enters=entering("answer", ANSWERS, "enter", "{queue} takes a refusal"),
+        drops=entering("answer", ANSWERS, "drop", "a refusal for {client} of action {action} is lost"),
+        kept=[kept],
+    )
+    takes = [arc(kept, learn), arc(load, learn), arc(learn, capacity)]
+    sending = Bound(
+        refused,
+        1,
+        means=Meaning("room for a refusal for {client} of action {action}", part="way", rests=True),
+    )
+
+    lhs = [action, client, load, capacity, refused, answer, learn, past]
+    rhs = [action, client, load, capacity, refused, answer, learn, kept, *queue, *takes, *sending]
+
+
+class G4(StandardRule, phase=Phase.forgetting, middleware="ros2"):
+    """It is always ready: nothing that it hears makes it so."""
+
+    client = Node(sym.ActionClientPort, outstanding=UNLIMITED)
+    ready = Made(A1.ready, of=client)
+    past = Node(pn.Arc, target=ready)
+
+    lhs = [client, ready, past]
+    rhs = [client, ready]
+
+
+class G4Ready(StandardRule, phase=Phase.forgetting, middleware="ros2"):
+    """So nothing says whether it is ready."""
+
+    client = Node(sym.ActionClientPort, outstanding=UNLIMITED)
+    counted = Made(A1.ready, of=client)
+    ready = Node(pn.Place, of=counted)
+    send = Made(A1.send, of=client)
+    asks = Node(pn.Arc, source=ready, target=send)
+
+    lhs = [client, counted, ready, send, asks]
+    rhs = [client, counted, send]
