@@ -24,7 +24,8 @@ from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of
 from dineros.metamodel.errors import DinerosError, near_matches
-from dineros.metamodel.times.given import duration_of, latency_between, runs_at_once, says_times, waits
+from dineros.metamodel.times.given import duration_of, latency_between, says_times, waits
+from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.metamodel.times.rates import on_the_way
 
 End = sym.CallbackPage | sym.TopicChannel
@@ -314,12 +315,12 @@ def _open(path: Path) -> Iterator[str]:
 
 def _shares_clocks(page: sym.CallbackPage) -> bool:
     """Tell whether runs of a callback would share the clocks of its transitions, which are left open."""
-    return runs_at_once(page) > 1 and any(each.interval is not None for each in Body(page).transitions)
+    return runs_overlapping(page) > 1 and any(each.interval is not None for each in Body(page).transitions)
 
 
 def _is_mixed(page: sym.CallbackPage) -> bool:
     """Tell whether runs of a callback are at the same places of the net while they wait."""
-    return page.kind != sym.CallbackKind.server and runs_at_once(page) > 1 and waits(page)
+    return page.kind != sym.CallbackKind.server and runs_overlapping(page) > 1 and waits(page)
 
 
 def _is_widened(page: sym.CallbackPage) -> bool:

@@ -12,7 +12,7 @@ from dineros.analysis.model.wording import source_of
 from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of
-from dineros.metamodel.times.given import runs_at_once
+from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.rules.executors import E3, E7
 from dineros.transformations.rules.histories import R1, R2, R3, R1Instance
@@ -64,7 +64,7 @@ class Run:
     @property
     def is_colored(self) -> bool:
         """Whether the followed run needs places of its own, because several runs overlap."""
-        return self.page.kind != sym.CallbackKind.server and runs_at_once(self.page) > 1
+        return self.page.kind != sym.CallbackKind.server and runs_overlapping(self.page) > 1
 
 
 @dataclass

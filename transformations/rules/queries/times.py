@@ -18,6 +18,7 @@ from dineros.metamodel.times.given import (
     waits,
 )
 from dineros.metamodel.times.orders import keeps_order
+from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.metamodel.times.rates import on_the_way
 from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
 from dineros.transformations.language.functions import Query
@@ -152,7 +153,7 @@ class RunsAtOnce(Query):
 
     datatype = WHOLE
     _words = "runs of {} at once"
-    _answer = staticmethod(runs_at_once)
+    _answer = staticmethod(runs_overlapping)
 
 
 class RunsOn(Query):
