@@ -153,7 +153,7 @@ def test_steps_with_intervals_keep_their_times() -> None:
     model = model_of(system)
     latencies = Latencies(model, Budget(seconds=100))
     found = latencies.everything()
-    times = {
+    times: dict[str, object] = {
         name: (each.least and each.least.value, each.greatest and each.greatest.value)
         for name, each in found.callbacks.items()
     }
