@@ -28,7 +28,18 @@ STYLES = {0: "green", 1: "yellow", 2: "bold red"}
 SILENT = 5.0
 """Seconds after which a node that says nothing counts as silent."""
 
-HEADINGS = ("node", "state", "per s", "firings", "failed", "restarts", "lost", "fullest queue", "tokens")
+HEADINGS = (
+    "node",
+    "state",
+    "per s",
+    "firings",
+    "failed",
+    "restarts",
+    "lost",
+    "fullest queue",
+    "slowest callback",
+    "tokens",
+)
 WIDE = 110
 """Columns of a terminal that has room for the tokens as well."""
 
@@ -52,7 +63,7 @@ def table_of(overview: Overview, width: int) -> Group:
     table = Table(box=None, pad_edge=False, header_style="bold")
     is_wide = width >= WIDE
     for heading in HEADINGS if is_wide else HEADINGS[:-1]:
-        is_text = heading in ("node", "state", "fullest queue", "tokens")
+        is_text = heading in ("node", "state", "fullest queue", "slowest callback", "tokens")
         table.add_column(heading, justify="left" if is_text else "right", no_wrap=True)
     for view in nodes:
         seconds = overview.silent(view)
@@ -65,6 +76,7 @@ def table_of(overview: Overview, width: int) -> Group:
             *(Text(f"{view.count(name):.0f}") for name in ("firings", "failures", "restarts")),
             Text(str(view.lost)),
             Text(*_fill(view)),
+            Text(*_slowest(view)),
             Text(" ".join(f"{place} {count}" for place, count in view.tokens.items())),
         ]
         table.add_row(*row[: len(table.columns)])
@@ -78,6 +90,14 @@ def _fill(view: NodeView) -> tuple[str, str]:
         return "", ""
     waiting, capacity, place = fullest
     return f"{waiting}/{capacity} {place}", STYLES[1] if "queues" in view.said else ""
+
+
+def _slowest(view: NodeView) -> tuple[str, str]:
+    slowest = view.slowest
+    if slowest is None:
+        return "", ""
+    seconds, callback = slowest
+    return f"{seconds * 1e3:.3g} ms {callback}", STYLES[1] if "callbacks" in view.said else ""
 
 
 def notes_of(nodes: list[NodeView]) -> list[tuple[str, str]]:

@@ -98,6 +98,10 @@ class Arrivals:
             most, self._most[port] = self._most[port], self._arriving[port]
         return most if self._measuring is None else max(most, self._measuring.most_waiting(port))
 
+    def waited(self, port: SubscriberPort) -> float:
+        """Return for how many seconds the message that came last had waited in the middleware, if known."""
+        return 0.0 if self._measuring is None else self._measuring.waited(port)
+
     def held(self, port: SubscriberPort) -> int:
         """Return how many messages wait for room on their place."""
         return len(self._held[port])

@@ -138,6 +138,9 @@ class Measuring(Protocol):
     def most_waiting(self, port: SubscriberPort) -> int:
         """Return how many messages of a topic waited at a time, at most, since this was asked last."""
 
+    def waited(self, port: SubscriberPort) -> float:
+        """Return for how many seconds the message that was taken last had waited in its history."""
+
 
 @runtime_checkable
 class Ticking(Protocol):

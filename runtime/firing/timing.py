@@ -15,6 +15,7 @@ the net without time.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from random import Random
 
 from dineros.runtime.nets.engine import Engine
@@ -31,6 +32,8 @@ class Timing:
     draws : Random or None
         Draws when a clock is ripe, uniformly from the interval; None: at its earliest time, and so are those
         of transitions with priority, for which others would wait past their latest times.
+    on_strike : callable
+        Told the callback of a timer that strikes, when, and how many strikes it has missed.
     """
 
     def __init__(self, structure: Structure, loop: Loop) -> None:
@@ -50,6 +53,7 @@ class Timing:
         }
         self._due: set[TimerPort] = set()
         self._is_ticking = False
+        self.on_strike: Callable[[str, float, int], object] = lambda callback, moment, missed: None
 
     def __bool__(self) -> bool:
         """Whether the net has any time in it."""
@@ -116,9 +120,20 @@ class Timing:
         """Let no timer tick by itself: a transport tells of `ticked`."""
         self._is_ticking = True
 
-    def ticked(self, timer: TimerPort) -> None:
-        """Let the callback of a timer begin, once; on the node's thread."""
+    def ticked(self, timer: TimerPort, moment: float | None = None, missed: int = 0) -> None:
+        """Let the callback of a timer begin, once; on the node's thread.
+
+        Parameters
+        ----------
+        timer : TimerPort
+            The timer.
+        moment : float, optional
+            When it struck, by the node's clock; by default now.
+        missed : int
+            How many strikes came after that one.
+        """
         self._due.add(timer)
+        self.on_strike(timer.callback, self._loop.clock() if moment is None else moment, missed)
 
     def _has_ticked(self, number: int) -> bool:
         timer = self._timer_of.get(number)
@@ -141,8 +156,8 @@ class Timing:
 
     def _tick_at(self, due: float, timer: TimerPort) -> None:
         def tick() -> None:
-            self.ticked(timer)
             missed = max(0, math.floor((self._loop.clock() - due) / timer.period))
+            self.ticked(timer, due, missed)
             self._tick_at(due + (missed + 1) * timer.period, timer)
 
         self._loop.timers.call_later(due - self._loop.clock(), tick)

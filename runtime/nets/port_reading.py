@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 from dineros.metamodel import pn, rtm, sym
-from dineros.metamodel.callbacks.bodies import timers_of
+from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import UNLIMITED, copy_id
-from dineros.metamodel.elements import label, places
+from dineros.metamodel.elements import label, pages, places
 from dineros.metamodel.lifecycles.start_order import start_steps
 from dineros.metamodel.matching import Quality, plain
 from dineros.metamodel.token_data import TokenType
@@ -38,6 +38,25 @@ def served_pages(model: rtm.RuntimeModel) -> dict[pn.Page, PagePort]:
 def _under_way(port: rtm.ClientPort | rtm.ServerPort) -> int:
     """Return how many requests a client of a port has under way at most."""
     return MOST_UNDER_WAY if port.outstanding == UNLIMITED else port.outstanding
+
+
+def _callbacks(model: rtm.RuntimeModel) -> Iterator[plain_ports.CallbackPort]:
+    """Yield the callbacks, with what the model declares of their times."""
+    timers, calls = set(timers_of(model)), calls_of(model)
+    for page in pages(model):
+        if not isinstance(page, sym.CallbackPage):
+            continue
+        body, is_timed = Body(page, calls), page in timers
+        duration = page.duration
+        yield plain_ports.CallbackPort(
+            callback=page.id,
+            transitions=frozenset(each.id for each in body.transitions),
+            begins=frozenset(each.id for each in body.beginnings()) if is_timed else frozenset(),
+            ends=frozenset(each.id for each in body.ends()),
+            duration=None if duration is None else (float(duration.earliest), duration.latest),
+            period=float(page.timer or 0.0) if is_timed else 0.0,
+            jitter=float(page.jitter or 0.0),
+        )
 
 
 class PortReading:
@@ -105,6 +124,7 @@ class PortReading:
             servers=_of(plain_ports.ServerPort, found),
             signals=tuple(plain_ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
             timers=tuple(plain_ports.TimerPort(page.id, page.timer or 0.0) for page in timers_of(model)),
+            callbacks=tuple(_callbacks(model)),
             action_clients=_of(plain_ports.ActionClientPort, found),
             action_servers=_of(plain_ports.ActionServerPort, found),
             place_types=dict(place_types),

@@ -287,6 +287,31 @@ class TimerPort:
 
 
 @dataclass(frozen=True, slots=True)
+class CallbackPort:
+    """A callback, and what its model declares of its times.
+
+    Attributes
+    ----------
+    callback : str
+        Id of the callback page.
+    transitions, begins, ends : frozenset of str
+        Ids of its transitions, of those by which its timer begins it, and of those by which it ends.
+    duration : tuple of (float, float or None), or None
+        Seconds of one run, at least and at most.
+    period, jitter : float
+        Of its timer, in seconds; no timer: 0.
+    """
+
+    callback: str
+    transitions: frozenset[str]
+    begins: frozenset[str]
+    ends: frozenset[str]
+    duration: tuple[float, float | None] | None
+    period: float
+    jitter: float
+
+
+@dataclass(frozen=True, slots=True)
 class SignalPort:
     """An input signal that the outside may set."""
 
@@ -339,6 +364,7 @@ class Ports:
     action_clients: tuple[ActionClientPort, ...] = ()
     action_servers: tuple[ActionServerPort, ...] = ()
     timers: tuple[TimerPort, ...] = ()
+    callbacks: tuple[CallbackPort, ...] = ()
     place_types: Mapping[str, TokenType] = field(default_factory=dict)
     start_steps: Mapping[str, float] = field(default_factory=dict)
     pauses: bool = False

@@ -30,6 +30,7 @@ from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation, Expectations
 from dineros.runtime.nets.structure import Structure
 from dineros.runtime.nets.tokens import Token
+from dineros.runtime.nodes.responses import Responses
 from dineros.runtime.nodes.status import ErrorReport, State, Status
 from dineros.runtime.scheduling.loop import Loop
 
@@ -79,7 +80,9 @@ class Core:
     failure : BaseException or None
         What ended it unasked, such as a recorder that cannot write any more.
     is_observing : bool
-        Whether changes are recorded or reported; if not, nothing is put together for it.
+        Whether changes are recorded, reported or measured; if not, nothing is put together for it.
+    responses : Responses or None
+        What callbacks take, once somebody wants to know.
     on_status : callable or None
         Called when the node's status may be another one; from any thread.
     """
@@ -113,6 +116,7 @@ class Core:
         self.ended_by: str | None = None
         self.failure: BaseException | None = None
         self.is_observing = False
+        self.responses: Responses | None = None
         self._record: Callable[..., None] | None = None
         self._callbacks: tuple[Callable[[Change], object], ...] = ()
         self._callbacks_lock = threading.Lock()
@@ -127,6 +131,8 @@ class Core:
             self._note_error(fields)
         if self._record is not None:
             self._record(event, **fields)
+        if self.responses is not None:
+            self.responses.note(event, fields)
         if self._callbacks:
             change = Change(event, MappingProxyType(_copied(fields)))
             for callback in self._callbacks:
@@ -152,7 +158,26 @@ class Core:
     def record_with(self, record: Callable[..., None] | None) -> None:
         """Record from now on with this function, or no more."""
         self._record = record
-        self.is_observing = record is not None or bool(self._callbacks)
+        self._observe()
+
+    def measure_responses(self) -> None:
+        """Measure the response times of callbacks from now on."""
+        ports = self.structure.ports
+        if self.responses is not None or not ports.callbacks:
+            return
+        subscribers = {port.place: port for port in ports.subscribers}
+
+        def waited(place: str) -> float:
+            port = subscribers.get(place)
+            return 0.0 if self.arrivals is None or port is None else self.arrivals.waited(port)
+
+        self.responses = Responses(ports, self.loop.clock, waited)
+        self.execution.timing.on_strike = self.responses.struck
+        self._observe()
+
+    def _observe(self) -> None:
+        others = self._record is not None or self.responses is not None
+        self.is_observing = others or bool(self._callbacks)
 
     def add_callback(self, callback: Callable[[Change], object]) -> None:
         """Call a function after each change."""
@@ -164,7 +189,7 @@ class Core:
         """Call it no more."""
         with self._callbacks_lock:
             self._callbacks = tuple(known for known in self._callbacks if known is not callback)
-            self.is_observing = self._record is not None or bool(self._callbacks)
+            self._observe()
 
     def _note_error(self, fields: Mapping[str, object]) -> None:
         self.failures += 1

@@ -18,6 +18,7 @@ from typing import Literal
 from dineros.runtime.firing.durations import HandlerTime
 from dineros.runtime.nets.weights import MOST_BYTES
 from dineros.runtime.nodes.core import Core
+from dineros.runtime.nodes.responses import ResponseTime
 from dineros.runtime.nodes.status import Status
 
 LOG = logging.getLogger("dineros.runtime")
@@ -31,7 +32,7 @@ MOST = 200
 RESTARTS = "DINEROS_RESTARTS"
 """Environment variable by which a supervisor tells a process how often it has been started again."""
 
-Budget = Literal["queue-fill", "handler-time", "signal-age", "place-limit"]
+Budget = Literal["queue-fill", "handler-time", "signal-age", "place-limit", "callback-time"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +118,7 @@ class Health:
         Firings a second since the last look.
     places : mapping of str to int
         Tokens of each place.
-    queues, servers, signals, handlers, waits, concerns
+    queues, servers, signals, handlers, responses, waits, concerns
         See there; `servers`: name of a service -> requests served, instances, requests that wait.
     drops, refused : mapping
         Messages lost, by channel and queue; messages not taken, by channel.
@@ -133,6 +134,7 @@ class Health:
     servers: Mapping[str, tuple[int, int, int]] = field(default_factory=dict)
     signals: tuple[SignalAge, ...] = ()
     handlers: tuple[HandlerTime, ...] = ()
+    responses: tuple[ResponseTime, ...] = ()
     waits: tuple[Wait, ...] = ()
     concerns: tuple[Concern, ...] = ()
     drops: Mapping[tuple[str, str], int] = field(default_factory=dict)
@@ -150,6 +152,7 @@ class HealthWatch:
 
     def __init__(self, core: Core) -> None:
         self._core = core
+        core.measure_responses()
         self._firings = core.execution.firings
         self._looked = core.loop.clock()
         structure = core.structure
@@ -174,6 +177,10 @@ class HealthWatch:
         queues, signals = tuple(self._queues()), tuple(self._signals(now))
         handlers = tuple(replace(time) for time in islice(execution.durations, MOST))
         execution.durations.forget_longest()
+        responses: tuple[ResponseTime, ...] = ()
+        if core.responses is not None:
+            responses = tuple(replace(time) for time in islice(core.responses.times.values(), MOST))
+            core.responses.forget_longest()
         servers = {} if exchange is None else exchange.servers
         return Health(
             status=core.status(),
@@ -188,8 +195,11 @@ class HealthWatch:
             },
             signals=signals,
             handlers=handlers,
+            responses=responses,
             waits=tuple(self._waits(now))[:MOST],
-            concerns=self._judge([*_concerns(queues, signals, handlers), *self._full_places()]),
+            concerns=self._judge(
+                [*_concerns(queues, signals, handlers), *_slow(responses), *self._full_places()]
+            ),
             drops={} if exchange is None else dict(exchange.traffic.drops),
             refused={} if exchange is None else dict(exchange.traffic.refused),
         )
@@ -256,6 +266,22 @@ class HealthWatch:
                 LOG.info("the queue of %s is below %g %% again", key[1], 100 * FULL)
         self._concerns = found
         return tuple(found.values())
+
+
+def _slow(responses: tuple[ResponseTime, ...]) -> Iterator[Concern]:
+    """Yield the callbacks that took longer than declared, or lost ticks, since the last look."""
+    for time in responses:
+        said = []
+        most = None if time.declared is None else time.declared[1]
+        if most is not None and time.longest_run > most:
+            said.append(
+                f"the callback {time.callback} took {time.longest_run:.3g} s, at most {most:g} s is declared"
+            )
+        if time.lost_lately:
+            ticks = "1 tick" if time.lost_lately == 1 else f"{time.lost_lately:,} ticks"
+            said.append(f"the timer of {time.callback} lost {ticks}")
+        if said:
+            yield Concern("callback-time", time.callback, "; ".join(said))
 
 
 def _concerns(

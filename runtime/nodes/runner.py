@@ -402,7 +402,8 @@ class Runner(Arrivals):
 
     def ticked(self, timer: TimerPort) -> None:
         """Have the callback of a timer begin."""
-        self._post(lambda: self._execution.timing.ticked(timer))
+        moment = self._core.loop.clock()
+        self._post(lambda: self._execution.timing.ticked(timer, moment))
 
     def action_event(self, port: ActionPort, event: ActionEvent) -> None:
         """Have something done about a goal."""

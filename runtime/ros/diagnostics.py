@@ -13,6 +13,7 @@ from typing import Any
 
 from dineros.runtime.nodes.health import Health, HealthWatch
 from dineros.runtime.nodes.net import Net
+from dineros.runtime.nodes.responses import ResponseTime
 from dineros.runtime.nodes.status import Status
 from dineros.runtime.ros.channels.parameters import DIAGNOSTICS_PERIOD, METRICS_PORT, declare
 from dineros.runtime.ros.metrics import MetricsServer, metrics_text
@@ -146,6 +147,7 @@ def parts_of(health: Health) -> Mapping[str, tuple[str, str, list[tuple[str, obj
     services  requests served, of as many instances, and how many wait
     signals   value and age
     handlers  the longest and the mean time, and the budget
+    callbacks response times, time of a run beside its declared duration, late and lost ticks
     waits     what waits for what, and for how long
     ========  =====================================================================
     """
@@ -159,6 +161,7 @@ def parts_of(health: Health) -> Mapping[str, tuple[str, str, list[tuple[str, obj
         ("services", "", [(name, "{}/{} {}".format(*load)) for name, load in health.servers.items()]),
         ("signals", "signal-age", [(s.signal, _signal(s.value, s.age)) for s in health.signals]),
         ("handlers", "handler-time", _handlers(health)),
+        ("callbacks", "callback-time", [(each.callback, response_text(each)) for each in health.responses]),
         ("waits", "", [(w.element, f"{w.kind} {w.on} {w.seconds:.1f} s") for w in health.waits]),
     )
     for part, budget, values in told:
@@ -187,6 +190,19 @@ def _state(health: Health) -> tuple[str, str, list[tuple[str, object]]]:
 
 def _signal(value: bool, age: float | None) -> str:
     return f"{str(value).lower()} {'never' if age is None else f'{age:.1f} s'}"
+
+
+def response_text(time: ResponseTime) -> str:
+    """Return what was measured of a callback, and what its model declares."""
+    said = f"response {time.longest:.3g} s, mean {time.mean:.3g} s, greatest {time.greatest:.3g} s"
+    said += f", run {time.work:.3g} s"
+    if time.declared is not None:
+        least, most = time.declared
+        bounds = f"{least:g} s to {most:g} s" if most is not None else f"from {least:g} s"
+        said += f" of declared {bounds}" + (f", {time.over} too long" if most is not None else "")
+    if time.period:
+        said += f", {time.late} late and {time.lost} lost ticks of {time.period:g} s"
+    return said
 
 
 def _handlers(health: Health) -> list[tuple[str, object]]:

@@ -85,6 +85,18 @@ def _samples(health: Health) -> Iterator[Sample]:
         yield "handler_seconds_total", "counter", "What a handler took in all.", labels, load.total
         yield "handler_calls_total", "counter", "How often a handler ran.", labels, load.calls
         yield "handler_slow_total", "counter", "How often it exceeded its budget.", labels, load.slow
+    for time in health.responses:
+        labels = {"callback": time.callback}
+        yield "response_seconds_max", "gauge", "Longest response since the last look.", labels, time.longest
+        yield "response_seconds_mean", "gauge", "Mean response of a callback.", labels, time.mean
+        yield "run_seconds_max", "gauge", "Longest run of a callback.", labels, time.work
+        yield "callback_runs_total", "counter", "Runs of a callback.", labels, time.runs
+        if time.declared is not None and time.declared[1] is not None:
+            yield "duration_seconds_declared", "gauge", "Declared duration.", labels, time.declared[1]
+            yield "over_duration_total", "counter", "Runs longer than declared.", labels, time.over
+        if time.period:
+            yield "late_ticks_total", "counter", "Ticks whose callback began late.", labels, time.late
+            yield "lost_ticks_total", "counter", "Ticks that were lost.", labels, time.lost
     # Several may wait for the same thing: the one that has waited longest is told.
     waits: dict[tuple[str, str, str], float] = {}
     for wait in health.waits:

@@ -27,9 +27,10 @@ LONGEST = 300
 LARGEST = 1e15
 """The largest number that is believed."""
 
-_PARTS = ("state", "places", "queues", "services", "signals", "handlers", "waits")
+_PARTS = ("state", "places", "queues", "services", "signals", "handlers", "callbacks", "waits")
 _NAME = re.compile(rf"(/[\w/]{{1,255}}): ({'|'.join(_PARTS)})")
 _WAIT = re.compile(r"(service|action|handler|room|proceed) (.*) ([0-9.]+) s")
+_RESPONSE = re.compile(r"response ([0-9.e+-]{1,20}) s\b")
 _FILL = re.compile(r"(\d+)/(\d+) (.*)")
 
 
@@ -109,6 +110,16 @@ class NodeView:
             if (fill := _FILL.fullmatch(text)) and _number(fill[1]) and _number(fill[2])
         ]
         return max(found, key=lambda each: each[0] / each[1], default=None)
+
+    @property
+    def slowest(self) -> tuple[float, str] | None:
+        """The longest response time since the last message, in seconds, and the callback that had it."""
+        found = [
+            (seconds, callback)
+            for callback, text in self.parts.get("callbacks", {}).items()
+            if (response := _RESPONSE.match(text)) and (seconds := _number(response[1]))
+        ]
+        return max(found, default=None)
 
     @property
     def tokens(self) -> dict[str, int]:

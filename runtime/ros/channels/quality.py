@@ -218,11 +218,14 @@ class FillMeter:
     def __init__(self, depth: int) -> None:
         self._taken: deque[int] = deque(maxlen=max(1, depth))
         self._most = 0
+        self.waited = 0.0
+        """Seconds that the message that was taken last had waited."""
 
     def took(self, received: int) -> None:
         """Note that a message is taken now which was received then, in nanoseconds since the epoch."""
         if received <= 0:  # a middleware that does not say
             return
+        self.waited = max(0.0, (time.time_ns() - received) / 1e9)
         waiting = 1 + len(self._taken) - bisect_right(self._taken, received)
         self._taken.append(time.time_ns())
         if waiting > self._most:

@@ -373,6 +373,11 @@ class RclpyTransport(GoalCarrier):
         meter = self._meters.get(port)
         return 0 if meter is None else meter.most_since()
 
+    def waited(self, port: SubscriberPort) -> float:
+        """Return for how many seconds the message that was taken last had waited in its history."""
+        meter = self._meters.get(port)
+        return 0.0 if meter is None else meter.waited
+
     def check(self, port: Port, part: str = "") -> Check | None:
         """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
         if isinstance(port, ActionPort):
