@@ -78,6 +78,7 @@ class Code:
         from dineros.metamodel.files.atomic import write_atomically
         from dineros.observation.findings.code import code_findings
         from dineros.observation.importing.coded import coded
+        from dineros.sources.folders import file_of_ros1
         from dineros.sources.reading import Launch, read_source
 
         search().stage("reading source code")
@@ -94,7 +95,10 @@ class Code:
             for line in facts.unread:
                 warn(f"not read: {folder}/{line}" if folder != "." else f"not read: {line}")
         if not any(facts.nodes for _, facts in read):
-            hint = "nodes in Python and C++ are found"
+            old = next(((folder, path) for folder, _ in read if (path := file_of_ros1(Path(folder)))), None)
+            hint = "nodes of ROS 2 in Python and C++ are found"
+            if old is not None:
+                hint += f"; {old[0]}/{old[1]} is code of ROS 1"
             raise DinerosError("no node is in the source code", location=Location(self.folders[0]), hint=hint)
         return coded(read, ", ".join(folder for folder, _ in read)), code_findings(read)
 

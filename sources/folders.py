@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +22,7 @@ CPP = (".cpp", ".cc", ".cxx", ".hpp", ".hh", ".hxx", ".h", ".ipp", ".tpp")
 
 _KINDS = (".py", ".xml", ".yaml", ".yml", ".cfg", *CPP)
 _NAMES = {"CMakeLists.txt"}
+_OF_ROS1 = re.compile(r"^\s*(?:import rospy|from rospy|#\s*include\s*[<\"]ros/ros\.h[>\"])", re.MULTILINE)
 
 
 @dataclass(eq=False)
@@ -83,6 +85,17 @@ def open_folder(root: Path) -> SourceFolder:
                 f"the folder has more than {counted(MOST_FILES, 'file')}", location=Location(root), hint=hint
             )
     return found
+
+
+def file_of_ros1(root: Path) -> str | None:
+    """Return the first file of a folder that uses rospy or roscpp; None if none does."""
+    folder = open_folder(root)
+    for path in folder.files:
+        if path in folder.scripts or path.endswith(CPP):
+            text = folder.read(path)
+            if text is not None and _OF_ROS1.search(text):
+                return path
+    return None
 
 
 def _paths(root: Path, unread: list[str]) -> Iterator[str]:

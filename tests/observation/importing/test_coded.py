@@ -309,6 +309,14 @@ def test_wrong_use_is_refused(
     assert result.exit_code == 2 and expected in result.stderr
 
 
+def test_code_of_ros1_is_named(tmp_path: Path) -> None:
+    (tmp_path / "teleop.py").write_text("import rospy\n\nrospy.init_node('teleop')\n")
+    result = CliRunner().invoke(
+        main, ["import", "--source", str(tmp_path), "-o", str(tmp_path / "m.sym.xmi")]
+    )
+    assert result.exit_code == 2 and f"{tmp_path}/teleop.py is code of ROS 1" in result.stderr
+
+
 def test_facts_are_written(tmp_path: Path) -> None:
     source = files(tmp_path, battery=BATTERY)
     facts = tmp_path / "facts.json"
