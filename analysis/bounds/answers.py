@@ -21,7 +21,7 @@ from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import is_best_effort
-from dineros.metamodel.times.given import latency_between, require_known
+from dineros.metamodel.times.given import latency_between, period_of, require_known
 from dineros.metamodel.times.rates import on_the_way, seconds_of
 
 ASSUMES = "each thread of an executor has a processor of its own, and nothing outside of the model publishes"
@@ -124,7 +124,7 @@ class Bounds:
         for page in callback_pages(self._model):
             if runs_callbacks(node_net_of(page)) and page.kind in RELEASED:
                 found.callbacks[page.id] = self.response(page)
-                if page.kind == sym.CallbackKind.timer and page.timer:
+                if period_of(page) is not None:
                     found.timers[page.id] = False if self.loses_no_tick(page) else None
         for topic in channels(self._model, sym.TopicChannel):
             for reader in topic.subscribers:

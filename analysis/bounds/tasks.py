@@ -24,7 +24,7 @@ from dineros.metamodel.callbacks.groups import (
 )
 from dineros.metamodel.elements import channels, label, node_net_of, node_nets, resolve
 from dineros.metamodel.matching import are_matched
-from dineros.metamodel.times.given import latency_between
+from dineros.metamodel.times.given import latency_between, period_of
 from dineros.metamodel.times.rates import seconds_of
 
 
@@ -178,7 +178,7 @@ class Tasks:
         if page.kind == sym.CallbackKind.timer and readers_of(page):
             task.reason = f"{task.name} is called by a timer and by messages"
             return
-        if page.kind == sym.CallbackKind.timer and not page.timer:
+        if page.kind == sym.CallbackKind.timer and period_of(page) is None:
             task.reason = f"the period of {task.name} is not given"
         try:
             message = None if reader is None else resolve(reader.place)
@@ -197,8 +197,8 @@ class Tasks:
             if task.work is not None:
                 yield task.work.least
                 yield task.work.most
-            if task.page.timer:
-                yield seconds_of(task.page.timer)
+            if (period := period_of(task.page)) is not None:
+                yield seconds_of(period)
             if task.page.jitter:
                 yield seconds_of(task.page.jitter)
         for topic in channels(self.model, sym.TopicChannel):
@@ -213,8 +213,8 @@ class Tasks:
         for task in self.all:
             if task.work is not None:
                 task.least, task.most = self.units(task.work.least), self.units(task.work.most)
-            if task.page.kind == sym.CallbackKind.timer and task.page.timer:
-                task.period = self.units(seconds_of(task.page.timer))
+            if (period := period_of(task.page)) is not None:
+                task.period = self.units(seconds_of(period))
                 task.jitter = self.units(seconds_of(task.page.jitter or 0.0))
 
     # ------------------------------------------------------------------------------- where messages come from

@@ -2085,8 +2085,8 @@ class CallbackPage(pn.Page):
     awaits : bool
         Its callback awaits the answers to its calls, and gives its thread back meanwhile (`async def`).
     assumed : str | None
-        What nobody has seen or said of it, and is taken, apart by blanks: group, behaviour. Absent:
-        nothing.
+        What nobody has seen or said of it, and is taken, apart by blanks: group, behaviour, period.
+        Absent: nothing.
     duration : pn.TimeInterval | None
         Processor time of one run of the callback, in seconds, without what it waits for; absent: that of
         the model.

@@ -21,7 +21,15 @@ from dineros.metamodel.callbacks.groups import (
     threads_of,
     works_on_goals,
 )
-from dineros.metamodel.elements import channels, node_net_of, node_nets, pages, system_model_of, transitions
+from dineros.metamodel.elements import (
+    channels,
+    is_unseen,
+    node_net_of,
+    node_nets,
+    pages,
+    system_model_of,
+    transitions,
+)
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import quality_of
 
@@ -84,6 +92,17 @@ def duration_of(page: sym.CallbackPage) -> pn.TimeInterval | None:
     if any(each.interval is not None for each in Body(page).transitions):
         return None
     return default_times(page).duration
+
+
+def period_of(page: sym.CallbackPage) -> float | None:
+    """Return the period of a timer in seconds; None where that is open: it may tick at any time.
+
+    It is open if the period is only assumed, and if the node stands for whoever has the other end of a
+    channel.
+    """
+    if page.kind != sym.CallbackKind.timer or not page.timer or "period" in (page.assumed or "").split():
+        return None
+    return None if is_unseen(node_net_of(page)) else float(page.timer)
 
 
 def latency_between(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:

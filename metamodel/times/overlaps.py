@@ -18,7 +18,7 @@ from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, group_or_node, threads_of
 from dineros.metamodel.elements import channels, node_net_of, resolve, system_model_of, transitions
-from dineros.metamodel.times.given import duration_of, runs_at_once
+from dineros.metamodel.times.given import duration_of, period_of, runs_at_once
 from dineros.metamodel.times.runs import is_changed_elsewhere, places_of_ports
 
 
@@ -31,13 +31,14 @@ def runs_overlapping(page: sym.CallbackPage) -> int:
 def _comes_in_time(page: sym.CallbackPage) -> bool:
     """Tell whether each run of a timer ends before the next strike, if it begins with its own."""
     node = node_net_of(page)
-    if page.kind != sym.CallbackKind.timer or not page.timer or node is None or node.lifecycle is not None:
+    period = period_of(page)
+    if period is None or node is None or node.lifecycle is not None:
         return False
     longest = _longest(page)
     if longest is None:
         return False
     jitter = Fraction(0) if page.jitter is None else Fraction(repr(page.jitter))
-    return longest < Fraction(repr(page.timer)) - jitter
+    return longest < Fraction(repr(period)) - jitter
 
 
 def _has_threads(page: sym.CallbackPage) -> bool:

@@ -11,13 +11,13 @@ from __future__ import annotations
 from fractions import Fraction
 
 from dineros.metamodel import sym
-from dineros.metamodel.callbacks.groups import callback_page_of, readers_of, runs_callbacks
+from dineros.metamodel.callbacks.groups import readers_of, runs_callbacks
 from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import are_matched
-from dineros.metamodel.times.given import duration_of, latency_between, runs_at_once, waits
-from dineros.metamodel.times.runs import is_changed_elsewhere, most_put
+from dineros.metamodel.times.given import duration_of, latency_between, period_of, runs_at_once, waits
+from dineros.metamodel.times.runs import most_put, only_put_by
 
 MOST_ON_THE_WAY = 64
 """Messages between two ports, each with a clock of its own."""
@@ -65,15 +65,18 @@ def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[
     Only an executor runs callbacks one after another. The engine of a node net fires whatever is enabled, so
     that messages can gather in it and leave all at once.
     """
-    page = callback_page_of(writer.place)
-    node = None if page is None else node_net_of(page)
-    if page is None or node is None or not runs_callbacks(node):
+    if not runs_callbacks(node_net_of(writer.place)) or writer.place.tokens:
         return None
-    if writer.place.tokens or is_changed_elsewhere(page, writer.place):
+    pages = only_put_by(writer.place)
+    if pages is None:
         return None
-    each = most_put(page, writer.place)
-    runs = _runs(page, window, asked)
-    return None if each is None or runs is None else each * runs
+    total = 0
+    for page in pages:
+        each, runs = most_put(page, writer.place), _runs(page, window, asked)
+        if each is None or runs is None:
+            return None
+        total += each * runs
+    return total
 
 
 def _runs(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:
@@ -97,10 +100,11 @@ def _by_duration(page: sym.CallbackPage, window: Fraction, at_once: int) -> int 
 def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:
     """Return how many runs can begin in a window: for what waited, and for what comes."""
     if page.kind == sym.CallbackKind.timer:
-        if not page.timer:
+        period = period_of(page)
+        if period is None:
             return None
         jitter = Fraction(0) if page.jitter is None else seconds_of(page.jitter)
-        return 2 + int((window + jitter) // seconds_of(page.timer))
+        return 2 + int((window + jitter) // seconds_of(period))
     if page.kind != sym.CallbackKind.subscriber:
         return None
     total = 0

@@ -12,8 +12,8 @@ from collections import Counter
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body, calls_of
-from dineros.metamodel.callbacks.groups import callback_page_of
-from dineros.metamodel.elements import nodes, resolve, system_model_of
+from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
+from dineros.metamodel.elements import node_net_of, nodes, resolve, system_model_of
 from dineros.metamodel.times.given import runs_at_once
 
 MOST_STATES = 300
@@ -42,17 +42,29 @@ def is_changed_elsewhere(page: sym.CallbackPage, place: pn.Place) -> bool:
     What the rules add does not count: it is another way to fire a transition of the page (rule D3), or takes
     what the page puts.
     """
-    model = system_model_of(page)
+    return any(each is not page for each in _changed_by(place))
+
+
+def only_put_by(place: pn.Place) -> list[sym.CallbackPage] | None:
+    """Return the callbacks that put tokens on a place; None if something outside of callbacks may, too.
+
+    The place may stand on a page of a callback, or in its node, whose callbacks refer to it.
+    """
+    pages = _changed_by(place)
+    found = {page for page in pages if page is not None and runs_callbacks(node_net_of(page))}
+    return sorted(found, key=lambda page: str(page.id)) if found == pages else None
+
+
+def _changed_by(place: pn.Place) -> set[sym.CallbackPage | None]:
+    """Return the callbacks with arcs from and to a place; None among them: arcs outside of callbacks."""
+    model = system_model_of(place)
     away = {
         node
         for node in (nodes(model) if model is not None else ())
-        if isinstance(node, pn.ReferencePlace) and callback_page_of(node) is not page
+        if isinstance(node, pn.ReferencePlace) and resolve(node) is place
     }
-    around = [
-        arc for each in (place, *(each for each in away if resolve(each) is place))
-        for arc in (*each.incoming, *each.outgoing)
-    ]  # fmt: skip
-    return any(callback_page_of(arc) is not page and not isinstance(arc.page, pnm.Sheet) for arc in around)
+    around = [arc for each in (place, *away) for arc in (*each.incoming, *each.outgoing)]
+    return {callback_page_of(arc) for arc in around if not isinstance(arc.page, pnm.Sheet)}
 
 
 def places_of_ports(model: sym.SystemModel | None) -> set[pn.Place]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from dineros.metamodel import sym
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import seconds
 from dineros.observation.importing.assuming import Assumed
 from dineros.observation.importing.channels import Channels
-from dineros.observation.importing.given import Given
+from dineros.observation.importing.given import Given, GivenService, GivenTopic, Span
 from dineros.observation.importing.nodes import NodeBuilder
 from dineros.observation.importing.whole import whole
 from dineros.observation.systems import ObservedSystem
@@ -66,6 +68,8 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
     channels, assumed = Channels(), list[Assumed]()
     channels.ids.new(id)
     model = sym.SystemModel(id=id, middleware="ros2")
+    if given.latency is not None or given.takes is not None:
+        model.times = sym.DefaultTimes(latency=_interval(given.latency), duration=_interval(given.takes))
     for node in found.nodes:
         builder = NodeBuilder(node, given, channels, node.name in found.unseen, system.is_partial)
         model.pages.append(builder.build())
@@ -76,8 +80,9 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
     services = {service.name for service in system.services}
     unused = (
         *(set(given.nodes) - names),
-        *(set(given.topics) - topics),
-        *(set(given.services) - services),
+        *_latencies(given.topics, channels.topics, topics),
+        *_latencies(given.services, channels.services, services),
+        *_latencies(given.actions, channels.actions, set()),
     )
     return Imported(
         model,
@@ -87,3 +92,24 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
         (*sorted(topics - set(given.topics)), *sorted(services - set(given.services))),
         tuple(sorted(unused)),
     )
+
+
+def _latencies(
+    given: Mapping[str, GivenTopic | GivenService], made: Mapping[str, sym.Channel], recorded: set[str]
+) -> set[str]:
+    """Give latencies to channels; return the names of which nothing that is given is used.
+
+    Ends are only used of what was recorded: of other channels, the nodes tell them.
+    """
+    for name, said in given.items():
+        if said.latency is not None and name in made:
+            made[name].latency = _interval(said.latency)
+    return {
+        name
+        for name, said in given.items()
+        if name not in recorded and (name not in made or said.latency is None)
+    }
+
+
+def _interval(span: Span | None) -> pn.TimeInterval | None:
+    return None if span is None else seconds(*span)

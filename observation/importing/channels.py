@@ -15,17 +15,19 @@ class Channels:
     ----------
     ids : Ids
         Makes the ids of the model.
+    topics, services, actions : dict
+        The channels by their full names.
     """
 
     def __init__(self) -> None:
         self.ids = Ids()
-        self._topics: dict[str, sym.TopicChannel] = {}
-        self._services: dict[str, sym.ServiceChannel] = {}
-        self._actions: dict[str, sym.ActionChannel] = {}
+        self.topics: dict[str, sym.TopicChannel] = {}
+        self.services: dict[str, sym.ServiceChannel] = {}
+        self.actions: dict[str, sym.ActionChannel] = {}
 
     def all(self) -> list[sym.Channel]:
         """Return all channels, by their names."""
-        kinds = (self._topics, self._services, self._actions)
+        kinds = (self.topics, self.services, self.actions)
         return [kind[name] for kind in kinds for name in sorted(kind)]
 
     def publish(self, endpoint: TopicEndpoint, place: sym.Place, limit: int) -> sym.PublisherPort:
@@ -68,24 +70,24 @@ class Channels:
 
     def _topic(self, endpoint: TopicEndpoint) -> sym.TopicChannel:
         name = endpoint.topic
-        if name not in self._topics:
+        if name not in self.topics:
             id = self.ids.new(f"topic.{flat(name)}")
-            self._topics[name] = sym.TopicChannel(id=id, topic=name, type=endpoint.type)
-        return self._topics[name]
+            self.topics[name] = sym.TopicChannel(id=id, topic=name, type=endpoint.type)
+        return self.topics[name]
 
     def _service(self, endpoint: Endpoint) -> sym.ServiceChannel:
         name = endpoint.name
-        if name not in self._services:
+        if name not in self.services:
             id = self.ids.new(f"service.{flat(name)}")
-            self._services[name] = sym.ServiceChannel(id=id, service=name, type=endpoint.type)
-        return self._services[name]
+            self.services[name] = sym.ServiceChannel(id=id, service=name, type=endpoint.type)
+        return self.services[name]
 
     def _action(self, endpoint: Endpoint) -> sym.ActionChannel:
         name = endpoint.name
-        if name not in self._actions:
+        if name not in self.actions:
             id = self.ids.new(f"action.{flat(name)}")
-            self._actions[name] = sym.ActionChannel(id=id, action=name, type=endpoint.type)
-        return self._actions[name]
+            self.actions[name] = sym.ActionChannel(id=id, action=name, type=endpoint.type)
+        return self.actions[name]
 
 
 def _quality(quality: Quality) -> sym.QualityOfService | None:

@@ -12,6 +12,7 @@ from dineros.observation.importing.assuming import of_client
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
 from dineros.observation.importing.sharing import free_name, share_executors
 from dineros.observation.importing.steps import Behaviour
+from dineros.observation.importing.timing import order_of, sleeps_of
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
 from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open, located
 
@@ -92,10 +93,30 @@ def merged(code: Given, people: Given) -> Given:
             depths={**known.depths, **said.depths},
             timers=said.timers if said.timers is not None else known.timers,
             lifecycle=said.lifecycle if said.lifecycle is not None else known.lifecycle,
-            callbacks={**known.callbacks, **said.callbacks},
+            callbacks={
+                **known.callbacks,
+                **{key: _corrected(known.callbacks.get(key), each) for key, each in said.callbacks.items()},
+            },
             newest={**known.newest, **said.newest},
+            open_timers=known.open_timers if said.timers is None else frozenset(),
         )
-    return Given(nodes, people.topics, people.path, people.services)
+    return replace(people, nodes=nodes)
+
+
+def _corrected(code: GivenCallback | None, said: GivenCallback) -> GivenCallback:
+    """Return what code says of a callback, corrected by what people say; what they leave out stays."""
+    if code is None:
+        return said
+    return replace(
+        code,
+        does=code.does if said.does is None else said.does,
+        group=code.group if said.group is None else said.group,
+        awaits=said.awaits or (said.does is None and code.awaits),
+        takes=code.takes if said.takes is None else said.takes,
+        offset=said.offset,
+        jitter=said.jitter,
+        measured=said.measured,
+    )
 
 
 class _Node:
@@ -123,6 +144,7 @@ class _Node:
         self.name = self._full(name)
         self._groups: dict[Entity, str] = {}
         self._own = ""
+        self._open_timers: set[str] = set()
         self.is_spun = fact.threads != "not spun"
         self._names: dict[Entity, str] = {}
         for entity in fact.entities:
@@ -255,6 +277,8 @@ class _Node:
             callbacks=callbacks,
             newest=self._newest(),
             at=self.at(self.fact.at),
+            order=None if self._own else order_of(self.fact),
+            open_timers=frozenset(self._open_timers),
         )
 
     def _groups_of_clients(self) -> Mapping[Entity, str]:
@@ -279,7 +303,7 @@ class _Node:
             self._group(entity),
             behaviour.gives_back(fact),
             self.at(fact.at),
-            _sleeps(fact),
+            sleeps_of(fact),
         )
 
     def _timer(
@@ -295,6 +319,7 @@ class _Node:
         if not isinstance(period, (int, float)) or not 0 < period < 1e9:
             self._taken.append(f"{self.at(entity.at)}: the period of a timer is {period}; 1 s is taken")
             period = 1.0
+            self._open_timers.add(name)
         timers[name] = float(period)
         callbacks[name] = self._callback(entity, fact, behaviour)
 
@@ -317,6 +342,7 @@ class _Node:
         if steps:
             name = free_name(MAIN, timers)
             timers[name] = 1.0
+            self._open_timers.add(name)
             group = self._own = free_name("outside_of_callbacks", set(self._groups.values()))
             callbacks[name] = GivenCallback(tuple(dict.fromkeys(steps)), group, at=self.at(self.fact.at))
 
@@ -368,13 +394,3 @@ class _Node:
             for entity in self.fact.of("subscriptions")
             if entity in self._names and self.is_spun and entity.details.get("reliability") == "best_effort"
         }
-
-
-def _sleeps(fact: CallbackFact) -> tuple[float, None] | None:
-    """Return the seconds that a callback takes at least, as it sleeps so long whatever happens."""
-    sleeps = [
-        effect.timeout or 0.0
-        for effect in fact.effects
-        if (effect.do, effect.when, effect.how) == ("sleep", "always", "time.sleep")
-    ]
-    return (round(sum(sleeps), 9), None) if sum(sleeps) > 0 else None

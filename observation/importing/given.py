@@ -16,29 +16,39 @@ It is TOML. Everything in it may be left out; what is there replaces what would 
     group = "answers"                       # of a service that is called: of its client
     awaits = true
     takes = [0.01, 0.08]                    # seconds of one run, without what it waits for
+    offset = [0, 0]                         # of a timer: when it strikes first
     jitter = 0.002                          # of a timer: how late a single strike may be, in seconds
     measured = "monday: 60 measured, ..."   # where these times come from
 
-    [topic."/scan"]                         # of a recording, which does not tell
-    publishers = ["/driver"]
+    [topic."/scan"]
+    latency = [0, 0.002]                    # seconds that a message is on its way
+    publishers = ["/driver"]                # of a recording, which does not tell
     subscribers = ["/mapper"]
 
-    [service."/plan"]                       # of a recording with service introspection
-    servers = ["/planner"]
+    [service."/plan"]                       # and the same of an action
+    latency = [0, 0.002]                    # of each request, and of each response
+    servers = ["/planner"]                  # of a recording with service introspection
     clients = ["/commander"]
+
+    [times]                                 # of all that says nothing of its own
+    latency = [0, 0.002]
+    takes = [0, 0.01]
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from dineros.metamodel.errors import DinerosError, Location, near_matches
 from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.files.toml import decode_toml
+
+Span = tuple[float, float | None]
+"""Seconds at least, and at most; None: nothing bounds them."""
 
 LIFE = ("deactivates", "cleansUp", "shutsDown", "configureFails", "activateFails")
 """What may happen to a managed node, as `dineros.metamodel.sym.Lifecycle` has it."""
@@ -95,8 +105,10 @@ class GivenCallback:
         Whether it gives its thread back while it waits for answers.
     at : str
         The line of the code where it begins.
-    takes : tuple of (float, float or None), or None
+    takes : Span or None
         Seconds that one run takes, at least and at most, without what it waits for.
+    offset : Span or None
+        Of a timer: when it strikes first.
     jitter : float or None
         Of a timer: how many seconds late a single strike may be.
     measured : str
@@ -107,9 +119,10 @@ class GivenCallback:
     group: str | None = None
     awaits: bool = False
     at: str = field(default="", compare=False)
-    takes: tuple[float, float | None] | None = None
+    takes: Span | None = None
     jitter: float | None = None
     measured: str = ""
+    offset: Span | None = None
 
 
 @dataclass(frozen=True)
@@ -120,6 +133,8 @@ class GivenNode:
     ----------
     is_shared : bool
         Whether it stands for several nodes that share an executor.
+    open_timers : frozenset of str
+        Timers whose period is not known: what they do may happen at any time.
     """
 
     threads: int | None = None
@@ -132,22 +147,25 @@ class GivenNode:
     at: str = field(default="", compare=False)
     is_shared: bool = field(default=False, compare=False)
     order: str | None = None
+    open_timers: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
 class GivenTopic:
-    """Between whom a recorded topic is."""
+    """Between whom a recorded topic is, and how long its messages are on their way."""
 
     publishers: tuple[str, ...] = ()
     subscribers: tuple[str, ...] = ()
+    latency: Span | None = None
 
 
 @dataclass(frozen=True)
 class GivenService:
-    """Between whom a service is that was recorded."""
+    """Between whom a service or action is that was recorded, and how long what it sends is on its way."""
 
     servers: tuple[str, ...] = ()
     clients: tuple[str, ...] = ()
+    latency: Span | None = None
 
 
 @dataclass(frozen=True)
@@ -158,6 +176,9 @@ class Given:
     topics: Mapping[str, GivenTopic] = field(default_factory=dict)
     path: Path | None = None
     services: Mapping[str, GivenService] = field(default_factory=dict)
+    actions: Mapping[str, GivenService] = field(default_factory=dict)
+    latency: Span | None = None
+    takes: Span | None = None
 
     def node(self, name: str) -> GivenNode:
         """Return what is said of a node."""
@@ -190,6 +211,7 @@ def read_given(path: Path) -> Given:
     return _Reading(path).given(decode_toml(read_bytes(path, MOST_BYTES), path))
 
 
+_Channel = TypeVar("_Channel", GivenTopic, GivenService)
 _STEP = re.compile(r"(publish|call|send|goal|cancel|wait|result)\s+(\S+?)(?:\s*([?*]))?")
 _SLEEP = re.compile(r"sleep\s+(\d{1,8}(?:\.\d{1,9})?)(?:\s*(\?))?")
 
@@ -201,20 +223,17 @@ class _Reading:
         self._path = path
 
     def given(self, found: Mapping[str, Any]) -> Given:
-        self._known(found, "", ("node", "topic", "service"))
-        nodes, topics = self._table(found, "node", ""), self._table(found, "topic", "")
-        services = self._table(found, "service", "")
+        self._known(found, "", ("node", "topic", "service", "action", "times"))
+        nodes, times = self._table(found, "node", ""), self._table(found, "times", "")
+        self._known(times, "times", ("latency", "takes"))
         return Given(
             {name: self._node(self._table(nodes, name, "node"), f"node.{name}") for name in nodes},
-            {
-                name: GivenTopic(**self._ends(topics, name, "topic", ("publishers", "subscribers")))
-                for name in topics
-            },
+            self._channels(found, "topic", GivenTopic, ("publishers", "subscribers")),
             self._path,
-            {
-                name: GivenService(**self._ends(services, name, "service", ("servers", "clients")))
-                for name in services
-            },
+            self._channels(found, "service", GivenService, ("servers", "clients")),
+            self._channels(found, "action", GivenService, ()),
+            self._span(times, "latency", "times"),
+            self._span(times, "takes", "times"),
         )
 
     def _node(self, table: Mapping[str, Any], at: str) -> GivenNode:
@@ -254,18 +273,16 @@ class _Reading:
         )
 
     def _callback(self, table: Mapping[str, Any], at: str, groups: Mapping[str, Any]) -> GivenCallback:
-        self._known(table, at, ("does", "group", "awaits", "takes", "jitter", "measured"))
+        self._known(table, at, ("does", "group", "awaits", "takes", "offset", "jitter", "measured"))
         group = table.get("group")
         if group is not None:
             self._one_of(table, "group", at, tuple(groups), "is not a callback group of its node")
         awaits = self._truth(table, "awaits", at) if "awaits" in table else False
-        takes: tuple[float, float | None] | None = None
-        if "takes" in table:
-            takes = self._interval(table, "takes", at)
+        takes, offset = self._span(table, "takes", at), self._span(table, "offset", at)
         jitter = self._seconds(table, "jitter", at, least=0) if "jitter" in table else None
         measured = self._text(table, "measured", at) if "measured" in table else ""
         if "does" not in table:
-            return GivenCallback(None, group, awaits, takes=takes, jitter=jitter, measured=measured)
+            return GivenCallback(None, group, awaits, "", takes, jitter, measured, offset)
         steps: list[Step] = []
         least, most, sleeps = 0.0, 0.0, False
         for text in self._texts(table, "does", at):
@@ -279,7 +296,7 @@ class _Reading:
         if sleeps:  # it works besides: for a time that nobody has said, unless it is in `takes`
             end = None if takes is None or takes[1] is None else round(takes[1] + most, 9)
             takes = (round((takes[0] if takes is not None else 0.0) + least, 9), end)
-        return GivenCallback(tuple(steps), group, awaits, "", takes, jitter, measured)
+        return GivenCallback(tuple(steps), group, awaits, "", takes, jitter, measured, offset)
 
     def _step(self, text: str, at: str) -> Step:
         match = _STEP.fullmatch(text.strip())
@@ -291,13 +308,17 @@ class _Reading:
             )
         return Step(match[1], match[2], match[3] or "")
 
-    def _ends(
-        self, tables: Mapping[str, Any], name: str, kind: str, ends: tuple[str, str]
-    ) -> dict[str, tuple[str, ...]]:
-        """Return which nodes have the ends of a topic or service."""
-        table, at = self._table(tables, name, kind), f"{kind}.{name}"
-        self._known(table, at, ends)
-        return {end: self._texts(table, end, at) for end in ends if end in table}
+    def _channels(
+        self, found: Mapping[str, Any], kind: str, made: Callable[..., _Channel], ends: tuple[str, ...]
+    ) -> dict[str, _Channel]:
+        """Return what is given of channels of a kind: their latencies, and which nodes have their ends."""
+        tables, channels = self._table(found, kind, ""), dict[str, _Channel]()
+        for name in tables:
+            table, at = self._table(tables, name, kind), f"{kind}.{name}"
+            self._known(table, at, (*ends, "latency"))
+            given = {end: self._texts(table, end, at) for end in ends if end in table}
+            channels[name] = made(**given, latency=self._span(table, "latency", at))
+        return channels
 
     def _known(self, table: Mapping[str, Any], at: str, known: tuple[str, ...]) -> None:
         for key in table:
@@ -341,7 +362,9 @@ class _Reading:
             raise self._wrong(f"{at}.{key}", f"is not a time in seconds {'above' if least else 'from'} 0")
         return float(found)
 
-    def _interval(self, table: Mapping[str, Any], key: str, at: str) -> tuple[float, float]:
+    def _span(self, table: Mapping[str, Any], key: str, at: str) -> Span | None:
+        if key not in table:
+            return None
         found = table[key]
         if (
             not isinstance(found, list)

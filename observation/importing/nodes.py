@@ -108,6 +108,10 @@ class NodeBuilder(Abilities):
 
     def _timer(self, name: str, period: float) -> None:
         body = self._page(name, f"on_{flat(name)}", "timer", timer=period)
+        said = self._said.callbacks.get(name, GivenCallback())
+        if self._said.timers is None or name in self._said.open_timers:
+            body.page.assumed = f"{body.page.assumed} period" if body.page.assumed else "period"
+        body.page.offset = seconds(*said.offset) if said.offset is not None else None
         body.end(body.run(body.transition("ticks", kind="start"), self._steps(name)))
 
     # --------------------------------------------------------------------------------------------- callbacks

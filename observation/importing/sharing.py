@@ -54,17 +54,25 @@ def _join(
     asked = [port.name for name in names for port in (*nodes[name].clients, *nodes[name].action_clients)]
     if len(heard) != len(set(heard)) or len(asked) != len(set(asked)):
         taken.append(f"nodes {', '.join(names)} share an executor; they are taken for nodes with one each")
+        given.update({name: replace(given[name], order=None) for name in names})
         return
     first = names[0]
     ports: dict[str, Any] = {
         role: tuple(port for name in names for port in getattr(nodes[name], role))
         for role in ("publishers", "subscribers", "servers", "clients", "action_servers", "action_clients")
     }
-    joined = GivenNode(at=given[first].at, threads=given[first].threads, is_shared=True)
+    orders = {given[name].order for name in names}
+    joined = GivenNode(
+        at=given[first].at,
+        threads=given[first].threads,
+        is_shared=True,
+        order="rclcpp" if orders == {"rclcpp"} else None,  # rclpy takes callbacks node by node
+    )
     groups: dict[str, str] = {}
     timers: dict[str, float] = {}
     callbacks: dict[str, GivenCallback] = {}
     newest: dict[str, bool] = {}
+    open_timers: set[str] = set()
     for name in names:
         own = free_name(f"of_{name.strip('/').replace('/', '_')}", groups)
         groups[own] = "exclusive"
@@ -82,9 +90,18 @@ def _join(
                 at = of_client(key) if is_client else key
             if not key.startswith("/"):
                 timers[at] = (given[name].timers or {}).get(key, 1.0)
+                if key in given[name].open_timers:
+                    open_timers.add(at)
             callbacks[at] = replace(callback, group=group, does=_regrouped(callback.does, own, renamed))
         newest |= given[name].newest
-    given[first] = replace(joined, groups=groups, timers=timers, callbacks=callbacks, newest=newest)
+    given[first] = replace(
+        joined,
+        groups=groups,
+        timers=timers,
+        callbacks=callbacks,
+        newest=newest,
+        open_timers=frozenset(open_timers),
+    )
     nodes[first] = replace(nodes[first], **ports)
     for name in names[1:]:
         del nodes[name], given[name]

@@ -68,12 +68,9 @@ def whole(system: ObservedSystem, given: Given) -> Whole:
         if service.name not in given.services
     ]
     nodes = _joined([*system.nodes, *_recorded(system, given)])
-    seen = {node.name for node in system.nodes} | {
-        name
-        for ends in (*given.topics.values(), *given.services.values())
-        for names in vars(ends).values()
-        for name in names
-    }
+    seen = {node.name for node in system.nodes}
+    seen.update(name for said in given.topics.values() for name in (*said.publishers, *said.subscribers))
+    seen.update(name for said in given.services.values() for name in (*said.servers, *said.clients))
     kept = [_named(node, left_out) for node in nodes if _is_kept(node, left_out)]
     types = _types(kept)
     kept = [_of_one_type(node, types, left_out) for node in kept]

@@ -109,7 +109,7 @@ def _declared(model: sym.SystemModel) -> Iterator[tuple[Part, Declaration]]:
             duration = duration_of(page) if node is not None and runs_callbacks(node) else None
             yield from _bounds(Part("duration", str(page.id)), duration, f"callback {label(page)} took")
             if page in timers:
-                period, jitter = float(page.timer or 0), float(page.jitter or 0)
+                period, jitter = period_of(page) or 0.0, float(page.jitter or 0)
                 words = f"ticks of callback {label(page)} came after"
                 least = max(0.0, period - jitter)
                 yield Part("period", str(page.id)), Declaration(least, period + jitter, words)

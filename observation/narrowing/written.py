@@ -5,16 +5,27 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping
 
-from dineros.observation.importing.given import Given, GivenCallback, GivenNode
+from dineros.observation.importing.given import (
+    Given,
+    GivenCallback,
+    GivenNode,
+    GivenService,
+    GivenTopic,
+    Span,
+)
 
 
 def given_text(given: Given) -> str:
     """Return what `dineros.observation.importing.given.read_given` reads as the same again."""
     tables = [
         *(table for name in sorted(given.nodes) for table in _node(name, given.nodes[name])),
-        *(_ends(f"topic.{_text(name)}", vars(given.topics[name])) for name in sorted(given.topics)),
-        *(_ends(f"service.{_text(name)}", vars(given.services[name])) for name in sorted(given.services)),
+        *(_channel(f"topic.{_text(name)}", given.topics[name]) for name in sorted(given.topics)),
+        *(_channel(f"service.{_text(name)}", given.services[name]) for name in sorted(given.services)),
+        *(_channel(f"action.{_text(name)}", given.actions[name]) for name in sorted(given.actions)),
     ]
+    times = {"latency": _span(given.latency), "takes": _span(given.takes)}
+    if any(times.values()):
+        tables.append(_table("times", times))
     return "\n".join(tables)
 
 
@@ -42,14 +53,21 @@ def _callback(said: GivenCallback) -> dict[str, str | None]:
         "does": None if does is None else _list(does),
         "group": None if said.group is None else _text(said.group),
         "awaits": "true" if said.awaits else None,
-        "takes": None if most is None else json.dumps([least, most]),
+        "takes": None if most is None else _span((least, most)),
+        "offset": _span(said.offset),
         "jitter": None if said.jitter is None else json.dumps(said.jitter),
         "measured": _text(said.measured) if said.measured else None,
     }
 
 
-def _ends(name: str, ends: Mapping[str, Iterable[str]]) -> str:
-    return _table(name, {end: _list(nodes) for end, nodes in ends.items()})
+def _channel(name: str, said: GivenTopic | GivenService) -> str:
+    """Return what is given of a channel; there is no `publishers = []` of an action."""
+    lines = {end: _list(nodes) for end, nodes in vars(said).items() if end != "latency" and nodes}
+    return _table(name, {**lines, "latency": _span(said.latency)})
+
+
+def _span(span: Span | None) -> str | None:
+    return None if span is None else json.dumps([*span])
 
 
 def _table(name: str, lines: Mapping[str, str | None]) -> str:

@@ -166,10 +166,10 @@ class Ros(Ports):
             return this
         return Made(path, args, node=call.node)
 
-    def _sleep(self, call: Call, value: Value | None) -> Value:
+    def _sleep(self, call: Call, value: Value | None, how: str = "") -> Value:
         seconds = constant(value) if isinstance(value, Seconds) else None
         what = str(seconds) if seconds is not None else shown(value)
-        self.machine.does("sleep", what, call.node, call.frame, timeout=seconds)
+        self.machine.does("sleep", what, call.node, call.frame, how, timeout=seconds)
         return Const(None)
 
     def _spin(self, call: Call, nodes: list[Obj], executor: str, threads: int | str) -> Value:
@@ -227,10 +227,9 @@ class Ros(Ports):
         if path.endswith("Rate") and last == "sleep":
             rate = constant(on.args[0]) if on.args else None
             if isinstance(on.args[0] if on.args else None, Seconds):
-                return self._sleep(call, on.args[0])
-            return self._sleep(
-                call, Seconds(1.0 / rate) if isinstance(rate, (int, float)) and rate > 0 else None
-            )
+                return self._sleep(call, on.args[0], "rate")
+            period = Seconds(1.0 / rate) if isinstance(rate, (int, float)) and rate > 0 else None
+            return self._sleep(call, period, "rate")
         if "xecutor" in path:
             return self._executor(call, on)
         if path in self.machine.idioms and last in ("subscribe", "registerCallback") and call.args:

@@ -23,6 +23,7 @@ from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Made, Node
 from dineros.transformations.rules.notation import Bound, OverflowQueue, arc, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.times import OnTheWay
 from dineros.transformations.rules.services import S4, CopiedPublisher
 
 LANGUAGE.add(__name__)
@@ -203,6 +204,19 @@ class R2RoomManaged(StandardRule, phase=Phase.publications, middleware="ros2", t
     bound = WriterRoom(written)
 
     where = [AnyManaged(writer, reader)]
+
+
+class R2RoomOpen(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
+    """So it is, too, if nothing bounds how many messages are published in no time."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    written = Made(R2.written, of=[writer, reader])
+
+    bound = WriterRoom(written)
+
+    where = [~AnyManaged(writer, reader), OnTheWay(writer, reader) == 0]
 
 
 class R1(StandardRule, phase=Phase.publications, middleware="ros2"):

@@ -50,7 +50,7 @@ def write_latency_page(
     from dineros.analysis.latencies.paths import callback_pages
     from dineros.metamodel.elements import label, node_net_of
     from dineros.metamodel.files.atomic import write_atomically
-    from dineros.metamodel.times.given import duration_of
+    from dineros.metamodel.times.given import duration_of, period_of
     from dineros.views.reports.latency_report import CallbackRow, LatencyContent, latency_page
 
     rows = []
@@ -59,13 +59,13 @@ def write_latency_page(
             continue
         response, node = everything.callbacks[page.id], node_net_of(page)
         rate, share = bounds.runs_per_second(page), bounds.share_of_thread(page)
-        duration = duration_of(page)
+        duration, period = duration_of(page), period_of(page)
         assert node is not None, "only executors run callbacks"
         rows.append(
             CallbackRow(
                 label(page),
                 label(node),
-                _seconds(page.timer) if page.timer else f"{float(1 / rate):g} s" if rate else "open",
+                _seconds(period) if period is not None else f"{float(1 / rate):g} s" if rate else "open",
                 "open" if duration is None else _interval(duration.earliest, duration.latest),
                 span(response),
                 response.reason,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from hypothesis import given, settings
@@ -16,6 +17,7 @@ from dineros.observation.importing.given import (
     GivenNode,
     GivenService,
     GivenTopic,
+    Span,
     Step,
     read_given,
 )
@@ -30,6 +32,7 @@ GROUPS = st.dictionaries(NAMES, st.sampled_from(["exclusive", "reentrant"]), max
 
 
 TENTHS = st.integers(1, 50).map(lambda number: number / 10)
+SPANS = st.one_of(st.none(), st.tuples(TENTHS, st.integers(6, 9).map(float)))
 
 
 def callbacks(group: st.SearchStrategy[str | None]) -> st.SearchStrategy[GivenCallback]:
@@ -37,7 +40,8 @@ def callbacks(group: st.SearchStrategy[str | None]) -> st.SearchStrategy[GivenCa
     steps = st.lists(STEPS, max_size=3).map(tuple)
     takes = st.one_of(st.none(), st.tuples(TENTHS, st.integers(6, 9).map(float)))
     sleeps = st.tuples(TENTHS, st.none())
-    works = st.builds(GivenCallback, st.one_of(st.none(), steps), group, st.booleans(), takes=takes)
+    times = {"offset": SPANS, "jitter": st.one_of(st.none(), TENTHS)}
+    works = st.builds(GivenCallback, st.one_of(st.none(), steps), group, st.booleans(), takes=takes, **times)
     return st.one_of(works, st.builds(GivenCallback, steps, group, st.booleans(), takes=sleeps))
 
 
@@ -57,8 +61,9 @@ def nodes(draw: st.DrawFn) -> GivenNode:
     )
 
 
-TOPICS = st.builds(GivenTopic, st.lists(NAMES).map(tuple), st.lists(NAMES).map(tuple))
-SERVICES = st.builds(GivenService, st.lists(NAMES).map(tuple), st.lists(NAMES).map(tuple))
+TOPICS = st.builds(GivenTopic, st.lists(NAMES).map(tuple), st.lists(NAMES).map(tuple), SPANS)
+SERVICES = st.builds(GivenService, st.lists(NAMES).map(tuple), st.lists(NAMES).map(tuple), SPANS)
+ACTIONS = st.builds(GivenService, latency=SPANS)
 
 
 @settings(max_examples=30, deadline=None)
@@ -66,11 +71,20 @@ SERVICES = st.builds(GivenService, st.lists(NAMES).map(tuple), st.lists(NAMES).m
     st.dictionaries(NAMES, nodes(), max_size=3),
     st.dictionaries(NAMES, TOPICS, max_size=2),
     st.dictionaries(NAMES, SERVICES, max_size=2),
+    st.dictionaries(NAMES, ACTIONS, max_size=2),
+    SPANS,
+    SPANS,
 )
 def test_round_trip(
-    said: dict[str, GivenNode], topics: dict[str, GivenTopic], services: dict[str, GivenService]
+    said: dict[str, GivenNode],
+    topics: dict[str, GivenTopic],
+    services: dict[str, GivenService],
+    actions: dict[str, GivenService],
+    latency: Span | None,
+    takes: Span | None,
 ) -> None:
+    whole = Given(said, topics, None, services, actions, latency, takes)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "robot.given.toml")
-        path.write_text(given_text(Given(said, topics, services=services)), encoding="utf-8")
-        assert read_given(path) == Given(said, topics, path, services)
+        path.write_text(given_text(whole), encoding="utf-8")
+        assert read_given(path) == replace(whole, path=path)

@@ -13,6 +13,7 @@ from dineros.metamodel.times.given import (
     gives_up_in_time,
     latency_between,
     latency_of_calls,
+    period_of,
     reaction_of,
     runs_at_once,
     waits,
@@ -45,6 +46,17 @@ class RunsCallbacks(Query):
     @staticmethod
     def _answer(element: EObject) -> bool:
         return runs_callbacks(node_net_of(element))
+
+
+class HasPeriod(Query):
+    """Whether the period of a timer is given, and not only assumed."""
+
+    datatype = TRUTH
+    _words = "the period of {} is given"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> bool:
+        return period_of(page) is not None
 
 
 class Period(Query):

@@ -17,7 +17,7 @@ from dineros.transformations.language.functions import less
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.histories import PAIR, R2, R3, AnyManaged
-from dineros.transformations.rules.notation import arc, at_once, place, read
+from dineros.transformations.rules.notation import arc, at_once, inhibit, place, read
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.times import CallLatency, CallsOnTheWay, Latency, OnTheWay
 from dineros.transformations.rules.requests import R5Client
@@ -69,6 +69,20 @@ class D5Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
         runs="a message of {publisher} for {subscriber} (topic {topic}) is on its way",
         ends="a message of {publisher} for {subscriber} (topic {topic}) arrives",
     )
+
+
+class D5Open(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Where the latency is open, one message after the other arrives, so that none gather in no time."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    queue = Made(R2.queue, of=[writer, reader])
+    received = Made(R3.received, of=reader)
+
+    waits = inhibit(received, queue.leave)
+
+    where = [OnTheWay(writer, reader) == 0, ~AnyManaged(writer, reader)]
 
 
 class D5Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):

@@ -9,7 +9,7 @@ from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.lifecycle import L1
 from dineros.transformations.rules.notation import arc, at_once, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.times import Jitter, Offset, Period, Seconds
+from dineros.transformations.rules.queries.times import HasPeriod, Jitter, Offset, Period, Seconds
 from dineros.transformations.rules.timers import C1
 
 
@@ -47,7 +47,7 @@ class D1(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
     ]
     prompt = at_once(tick)
 
-    where = [page.timer > 0.0]
+    where = [HasPeriod(page)]
 
 
 class D1Exact(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
