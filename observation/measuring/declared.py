@@ -12,7 +12,13 @@ from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of, pages, transitions
 from dineros.metamodel.errors import Location
 from dineros.metamodel.records import Record
-from dineros.metamodel.times.given import duration_of, latency_between, latency_of_calls, says_times
+from dineros.metamodel.times.given import (
+    duration_of,
+    latency_between,
+    latency_of_calls,
+    period_of,
+    says_times,
+)
 from dineros.observation.measuring.samples import duration_text
 from dineros.observation.measuring.seen import Part, Seen
 
@@ -108,8 +114,8 @@ def _declared(model: sym.SystemModel) -> Iterator[tuple[Part, Declaration]]:
             node = node_net_of(page)
             duration = duration_of(page) if node is not None and runs_callbacks(node) else None
             yield from _bounds(Part("duration", str(page.id)), duration, f"callback {label(page)} took")
-            if page in timers:
-                period, jitter = period_of(page) or 0.0, float(page.jitter or 0)
+            period, jitter = period_of(page), float(page.jitter or 0)
+            if page in timers and period is not None:
                 words = f"ticks of callback {label(page)} came after"
                 least = max(0.0, period - jitter)
                 yield Part("period", str(page.id)), Declaration(least, period + jitter, words)

@@ -200,6 +200,8 @@ def give_times(model: sym.SystemModel, accepted: Iterable[TimeProposal]) -> None
         if each.feature == "period":
             assert isinstance(element, sym.CallbackPage)
             element.timer, element.jitter = each.period, each.jitter
+            left = [word for word in (element.assumed or "").split() if word != "period"]
+            element.assumed = " ".join(left) or None
             continue
         interval = seconds(*each.interval)
         interval.source = each.origin
