@@ -24,6 +24,7 @@ from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of
 from dineros.metamodel.errors import DinerosError, near_matches
+from dineros.metamodel.guards.using import require_no_guards
 from dineros.metamodel.times.given import duration_of, latency_between, says_times, waits
 from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.metamodel.times.rates import on_the_way
@@ -128,8 +129,9 @@ def require_times(model: sym.SystemModel) -> None:
     Raises
     ------
     DinerosError
-        It runs on another middleware, or does not say how long anything takes.
+        It runs on another middleware, does not say how long anything takes, or has guards.
     """
+    require_no_guards(model, "an analysis of latencies")
     if model.middleware != sym.Middleware.ros2:
         hint = "set middleware to ros2"
         raise DinerosError("latencies are those of ROS 2", hint=hint, element=model.id)

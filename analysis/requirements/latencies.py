@@ -16,8 +16,10 @@ from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.guards.using import guarded
 
 NO_TIMES = "it bounds a time: ask with --time, of a model that gives times"
+GUARDS = "the model has guards, which latencies do not follow"
 BY = "state classes that follow each instance"
 BY_BOUNDS = "bounds of response times"
 EXACT_SHARE = 0.5
@@ -53,6 +55,8 @@ class AskedLatency:
         budget = budget.begun()
         model = self.subject.model
         assert isinstance(model, sym.SystemModel)
+        if guarded(model):
+            return Outcome("unknown", reason=GUARDS)
         try:
             first = end_of(model, self.bound.first)
             last = end_of(model, self.bound.last) if self.bound.last else None

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.model.subject import FiringTime, Subject, flattened_without_signals
 from dineros.analysis.model.times import UsedTimes
+from dineros.analysis.nets.bounds import flows_and_bounds
 from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net
 from dineros.analysis.timed.schedules import schedule
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import transitions
-from dineros.metamodel.guards.using import require_no_guards
+from dineros.metamodel.errors import GuardError
 from dineros.metamodel.times.given import says_times
 from dineros.transformations.flattening.bounding import bounded
+from dineros.transformations.flattening.coloured import RULE
 
 if TYPE_CHECKING:
+    from dineros.transformations.flattening.flatten import Flattened
     from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 
@@ -66,15 +69,17 @@ def timed_subject_of(
     Raises
     ------
     DinerosError
-        An interval is empty or negative; see `compile_timed_net`.
+        An interval is empty or negative; see `compile_timed_net`. Guards and times do not go together; see
+        `require_one_clock`.
     """
-    require_no_guards(model, "an analysis with times")
     flattened = None
     if isinstance(model, sym.SystemModel):
         from dineros.transformations.flattening.flatten import flatten
 
         flattened = flatten(model, signals, overflow, times=says_times(model))
     timed = compile_timed_net(bounded(model) if flattened is None else flattened.net)
+    if flattened is not None:
+        require_one_clock(timed, flattened)
     return TimedSubject(model, timed.untimed, flattened, timed=timed)
 
 
@@ -100,9 +105,9 @@ def timed_base_subject(
     Raises
     ------
     DinerosError
-        An interval is empty or negative; see `compile_timed_net`.
+        An interval is empty or negative; see `compile_timed_net`. Guards and times do not go together; see
+        `require_one_clock`.
     """
-    require_no_guards(model, "an analysis with times")
     if not isinstance(model, sym.SystemModel):
         return timed_subject_of(model)
     if signals_matter(model):
@@ -110,6 +115,7 @@ def timed_base_subject(
     has_times = says_times(model) if times is None else times
     flattened, blocked = flattened_without_signals(model, overflow, has_times)
     timed = compile_timed_net(flattened.net)
+    require_one_clock(timed, flattened)
     return TimedSubject(model, timed.untimed, flattened, blocked, timed=timed)
 
 
@@ -122,3 +128,48 @@ def signals_matter(model: sym.SystemModel) -> bool:
         for transition in transitions(model)
         if isinstance(transition, sym.Transition)
     )
+
+
+def require_one_clock(timed: TimedNet, flattened: Flattened) -> None:
+    """Refuse a net where variants of a transition, which guards make, would have clocks that differ.
+
+    Each variant has a clock of its own. These are the clock of the transition where no variant stays enabled
+    while another one fires, and none becomes enabled after another one. Both hold where all tokens that
+    guards tell apart there are single, and one single token is taken for good.
+
+    Raises
+    ------
+    GuardError
+        A transition has an interval, and guards tell apart tokens of which it may find several.
+    """
+    links = {link.target.id: link for link in flattened.trace}
+    net = timed.untimed
+    places = {id: number for number, id in enumerate(net.places)}
+    whole = {
+        places[term.place.id]: places[invariant.terms[0].place.id]
+        for invariant in flattened.net.certificate
+        for term in list(invariant.terms)[1:]
+        if links[term.place.id].rule == RULE and links[invariant.terms[0].place.id].rule != RULE
+    }
+    variants = [
+        number
+        for number, (id, interval) in enumerate(zip(net.transitions, timed.intervals, strict=True))
+        if links[id].values and not interval.is_free and interval.latest != 0
+    ]
+    if not variants:
+        return
+    _, bounds = net.once(flows_and_bounds)
+    single = {place for place, bound in enumerate(bounds) if bound is not None and bound.value <= 1}
+    for number in variants:
+        needed = dict(net.pre.row(number))
+        told_apart = {whole[place] for place in needed if place in whole}
+        kept = {place for place, _ in net.post.row(number)}
+        if told_apart <= single and any(place in single and place not in kept for place in needed):
+            continue
+        source = links[net.transitions[number]].sources
+        id = getattr(source[0], "id", net.transitions[number]) if source else net.transitions[number]
+        raise GuardError(
+            f"transition {id} has an interval, and guards tell apart tokens of which it may find several",
+            element=str(id),
+            hint="give the places that it takes tokens from a capacity of 1",
+        )

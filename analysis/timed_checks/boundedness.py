@@ -13,6 +13,7 @@ from dineros.analysis.timed_checks.timed_walks import walk_in_time, walk_towards
 from dineros.analysis.timed_checks.without_times import without_times
 from dineros.analysis.witnesses.findings import pumping_witness
 from dineros.metamodel import sym
+from dineros.metamodel.guards.using import guarded
 
 CLASSES_SHARE = 0.6
 """Part of the time in which the classes are built; the rest is for properties and the like."""
@@ -62,6 +63,8 @@ class TimedBoundedness(Question):
         """Note what bounds of response times exclude: they are there for models of any size."""
         from dineros.analysis.bounds.losses import never_lost
 
+        if guarded(checked.subject.model):
+            return
         excluded = {checked.subject.transition_index[name] for name in never_lost(checked.subject)}
         if excluded := excluded - found.traces.keys():
             found.dead |= excluded

@@ -32,5 +32,5 @@ def require_no_guards(model: pn.Net, what: str) -> None:
         raise GuardError(
             f"transition {transition.id} has a guard or assignments, which {what} does not support",
             element=transition.id,
-            hint="guards decide in find, verify, check, statespace and sweep",
+            hint="guards decide in find, verify, check, statespace and sweep, and in runs",
         )

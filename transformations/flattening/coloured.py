@@ -11,7 +11,7 @@ from typing import NamedTuple
 from dineros.metamodel import pn, pnm
 from dineros.metamodel.elements import elements
 from dineros.metamodel.guards.colours import Colour, Moves, Palette, Step, Variant
-from dineros.transformations.flattening.bounding import fresh
+from dineros.transformations.flattening.bounding import copied_interval, fresh
 from dineros.transformations.flattening.rings import Ring, Touch
 from dineros.transformations.flattening.traces import Link
 
@@ -189,7 +189,8 @@ class ColouredNet:
 
     def _copy(self, transition: pn.Transition) -> pn.Transition:
         link = self._links[transition]
-        made = pn.Transition(id=fresh(transition.id, self._taken), name=transition.name, page=self._page)
+        id, interval = fresh(transition.id, self._taken), copied_interval(transition.interval)
+        made = pn.Transition(id=id, name=transition.name, interval=interval, page=self._page)
         made.overrides.extend(transition.overrides)
         self._links[made] = replace(link, target=made)
         for arc in self._arcs_of[transition]:

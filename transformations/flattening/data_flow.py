@@ -88,7 +88,7 @@ class DataFlow:
         self.flows = {
             transition: self._ways(transition, own)
             for transition, own in arcs.items()
-            if links[transition].maker is not None
+            if links[transition].maker is not None and not self._repeats(transition)
         }
         self._fields: dict[pn.Place, Mapping[str, FieldType]] = {}
         self._find_fields()
@@ -150,6 +150,16 @@ class DataFlow:
         """Return what an element is to a queue, such as ``enter`` or ``load``; other words: to none."""
         return self._links[element].role.rpartition(".")[2]
 
+    def _repeats(self, transition: pn.Transition) -> bool:
+        made = self._made(transition)
+        return made is not None and made.repeats
+
+    def _made(self, element: pn.Element) -> New | None:
+        """Return what a rule says about an element that it makes."""
+        link = self._links[element]
+        made = None if link.maker is None else link.maker.created.get(link.role)
+        return made if isinstance(made, New) else None
+
     def _messages(self, own: Arcs) -> tuple[Counter[pn.Place], Counter[pn.Place]]:
         """Return what a transition takes and does not put back, and the other way round."""
         takes, puts = own.takes - own.puts, own.puts - own.takes
@@ -161,9 +171,8 @@ class DataFlow:
     def _carries(self, place: pn.Place) -> bool:
         if place in self._originals:
             return True
-        link = self._links[place]
-        made = None if link.maker is None else link.maker.created.get(link.role)
-        return isinstance(made, New) and made.carries
+        made = self._made(place)
+        return made is not None and made.carries
 
     def _ways(self, transition: pn.Transition, own: Arcs) -> list[Flow]:
         takes, puts = self._messages(own)

@@ -12,9 +12,9 @@ from dineros.metamodel.calls import Served, actions, callers_first, server_pages
 from dineros.metamodel.elements import arcs, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
-from dineros.metamodel.guards.using import guarded, require_no_guards
+from dineros.metamodel.guards.using import guarded
 from dineros.metamodel.times.given import require_known
-from dineros.transformations.flattening.bounding import fresh, join
+from dineros.transformations.flattening.bounding import copied_interval, fresh, join
 from dineros.transformations.flattening.certificate import add_certificate, check_certificate
 from dineros.transformations.flattening.guards import unfold_guards
 from dineros.transformations.flattening.traces import Link, Trace
@@ -83,7 +83,7 @@ def flatten(
     CertificateError
         The net lacks a place invariant that the rules guarantee.
     GuardError
-        A guard or an assignment cannot be read, or the model has guards, and times count.
+        A guard or an assignment cannot be read.
     RuleError
         A rule fails.
     """
@@ -92,7 +92,6 @@ def flatten(
     times = times and is_ros2
     if times:
         require_known(model)
-        require_no_guards(model, "an analysis with times")
     rules = rules_of(signals, overflow, middleware, times)
     instances = [rule for rule in rules if rule.phase is Phase.instances]
     standard = [rule for rule in rules if Phase.instances < rule.phase < Phase.bounds]
@@ -234,7 +233,9 @@ def _plain_net(
         if isinstance(node, pn.Place):
             made[node] = pn.Place(id=id_of(node), name=node.name, tokens=node.tokens)
         elif isinstance(node, pn.Transition):
-            made[node] = pn.Transition(id=id_of(node), name=node.name, interval=_copied(node.interval))
+            made[node] = pn.Transition(
+                id=id_of(node), name=node.name, interval=copied_interval(node.interval)
+            )
     page.objects.extend(made.values())  # type: ignore[arg-type]
     for original, copied in list(made.items()):
         if isinstance(original, pn.Transition) and isinstance(copied, pn.Transition):
@@ -250,18 +251,6 @@ def _plain_net(
         joined.append(joint)
     page.arcs.extend(joined)
     return made
-
-
-def _copied(interval: pn.TimeInterval | None) -> pn.TimeInterval | None:
-    """Return a copy of a firing interval, which has one owner."""
-    if interval is None:
-        return None
-    return pn.TimeInterval(
-        earliest=interval.earliest,
-        latest=interval.latest,
-        earliestExcluded=interval.earliestExcluded,
-        latestExcluded=interval.latestExcluded,
-    )
 
 
 def _image(arc: pn.Arc, end: pn.Node, made: dict[EObject, pn.Element]) -> pn.Node:

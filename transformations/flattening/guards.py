@@ -37,6 +37,7 @@ from dineros.metamodel.token_types.declared import token_type_of, type_of_place
 from dineros.transformations.flattening.coloured import Chosen, ColouredNet, Way
 from dineros.transformations.flattening.data_flow import Arcs, DataFlow, Flow
 from dineros.transformations.flattening.traces import Trace
+from dineros.transformations.language.creation import New
 
 MOST_VARIANTS = 20_000
 """Most transitions that guards may make of those of one net."""
@@ -117,9 +118,9 @@ class _Unfolding:
     def _ways(
         self, transition: pn.Transition, own: Arcs, steps: Mapping[sym.Transition, Step], flow: DataFlow
     ) -> list[Way]:
-        if transition in flow.flows:
-            return [self._handed(way, flow) for way in flow.flows[transition]]
         origin = self._origin(transition)
+        if origin is None and transition in flow.flows:
+            return [self._handed(way, flow) for way in flow.flows[transition]]
         return [self._stepping(None if origin is None else steps.get(origin), own)]
 
     def _variants(self, ways: Sequence[Way]) -> list[Chosen]:
@@ -177,10 +178,13 @@ class _Unfolding:
         return steps
 
     def _origin(self, transition: pn.Transition) -> sym.Transition | None:
-        """Return the transition of the model that one of the net is; None: a rule made it."""
+        """Return the transition of the model that one of the net is, or repeats; None: it is of a rule."""
         link = self._links[transition]
-        if link.maker is None and link.sources and isinstance(link.sources[0], sym.Transition):
-            return link.sources[0]
+        if link.maker is None:
+            return link.sources[0] if link.sources and isinstance(link.sources[0], sym.Transition) else None
+        made = link.maker.created.get(link.role)
+        if isinstance(made, New) and made.repeats:
+            return next(each for each in link.sources if isinstance(each, sym.Transition))
         return None
 
     def _model_places(self, counts: Counter[pn.Place]) -> Counter[pn.Place]:

@@ -61,6 +61,8 @@ class New(Variable):
     """What it is to who reads the net; rules say it of what has a meaning beyond the rule."""
     is_prompt = False
     """Whether it does not wait, where times count."""
+    repeats = False
+    """Whether it is a transition that does what one of the model does, which its rule matches."""
     carries = False
     """Whether it is a place whose tokens carry the data of messages, requests, goals or their answers."""
 

@@ -41,7 +41,12 @@ def place(id: str, tokens: object = 0, means: Meaning | None = None, *, carries:
 
 
 def transition(
-    id: str, means: Meaning | None = None, *, at_once: bool = False, within: Expression | None = None
+    id: str,
+    means: Meaning | None = None,
+    *,
+    at_once: bool = False,
+    within: Expression | None = None,
+    repeats: bool = False,
 ) -> New:
     """Make a transition.
 
@@ -55,13 +60,15 @@ def transition(
         Where times count, it fires as soon as it can: middleware and executors do not idle.
     within : Expression, optional
         Its firing interval. Without, it fires at any time.
+    repeats : bool
+        Whether it does what the transition of the model does that the rule matches, at another time.
     """
     if within is None:
         made = New(pn.Transition, page=SHEET, id=id)
     else:
         made = New(pn.Transition, page=SHEET, id=id, interval=within)
     made.meaning = means
-    made.is_prompt = at_once
+    made.is_prompt, made.repeats = at_once, repeats
     return made
 
 

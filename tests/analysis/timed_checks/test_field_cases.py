@@ -8,6 +8,8 @@ from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, here, inhibit, node_net, place, read, seconds, step
 from dineros.metamodel.constraints import validate
+from dineros.metamodel.elements import find
+from tests.support.ros2_systems import late_answers
 
 QUICK = (0.0, 0.001)
 """How long middleware takes, in seconds."""
@@ -208,3 +210,16 @@ def test_a_request_that_is_served_late() -> None:
     assert "property-violated" not in findings(late_configure((0.01, 0.01)))
     late = check_timed(late_configure((9.0, 12.0)))
     assert "property-violated" in {each.rule for each in late.findings}
+
+
+@pytest.mark.long
+def test_an_answer_that_says_that_a_late_request_was_served() -> None:
+    """The same with a field of the answer, which decides what the spawner does next."""
+    for work, sick in (((0.01, 0.01), False), ((9.0, 12.0), True)):
+        model = late_answers.late_configure()
+        find(model, "OnConfigure", sym.CallbackPage).duration = seconds(*work)
+        find(model, "spawner", sym.NodeNet).reaction = seconds(*QUICK)
+        find(model, "Configuring", sym.ServiceChannel).latency = seconds(*QUICK)
+        report = check_timed(model)
+        assert ("property-violated" in {each.rule for each in report.findings}) is sick
+        assert sick or not report.unknown

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dineros.analysis.answers.budget import Budget
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, flow, node_net, place, read, step
 from dineros.metamodel.elements import find, places
@@ -142,21 +143,18 @@ def test_too_many_variants_are_refused() -> None:
 
 
 def test_models_with_guards_are_refused_where_guards_would_be_ignored() -> None:
+    from dineros.analysis.bounds.answers import Bounds
+    from dineros.analysis.latencies.answers import Latencies
     from dineros.analysis.model.subject import subject_of
-    from dineros.analysis.timed.timed_subject import timed_base_subject, timed_subject_of
     from dineros.transformations.flattening.split import split
 
-    model, _ = modelled(
-        [Choice((0,), (1,), None, 0, None, copied=False)],
-        [ALL[0]],
-        topic=Topic(1, ((None, None),), 1, ((1, 1),)),
-    )
+    sends = Topic(1, ((None, None),), 1, ((1, 1),))
+    model, _ = modelled([Choice((0,), (1,), None, 0, None, copied=False)], [ALL[0]], topic=sends)
     part = next(each for each in split(model) if each.node.id == "node")
     refusing: list[Callable[[], object]] = [
         lambda: subject_of(part),
-        lambda: timed_base_subject(model),
-        lambda: timed_subject_of(model),
-        lambda: flatten(model, times=True),
+        lambda: Bounds(model),
+        lambda: Latencies(model, Budget()),
     ]
     for refuse in refusing:
         with pytest.raises(GuardError, match="does not support") as error:

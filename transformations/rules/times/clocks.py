@@ -51,7 +51,7 @@ class Clock(Fragment):
         self.free = place(
             f"{id}.free", tokens=1, means=Meaning(f"not: {runs}", part="idle clock", rests=True)
         )
-        self.busy = place(f"{id}.busy", means=Meaning(runs, part="clock"))
+        self.busy = place(f"{id}.busy", means=Meaning(runs, part="clock"), carries=True)
         self.begin = transition(f"{id}.begin", Meaning(begins), at_once=True)
         self.end = transition(f"{id}.end", Meaning(ends), within=within)
         self.arcs = [

@@ -40,7 +40,9 @@ class D5(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     past = Node(pn.Arc, source=leave, target=received)
 
     sent = place(
-        f"{PAIR}.sent", means=Meaning("a message of {publisher} for {subscriber} (topic {topic}) is sent")
+        f"{PAIR}.sent",
+        means=Meaning("a message of {publisher} for {subscriber} (topic {topic}) is sent"),
+        carries=True,
     )
     sends = arc(leave, sent)
     prompt = at_once(leave)
@@ -130,7 +132,9 @@ class D6(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     requests = Made(S1.requests, of=client)
     past = Node(pn.Arc, source=t_req, target=requests)
 
-    sent = place(REQUEST + ".way", means=Meaning("a request of {client} of service {service} is sent"))
+    sent = place(
+        REQUEST + ".way", means=Meaning("a request of {client} of service {service} is sent"), carries=True
+    )
     sends = arc(t_req, sent)
     journey = Journey(sent, requests)
 
@@ -148,7 +152,9 @@ class D6History(StandardRule, phase=Phase.timing, middleware="ros2", times=True)
     arriving = Made(R5Client.sent, of=client)
     past = Node(pn.Arc, source=t_req, target=arriving)
 
-    sent = place(REQUEST + ".way", means=Meaning("a request of {client} of service {service} is sent"))
+    sent = place(
+        REQUEST + ".way", means=Meaning("a request of {client} of service {service} is sent"), carries=True
+    )
     sends = arc(t_req, sent)
     journey = Journey(sent, arriving)
 
@@ -210,7 +216,11 @@ class D6Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     client = Node(sym.ClientPort, channel=service)
     responses = Made(S1.responses, of=client)
 
-    answered = place(REQUEST + ".back", means=Meaning("a response of service {service} to {client} is sent"))
+    answered = place(
+        REQUEST + ".back",
+        means=Meaning("a response of service {service} to {client} is sent"),
+        carries=True,
+    )
 
     where = [CallsOnTheWay(client) > 0]
 

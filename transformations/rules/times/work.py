@@ -153,7 +153,9 @@ class D3(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     entering = Node(pn.Arc, target=step)
     leaving = Node(pn.Arc, source=step)
 
-    late = transition("{step.id}.late", means=Meaning("{callback} does what is left to do"), at_once=True)
+    late = transition(
+        "{step.id}.late", means=Meaning("{callback} does what is left to do"), at_once=True, repeats=True
+    )
     done = read(worked, late)
     takes = ForAll(
         [entering],
