@@ -17,6 +17,7 @@ from dineros.analysis.latencies.observer import Asks, Observer
 from dineros.analysis.latencies.parts import Parts
 from dineros.analysis.latencies.paths import Path, callback_pages, paths_between, responses_of
 from dineros.analysis.latencies.sampling import NotFollowedError
+from dineros.analysis.latencies.starvation import Starvation
 from dineros.analysis.timed.exploring import Explored, explore_timed
 from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subject
 from dineros.metamodel import sym
@@ -98,6 +99,9 @@ class Everything:
         overflow; None if that is not known.
     timers : dict of str to bool or None
         By the id of a timer's callback, whether it can lose ticks; None if that is not known.
+    starved : dict of str to bool or None
+        By the id of a callback, whether it can be ready for ever without beginning, because others go first;
+        None if that is not known.
     is_exact : bool
         Whether `readers` and `timers` are; else they are safe bounds.
     """
@@ -105,6 +109,7 @@ class Everything:
     callbacks: dict[str, Latency] = field(default_factory=dict)
     readers: dict[str, tuple[int, bool | None]] = field(default_factory=dict)
     timers: dict[str, bool | None] = field(default_factory=dict)
+    starved: dict[str, bool | None] = field(default_factory=dict)
     is_exact: bool = True
 
     def to_dict(self) -> dict[str, object]:
@@ -112,6 +117,7 @@ class Everything:
         return {
             "callbacks": {
                 name: {key: value for key, value in each.to_dict().items() if key not in _CHAIN_KEYS}
+                | ({"starves": self.starved[name]} if name in self.starved else {})
                 for name, each in self.callbacks.items()
             },
             "readers": {
@@ -166,6 +172,7 @@ class Latencies:
         self._subject: TimedSubject = subject or timed_base_subject(model)
         self._explored: Explored = explore_timed(self._subject.timed, self._budget)
         self._parts = Parts(self._subject)
+        self._starvation = Starvation(self._parts, self._explored, self._budget)
         self._is_exact = not any(_is_widened(page) for page in callback_pages(model)) and all(
             len(service.clients) <= 1 for service in channels(model, sym.ServiceChannel)
         )
@@ -216,6 +223,11 @@ class Latencies:
         # A reaction goes on with what is newer, but not where a publisher loses messages.
         return found.greatest if is_known and not (asks == "reaction" and found.is_lost) else None
 
+    def starves(self, page: sym.CallbackPage) -> bool | None:
+        """Tell whether a callback can be ready for ever without beginning; None if that is not known."""
+        missing = any(True for path in responses_of(page) for _ in _open(path))
+        return None if self.reason or missing else self._starvation.of(page)
+
     def response(self, page: sym.CallbackPage) -> Latency:
         """Return the response time of a callback."""
         return self._measured(responses_of(page))
@@ -252,6 +264,7 @@ class Latencies:
             node = node_net_of(page)
             if runs_callbacks(node) and page.kind in RELEASED:
                 found.callbacks[page.id] = self.response(page)
+                found.starved[page.id] = self.starves(page)
         names = self._subject.timed.untimed.transitions
         fired = {names[t] for t in self._explored.ways}
         index = {name: at for at, name in enumerate(self._subject.timed.untimed.places)}
@@ -261,6 +274,12 @@ class Latencies:
         for page, loses in self._parts.lost_ticks.items():
             found.timers[page.id] = loses in fired
         return found
+
+    def _starving(self, path: Path) -> Iterator[str]:
+        """Yield the timers of a path that can wait without end; messages that wait are displaced in time."""
+        for page in path.callbacks:
+            if page.kind == sym.CallbackKind.timer and self.starves(page):
+                yield f"callback {label(page)} can wait without end, while others go first"
 
     def _measured(self, paths: list[Path]) -> Latency:
         if self.reason:
@@ -275,7 +294,7 @@ class Latencies:
             except NotFollowedError as error:
                 reason = str(error) or "a part of the way is of a kind that is not followed"
                 return Latency(None, None, None, False, reason)
-            missing = next(_open(path), "")
+            missing = next(_open(path), "") or next(self._starving(path), "")
             answer = measured(observer, self._subject.timed, self._budget, missing)
             found.append((answer, observer.is_exact))
         least = [each.least for each, _ in found if each.least is not None]

@@ -114,7 +114,8 @@ def lines_of_all(found: Everything) -> list[str]:
     """Return what is known of all callbacks, histories and timers, a line each."""
     lines = []
     for name, each in found.callbacks.items():
-        lines.append(f"callback {name}: {span(each)}")
+        starves = ", can wait without end" if found.starved.get(name) else ""
+        lines.append(f"callback {name}: {span(each)}{starves}")
         if each.reason:
             lines.append(f"    no bound: {each.reason}")
     for name, (longest, can_overflow) in found.readers.items():

@@ -44,14 +44,29 @@ def test_a_chain(run: Run, robot: Path) -> None:
 def test_everything(run: Run, robot: Path) -> None:
     answer = json.loads(run("latency", robot, "--json").stdout)
     assert answer["callbacks"] == {
-        "tick": {"least": 0.0, "greatest": 0.01, "exact": True},
-        "log": {"least": 0.02, "greatest": 0.15, "exact": True},
+        "tick": {"least": 0.0, "greatest": 0.01, "exact": True, "starves": False},
+        "log": {"least": 0.02, "greatest": 0.15, "exact": True, "starves": False},
     }
     assert answer["readers"] == {"log.heard": {"longest": 2, "overflow": True}}
     assert answer["timers"] == {"tick": {"lostTicks": False}}
     lines = run("latency", robot).stdout.splitlines()
     assert "callback log: 0.02 to 0.15 s" in lines and "timer tick: loses no tick" in lines
     assert "reader log.heard: at most 2 waiting, can overflow" in lines
+
+
+def test_what_others_can_keep_waiting(run: Run, tmp_path: Path) -> None:
+    work = {"node": "n", "offset": 0, "group": "default"}
+    callbacks = [
+        {"name": "fast", "period": 1, "script": [["work", 1, 1]], **work},
+        {"name": "slow", "period": 4, "script": [["work", 1, 1]], **work},
+    ]
+    system = {"nodes": {"n": {"threads": 1}}, "latency": {}, "chains": [], "callbacks": callbacks}
+    path = tmp_path / "busy.sym.xmi"
+    files.save(model_of(system), path)
+    found = run("latency", path)
+    assert found.exit_code == 3
+    assert "callback slow: at least 1 s, can wait without end" in found.stdout.splitlines()
+    assert json.loads(run("latency", path, "--json").stdout)["callbacks"]["slow"]["starves"] is True
 
 
 def test_stored_bounds(run: Run, robot: Path) -> None:
