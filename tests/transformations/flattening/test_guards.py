@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from dineros.analysis.answers.budget import Budget
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, flow, node_net, place, read, step
-from dineros.metamodel.elements import find, places
+from dineros.metamodel.calls import UNLIMITED
+from dineros.metamodel.elements import find, places, transitions
 from dineros.metamodel.errors import GuardError
 from dineros.transformations.flattening.flatten import flatten
 from tests.support.references.guards import (
@@ -302,3 +303,50 @@ def test_goals_feedback_and_results_carry_values(listens: bool) -> None:
         )
     )
     assert _agree(model, meanings, 30_000) > 20
+
+
+@pytest.mark.parametrize("takes", [False, True])
+def test_histories_of_clients_that_do_not_wait_lose_any_of_their_requests(takes: bool) -> None:
+    """Two requests at a history of one: which of them is lost is open, and so it is with responses."""
+    model, _ = modelled([], [ALL[0], ALL[5]])
+    client = model.pages[0]
+    server = node_net(model, "server")
+    ask, got = place(client, "Ask"), place(client, "Got")
+    step(client, "First", [find(model, "P0", sym.Place)], [ask]).assigns = "Ask.level := P0.level"
+    meanings = {"First": Rules({}, {}, {"Ask": "P0"})}
+    for number, guard in enumerate((2, 5)):
+        made = step(client, f"Take{number}", [got], [find(model, f"P{number + 1}", sym.Place)])
+        made.guard = GUARDS[guard].text.format("Got")
+        meanings[made.id] = Rules({"Got": GUARDS[guard].holds}, {}, {})
+    if takes:
+        step(client, "Rest", [got], [])
+    page = callback(server, "Serve", "server")
+    entry, exit_ = place(page, "Entry"), place(page, "Exit")
+    step(page, "Answer", [entry], [exit_]).assigns = "Exit.level := Entry.level"
+    meanings["Answer"] = Rules({}, {}, {"Exit": "Entry"})
+    port = sym.ClientPort(client="c", request=ask, response=got, outstanding=UNLIMITED)
+    model.channels.append(
+        sym.ServiceChannel(
+            id="s",
+            service="/s",
+            instances=1,
+            depth=1,
+            server=sym.ServerPort(page=page, entry=entry, exit=exit_),
+            clients=[port],
+        )
+    )
+    assert _agree(model, meanings, 30_000) > 30
+
+
+def test_only_values_that_occur_and_differ_are_told_apart() -> None:
+    """A publisher that always says true needs no variants; a field that no guard asks about makes none."""
+    asks = [Choice((1,), (2,), None, guard, None, copied=False) for guard in (0, 1)]
+    sizes = []
+    for sends in (((True, None),), ((True, None), (False, None)), ((None, 0), (None, 1))):
+        model, _ = modelled(asks, [ALL[0]], topic=Topic(2, sends, 3, ((1, 3),)))
+        net = flatten(model).net
+        names = [each.id for each in transitions(net)]
+        sizes.append(sum(name.startswith("c.reader.P1.in") for name in names))
+        assert not any("level" in each.id for each in places(net))
+        assert sum(name.startswith("T1") for name in names) == 1
+    assert sizes == [1, 6, 6]  # a queue of three has three cells for each of two values

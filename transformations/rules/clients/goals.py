@@ -91,6 +91,7 @@ class G1Client(StandardRule, phase=Phase.goals, middleware="ros2"):
     sent = place(
         "{action.id}.client.{client.client}.sent",
         means=Meaning("goal of {client} of action {action} arriving"),
+        carries=True,
     )
     through = arc(send, sent)
     queue = Entrance(
@@ -177,6 +178,7 @@ class G2Result(StandardRule, phase=Phase.goals, middleware="ros2"):
     kept = place(
         "{action.id}.client.{client.client}.kept.{exit.id}",
         means=Meaning("result for {client} of action {action}, whose goal is {outcome}", part="over"),
+        carries=True,
     )
     queue = Entrance(
         "{action.id}.client.{client.client}.results.{exit.id}",
