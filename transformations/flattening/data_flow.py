@@ -16,6 +16,7 @@ from dineros.metamodel.guards.reading import Fields
 from dineros.metamodel.token_data import FieldType
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.language.creation import New
+from dineros.transformations.rules.phases import StandardRule
 
 
 class Arcs(NamedTuple):
@@ -180,7 +181,9 @@ class DataFlow:
         if len(sources) > 1:  # a new request takes the place of one whose client has given up
             sources = [place for place in sources if self._links[place].rule != "R6"]
         copies: dict[pn.Place, pn.Place] = {}
-        if len(sources) == 1 and takes[sources[0]] == 1:
+        maker = self._links[transition].maker
+        is_standard = maker is not None and issubclass(maker, StandardRule)  # others may do anything
+        if is_standard and len(sources) == 1 and takes[sources[0]] == 1:
             copies = {place: sources[0] for place in puts if self.key(place) not in self._apart}
         plain = Flow(takes, puts, copies)
         if self._role(transition) != "drop" or len(sources) != 1:
