@@ -96,6 +96,7 @@ FOLDERS = {
         "callbacks",
         "questions",
         "latencies",
+        "timed_runs",
         "bounds",
         "requirements",
         "checks",

@@ -20,12 +20,19 @@ from dineros.cli.options import (
 @command(
     "dineros run sorting.sym.xmi --simulate --seed 7",
     "dineros run sorting.sym.xmi --simulate --only feedback",
+    "dineros run chain.sym.xmi --simulate --times --seed 7 --timeout 10",
     "dineros run sorting.sym.xmi --local --until 'RedObjects == 1' --timeout 60 --trace traces --monitor",
 )
 @model_argument()
 @click.option("--local", is_flag=True, help="Run all nodes in this process, on threads, without ROS.")
 @click.option(
     "--simulate", is_flag=True, help="As --local, in simulated time: the same seed gives the same run."
+)
+@click.option(
+    "--times",
+    is_flag=True,
+    help="With --simulate: draw all times that the model declares, run no handlers, and print quantiles of "
+    "response times and chains; 100 s, or --timeout.",
 )
 @click.option(
     "--speed",
@@ -91,6 +98,7 @@ def run(
     model: Path,
     local: bool,
     simulate: bool,
+    times: bool,
     speed: float | None,
     seed: int | None,
     handler_file: Path | None,
@@ -134,6 +142,8 @@ def run(
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
     if speed is not None and not simulate:
         raise DinerosError("--speed needs --simulate", hint="elsewhere, time is that of the machine")
+    if times:
+        return _simulate_times(model, settings, simulate, timeout, seed, as_json)
     is_on_ros = not (local or simulate)
     if is_on_ros:
         said, settings = settings, settings_on_ros2(model, settings)
@@ -160,3 +170,27 @@ def run(
         speed=speed,
     )
     return run_application(application, options, partial(say_run, as_json=as_json))
+
+
+def _simulate_times(
+    model: Path,
+    settings: tuple[str, ...],
+    is_simulated: bool,
+    timeout: float | None,
+    seed: int | None,
+    as_json: bool,
+) -> int:
+    """Simulate the times of a model only; no other option has a meaning there."""
+    from dineros.cli.running.timed import simulate_times_of
+    from dineros.metamodel.errors import DinerosError
+
+    context = click.get_current_context()
+    known = {"model", "times", "simulate", "timeout", "seed", "settings", "as_json"}
+    default = click.core.ParameterSource.DEFAULT
+    given = [name for name in context.params if context.get_parameter_source(name) != default]
+    if not is_simulated:
+        raise DinerosError("--times needs --simulate", hint="elsewhere, times are those of the machine")
+    for name in given:
+        if name not in known and context.params[name] is not None and name in context.params:
+            raise DinerosError(f"--times does not go with --{name.replace('_', '-')}")
+    return simulate_times_of(model, settings, timeout, seed, as_json)

@@ -1,0 +1,1 @@
+"""Random runs of models with their times, and how long their data takes."""

@@ -1,0 +1,74 @@
+"""``dineros run --simulate --times``: how long data takes in a simulated run, as quantiles."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dineros.cli.console import say, say_json, summarise, warn
+from dineros.cli.models import load_valid_system
+from dineros.metamodel.errors import counted
+
+if TYPE_CHECKING:
+    from dineros.analysis.timed_runs.simulating import Simulated, SimulatedTimes
+
+SECONDS = 100.0
+"""How long a simulation goes on if nothing else is asked for, in simulated time."""
+
+
+def simulate_times_of(
+    model: Path, settings: Sequence[str], seconds: float | None, seed: int | None, as_json: bool
+) -> int:
+    """Simulate a model with its times, and print what was measured.
+
+    Raises
+    ------
+    DinerosError
+        The model is not valid, has no times, or its time stops.
+    """
+    from dineros.analysis.timed_runs.simulating import simulate_times
+
+    system = load_valid_system(model, settings)
+    seed = random.SystemRandom().getrandbits(32) if seed is None else seed
+    found = simulate_times(system, SECONDS if seconds is None else seconds, seed)
+    if as_json:
+        say_json(_report(model, found, seed))
+        return 0
+    for each in found.missing:
+        warn(f"{model}: {each}: a time is drawn that the model does not say")
+    for times in found.responses:
+        say(f"callback {times.first} responds: {_summary(times)}")
+    for times in found.chains:
+        say(f"{times.first} to {times.last}: {_summary(times)}")
+    for place, count in sorted(found.lost.items()):
+        say(f"reader {place} lost {counted(count, 'message')}")
+    summarise(f"{model}: simulated {found.seconds:g} s, seed {seed}: {counted(found.firings, 'firing')}")
+    return 0
+
+
+def _summary(times: SimulatedTimes) -> str:
+    from dineros.observation.measuring.samples import Samples
+
+    return str(Samples(times.values).summary())
+
+
+def _report(model: Path, found: Simulated, seed: int) -> dict[str, Any]:
+    from dineros.analysis.timed_runs.simulating import histogram
+    from dineros.observation.measuring.samples import Samples
+
+    def shown(times: SimulatedTimes) -> dict[str, Any]:
+        summary = Samples(times.values).summary().to_dict()
+        return {"from": times.first, "to": times.last, **summary, "histogram": histogram(times.values)}
+
+    return {
+        "model": str(model),
+        "seconds": found.seconds,
+        "seed": seed,
+        "firings": found.firings,
+        "callbacks": {times.first: shown(times) for times in found.responses},
+        "chains": [shown(times) for times in found.chains],
+        "lost": dict(sorted(found.lost.items())),
+        "missing": found.missing,
+    }
