@@ -11,13 +11,21 @@ import click
 from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid, write_witness
 from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.options import json_option, model_argument, output_option, settings_option
-from dineros.cli.presentation.reports.latencies import lines_of_all, span, write_latency_page
+from dineros.cli.presentation.reports.latencies import (
+    lines_of_all,
+    lines_of_depths,
+    span,
+    write_latency_page,
+)
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from dineros.analysis.latencies.answers import End, Everything, Latencies, Latency
+    from dineros.analysis.latencies.depths import Depth
     from dineros.analysis.witnesses.findings import Witness
 
 
@@ -25,11 +33,13 @@ if TYPE_CHECKING:
     "dineros latency chain.sym.xmi",
     "dineros latency chain.sym.xmi --from sense --to act",
     "dineros latency chain.sym.xmi --bounds -o report.html",
+    "dineros latency chain.sym.xmi --depths",
 )
 @model_argument()
 @click.option("--from", "first", metavar="X", help="Callback or topic at which data begins.")
 @click.option("--to", "last", metavar="Y", help="Callback or topic at which it ends.")
 @click.option("--bounds", is_flag=True, help="Give safe bounds instead of exact times: quick at any size.")
+@click.option("--depths", is_flag=True, help="Find the least depth of each reader that loses nothing.")
 @output_option("Write a page (.html); or, with --from and --to, the run that takes longest (.jsonl).")
 @settings_option
 @json_option
@@ -38,6 +48,7 @@ def latency(
     first: str | None,
     last: str | None,
     bounds: bool,
+    depths: bool,
     output: Path | None,
     settings: tuple[str, ...],
     as_json: bool,
@@ -53,6 +64,8 @@ def latency(
     Times are exact. If the search does not end within --timeout or --memory, or with --bounds, the answers
     are safe bounds instead: nothing takes longer than "at most" says.
 
+    With --depths: the least depth of each reader history with which no message is displaced.
+
     The model says how long callbacks, messages and periods take. If one of these times is missing, the answer
     names it. The exit status is 3 if a bound is open.
     """
@@ -61,6 +74,8 @@ def latency(
     is_page = output is not None and output.suffix.lower() == ".html"
     if output is not None and not is_page and (first is None or bounds):
         raise click.UsageError("-o writes a run with --from and --to and without --bounds, or a page (.html)")
+    if depths and (first is not None or bounds or output is not None):
+        raise click.UsageError("--depths goes with none of --from, --to, --bounds and -o")
     start_quickly()
     from dineros.analysis.bounds.answers import Bounds
     from dineros.analysis.bounds.combining import known_everything, known_latency
@@ -79,6 +94,12 @@ def latency(
     reason, asked = "", None
     try:
         require_times(net)
+        if depths:
+            from dineros.analysis.latencies.depths import least_depths
+
+            needed = least_depths(net, run.budget())
+            with run.answer():
+                return saying.depths(needed)
         ends = None if first is None or last is None else (end_of(net, first), end_of(net, last))
         safe = Bounds(net)
         found = bound = safe.everything() if ends is None else safe.between(*ends)
@@ -212,6 +233,16 @@ class _Saying:
             if not is_exact:
                 say(f"note: these bounds are safe, and need not be reached; they assume that {ASSUMES}")
         return UNKNOWN if any(each.reason for each in times) else HOLDS
+
+    def depths(self, found: Mapping[str, Depth]) -> int:
+        """Say which depths are needed; return the exit status."""
+        if self.as_json:
+            depths = {name: each.to_dict() for name, each in found.items()}
+            say_json({"model": str(self.model), "depths": depths})
+        else:
+            for line in lines_of_depths(found):
+                say(line)
+        return UNKNOWN if any(each.least is None for each in found.values()) else HOLDS
 
     def of_chain(self, found: Latency) -> list[str]:
         """Return what is known of the chain, a line each."""

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 from dineros.cli.console import warn
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from dineros.analysis.bounds.answers import Bounds
     from dineros.analysis.latencies.answers import Everything, Latency
+    from dineros.analysis.latencies.depths import Depth
     from dineros.analysis.witnesses.findings import Witness
     from dineros.metamodel import sym
 
@@ -108,6 +109,18 @@ def _seconds(value: float) -> str:
 def _interval(earliest: float | None, latest: float | None) -> str:
     first = earliest or 0.0
     return f"at least {first:g} s" if latest is None else f"{first:g} to {latest:g} s"
+
+
+def lines_of_depths(found: Mapping[str, Depth]) -> list[str]:
+    """Return which depths are needed, a line for each reader."""
+    lines = []
+    for name, each in found.items():
+        if each.least is None:
+            lines.append(f"reader {name}: no depth is known that loses nothing: {each.reason}")
+        else:
+            enough = "" if each.least <= each.depth else ", loses messages"
+            lines.append(f"reader {name}: least depth {each.least}; it has {each.depth}{enough}")
+    return lines
 
 
 def lines_of_all(found: Everything) -> list[str]:

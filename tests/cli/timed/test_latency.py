@@ -69,6 +69,15 @@ def test_what_others_can_keep_waiting(run: Run, tmp_path: Path) -> None:
     assert json.loads(run("latency", path, "--json").stdout)["callbacks"]["slow"]["starves"] is True
 
 
+def test_least_depths(run: Run, robot: Path) -> None:
+    found = run("latency", robot, "--depths", "--set", "log.duration.latest=0.04")
+    assert (found.exit_code, found.stdout) == (0, "reader log.heard: least depth 1; it has 2\n")
+    answer = json.loads(run("latency", robot, "--depths", "--json").stdout)
+    reason = "a depth of 64 is not enough"
+    assert answer["depths"] == {"log.heard": {"depth": 2, "least": None, "reason": reason}}
+    assert run("latency", robot, "--depths", "--bounds").exit_code == 2
+
+
 def test_stored_bounds(run: Run, robot: Path) -> None:
     model = files.load(robot)
     assert isinstance(model, sym.SystemModel)
