@@ -123,6 +123,12 @@ class StepWriter:
                     location=record.location,
                     hint=f"take a trace in which {declared.without_it}",
                 )
+            case records.Transfer(stage="goal.enter") | records.Drop(queue="goal"):
+                raise ScriptError(
+                    f"sends goals of {record.channel} without waiting for their end: the nodes of a test wait",
+                    location=record.location,
+                    hint="set the outstanding of the action's clients, and find the witness again",
+                )
             case records.Drop(queue="request"):
                 if lost := self._lost(record):
                     yield ("drop", record.node or "", record.channel, record.queue, lost)
