@@ -25,7 +25,7 @@ FIGURES = {
     "one request each": (oven(3, 1), 611),
     "two requests each": (oven(2, 2, outstanding=2), 1534),
     "time-outs": (oven(2, 1, timeout=0.5), 143),
-    "time-outs that are told": (oven(2, 1, timeout=0.5, tells=True), 368),
+    "time-outs that are told": (oven(2, 1, timeout=0.5, tells=True), 338),
 }
 
 

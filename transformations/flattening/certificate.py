@@ -29,6 +29,7 @@ from dineros.transformations.rules import (
 )
 from dineros.transformations.rules.actions import goals, slots
 from dineros.transformations.rules.clients import goals as many_goals
+from dineros.transformations.rules.clients import living
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 from dineros.transformations.rules.times import latencies, orders, strikes, time_outs
 from dineros.transformations.rules.times.clocks import Clock
@@ -157,6 +158,9 @@ def _requests(engine: Engine) -> Iterator[_Sum]:
         load = application.made["load"]
         assert isinstance(load, pn.Place)
         held = [each.made["requests"] for each in engine.applications_of(services.S1, [service])]
+        for live in engine.applications_of(living.R6Live, [service]):
+            terms = [(live.made["live"], 1), *((place, -1) for place in held)]
+            yield _Sum(f"{_id(live.made['live'])} counts requests", 0, terms)
         held += [each.made["late"] for each in engine.applications_of(requests.R6, [service])]
         terms = [(load, 1), *((place, -1) for place in held)]
         yield _Sum(f"{load.id} counts requests", 0, terms)

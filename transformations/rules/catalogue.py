@@ -26,7 +26,7 @@ from dineros.transformations.rules import (
 )
 from dineros.transformations.rules.actions import callbacks as served
 from dineros.transformations.rules.actions import ends, feedback, goals, managed, publishing, slots
-from dineros.transformations.rules.clients import acceptances, cancels
+from dineros.transformations.rules.clients import acceptances, cancels, living
 from dineros.transformations.rules.clients import goals as many_goals
 from dineros.transformations.rules.clients import requests as unbounded
 from dineros.transformations.rules.phases import (
@@ -132,7 +132,7 @@ FAMILIES = (
         "requests",
         "Services of ROS 2: request histories and time-outs",
         "",
-        (requests, unbounded),
+        (requests, living, unbounded),
         "They come after S1 to S4 where the middleware is `ros2`, for services that can lose requests; R8 "
         "for clients that do not wait.",
     ),

@@ -81,6 +81,10 @@ class ServicePlayer:
         """Tell whether the server keeps as many requests as it can."""
         return sum(state[slot] for slot in self.kept) == self.service.depth
 
+    def is_live(self, state: State) -> bool:
+        """Tell whether a request that it keeps is of a client that waits: the oldest may be one of these."""
+        return self.nobodys is None or state[self.nobodys] < self.service.depth
+
     def _nobody(self) -> None:
         """Play the calls whose clients have given up: they are served, and nobody gets the answer."""
         self.nobodys = self.play._slot((self.service, "late"))
@@ -118,7 +122,7 @@ class ServicePlayer:
                 waiting["lost"] = play._slot((service, name, "lost"))
                 gone[waiting["lost"]] = 1
             play._happens(f"{prefix}.in", lambda s: s[sent] > 0 and not self.is_full(s), {sent: -1, kept: 1})
-            play._happens(f"{prefix}.drop", lambda s: s[sent] > 0 and self.is_full(s), gone)
+            play._happens(f"{prefix}.drop", lambda s: s[sent] > 0 and self.is_full(s) and self.is_live(s), gone)
             if self.nobodys is not None:
                 late = self.nobodys
                 play._happens(

@@ -1,0 +1,54 @@
+"""What a full history of requests forgets where clients give up (rule R6).
+
+It forgets its oldest request. Where all that it holds are late, that is one whose client has given up, so a
+client loses its request only where the history holds one of a client that waits.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.language.creation import ForAll
+from dineros.transformations.language.functions import less
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.rules.notation import arc, place, read
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.tokens import Change, Lowering, Raising
+from dineros.transformations.rules.requests import R6, R5Client
+from dineros.transformations.rules.services import S1
+
+
+class R6Live(StandardRule, phase=Phase.services, middleware="ros2"):
+    """How many of the requests in the history are of clients that wait."""
+
+    service = Node(sym.ServiceChannel)
+    late = Made(R6.late, of=service)
+
+    live = place(
+        "{service.id}.live.requests", means=Meaning("requests of clients of service {service} that wait")
+    )
+
+
+class R6Drop(StandardRule, phase=Phase.services, middleware="ros2"):
+    """A full history forgets its oldest request: one that is late, where all are."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    live = Made(R6Live.live, of=service)
+    queue = Made(R5Client.queue, of=client)
+
+    waits = read(live, queue.drop)
+
+
+class R6Counts(StandardRule, phase=Phase.wiring, middleware="ros2"):
+    """They are counted."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    live = Made(R6Live.live, of=service)
+    requests = Made(S1.requests, of=client)
+    raising = Node(pn.Transition, of=Raising(requests))
+    lowering = Node(pn.Transition, of=Lowering(requests))
+
+    more = ForAll([raising], make=[arc(raising, live, weight=Change(requests, raising))])
+    fewer = ForAll([lowering], make=[arc(live, lowering, weight=less(0, Change(requests, lowering)))])
