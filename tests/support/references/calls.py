@@ -122,7 +122,9 @@ class ServicePlayer:
                 waiting["lost"] = play._slot((service, name, "lost"))
                 gone[waiting["lost"]] = 1
             play._happens(f"{prefix}.in", lambda s: s[sent] > 0 and not self.is_full(s), {sent: -1, kept: 1})
-            play._happens(f"{prefix}.drop", lambda s: s[sent] > 0 and self.is_full(s) and self.is_live(s), gone)
+            play._happens(
+                f"{prefix}.drop", lambda s: s[sent] > 0 and self.is_full(s) and self.is_live(s), gone
+            )
             if self.nobodys is not None:
                 late = self.nobodys
                 play._happens(
