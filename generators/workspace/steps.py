@@ -125,7 +125,7 @@ class StepWriter:
                 )
             case records.Transfer(stage="goal.enter") | records.Drop(queue="goal"):
                 raise ScriptError(
-                    f"sends goals of {record.channel} without waiting for their end, and nodes of a test wait",
+                    f"sends goals of {record.channel} without waiting for their end; nodes of a test wait",
                     location=record.location,
                     hint="set the outstanding of the action's clients, and find the witness again",
                 )

@@ -145,7 +145,7 @@ def test_a_walk_of_any_model_can_be_done(kind: str, data: st.DataObject) -> None
             try:
                 drive(model, folder / "walk.jsonl", folder / "ws")
             except ScriptError as error:
-                # No script knows how long a client waits, and nodes wait for the end of their goals.
+                # No script knows how long a client waits, and nodes wait for the end of a goal.
                 assert "gives up a request" in error.message or "without waiting for" in error.message
     finally:
         logging.disable(logging.NOTSET)
