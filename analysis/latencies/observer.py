@@ -330,7 +330,7 @@ class Observer:
 
     def _sources(self, publish: str) -> list[str]:
         """Return the places from which a publication takes its message."""
-        return list(self._net.original(publish).take)
+        return [each for each in self._net.original(publish).take if each not in self._parts.rooms]
 
     def _sample(self, number: int, comes: Stored, runs: Sequence[Run]) -> None:
         """Follow a value from where it is stored to the first run that reads it; `_run` lets it be read."""

@@ -15,7 +15,7 @@ from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.rules.executors import E3, E7
-from dineros.transformations.rules.histories import R1, R2, R3, R1Instance
+from dineros.transformations.rules.histories import R1, R2, R3, R1Instance, R2RoomOpen
 from dineros.transformations.rules.services import S1
 from dineros.transformations.rules.starts import D2Start
 from dineros.transformations.rules.timers import C1
@@ -109,6 +109,8 @@ class Parts:
         """By callback of a timer, the transition by which it loses a tick."""
         self.received: dict[sym.SubscriberPort, str] = {}
         self.pipes: dict[Pair, Pipe] = {}
+        self.rooms: set[str] = set()
+        """Places of the room for a published message."""
         self.requests: dict[sym.ServiceChannel, list[str]] = defaultdict(list)
         """By service the places of requests that wait, one for each client."""
         self.published: dict[sym.PublisherPort, list[str]] = defaultdict(list)
@@ -196,6 +198,8 @@ class Parts:
                 self.published[source_of(link, sym.PublisherPort)].append(name)
             elif link.maker is R2:
                 places[_pair(link)][link.role] = name
+            elif link.maker is R2RoomOpen:
+                self.rooms.add(name)
             elif link.maker is D5 and link.role == "sent":
                 places[_pair(link)]["sent"] = name
             elif link.maker is D5Clock and link.role in ("clock.busy", "clock.end"):

@@ -59,6 +59,32 @@ def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
     return max(1, found)
 
 
+def publishes_without_end(
+    writer: sym.PublisherPort, reader: sym.SubscriberPort, asked: frozenset[object] = frozenset()
+) -> bool:
+    """Tell whether a port may publish any number of messages in no time, and no clock limits them.
+
+    A run may go round a circle, a timer may have no period, or it may pass on what comes without end.
+    """
+    if on_the_way(writer, reader):
+        return False
+    is_run = runs_callbacks(node_net_of(writer.place)) and not writer.place.tokens
+    pages = only_put_by(writer.place) if is_run else None
+    if pages is None:
+        return True
+    for page in pages:
+        if most_put(page, writer.place) is None:
+            return True
+        if page.kind == sym.CallbackKind.timer and period_of(page) is None:
+            return True
+        if page.kind == sym.CallbackKind.subscriber and page not in asked:
+            for entry in readers_of(page):
+                for other in entry.channel.publishers if entry.channel is not None else ():
+                    if are_matched(other, entry) and publishes_without_end(other, entry, asked | {page}):
+                        return True
+    return False
+
+
 def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[object]) -> int | None:
     """Return how many messages a port can publish in a window; None where nothing bounds it.
 

@@ -23,7 +23,7 @@ from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Made, Node
 from dineros.transformations.rules.notation import Bound, OverflowQueue, arc, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.times import OnTheWay
+from dineros.transformations.rules.queries.times import PublishesWithoutEnd
 from dineros.transformations.rules.services import S4, CopiedPublisher
 
 LANGUAGE.add(__name__)
@@ -216,7 +216,7 @@ class R2RoomOpen(StandardRule, phase=Phase.publications, middleware="ros2", time
 
     bound = WriterRoom(written)
 
-    where = [~AnyManaged(writer, reader), OnTheWay(writer, reader) == 0]
+    where = [~AnyManaged(writer, reader), PublishesWithoutEnd(writer, reader)]
 
 
 class R1(StandardRule, phase=Phase.publications, middleware="ros2"):

@@ -125,10 +125,15 @@ def test_given_times_prove_that_nothing_overflows(tmp_path: Path) -> None:
 
 def test_two_callbacks_that_publish_the_same_topic_count_both(tmp_path: Path) -> None:
     """Without the second one, a history of two messages would be deep enough."""
-    more = TIMES.replace(
-        "timers.tick = 0.1",
-        'timers = {tick = 0.1, tock = 0.1}\ncallback.tock = {does = ["publish /image"], takes = [0, 0.001]}',
-    ).replace("[0.01, 0.05]", "[0.07, 0.08]")
+    more = (
+        TIMES.replace(
+            "timers.tick = 0.1",
+            "timers = {tick = 0.1, tock = 0.1}\ncallback.tock = "
+            '{does = ["publish /image"], takes = [0, 0.001], offset = [0, 0]}',
+        )
+        .replace(", jitter = 0.01", "")
+        .replace("[0.01, 0.05]", "[0.07, 0.08]")
+    )
     assert overflows(imported(tmp_path, more, CAMERA, VIEWER, LENS).model)
 
 

@@ -20,7 +20,7 @@ from dineros.metamodel.times.given import (
 )
 from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.overlaps import runs_overlapping
-from dineros.metamodel.times.rates import on_the_way
+from dineros.metamodel.times.rates import on_the_way, publishes_without_end
 from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
 from dineros.transformations.language.functions import Query
 
@@ -46,6 +46,14 @@ class RunsCallbacks(Query):
     @staticmethod
     def _answer(element: EObject) -> bool:
         return runs_callbacks(node_net_of(element))
+
+
+class PublishesWithoutEnd(Query):
+    """Whether a port may publish any number of messages in no time."""
+
+    datatype = TRUTH
+    _words = "nothing bounds how many messages {0} publishes for {1} in no time"
+    _answer = staticmethod(publishes_without_end)
 
 
 class HasPeriod(Query):

@@ -19,7 +19,13 @@ from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.histories import PAIR, R2, R3, AnyManaged
 from dineros.transformations.rules.notation import arc, at_once, inhibit, place, read
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.times import CallLatency, CallsOnTheWay, Latency, OnTheWay
+from dineros.transformations.rules.queries.times import (
+    CallLatency,
+    CallsOnTheWay,
+    Latency,
+    OnTheWay,
+    PublishesWithoutEnd,
+)
 from dineros.transformations.rules.requests import R5Client
 from dineros.transformations.rules.services import S1
 from dineros.transformations.rules.times.clocks import Clock
@@ -74,7 +80,7 @@ class D5Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D5Open(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Where the latency is open, one message after the other arrives, so that none gather in no time."""
+    """Of messages that are published without end, one after the other arrives: none gather in no time."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)
@@ -84,7 +90,7 @@ class D5Open(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
     waits = inhibit(received, queue.leave)
 
-    where = [OnTheWay(writer, reader) == 0, ~AnyManaged(writer, reader)]
+    where = [~AnyManaged(writer, reader), PublishesWithoutEnd(writer, reader)]
 
 
 class D5Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
