@@ -8,11 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from dineros.analysis.answers.outcome import FiredAt
 from dineros.analysis.latencies.answers import require_times
 from dineros.analysis.latencies.parts import Parts
 from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.analysis.timed_runs.drawing import TimedRun, TimeStopsError, mean_of
 from dineros.analysis.timed_runs.following import Following
+from dineros.analysis.witnesses.findings import Witness, witness_of
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.times.given import duration_of, latency_between
@@ -70,6 +72,8 @@ class Simulated:
         By first and last callback.
     lost : Counter
         Messages that were lost, by place of their reader.
+    run : Witness or None
+        The beginning of the run, with the time of each firing.
     missing : list of str
         What has no greatest time, so that it was drawn from a distribution that the model does not give.
     """
@@ -79,6 +83,7 @@ class Simulated:
     times: dict[tuple[str, str], SimulatedTimes] = field(default_factory=dict)
     lost: Counter[str] = field(default_factory=Counter)
     missing: list[str] = field(default_factory=list)
+    run: Witness | None = None
 
     @property
     def responses(self) -> list[SimulatedTimes]:
@@ -91,7 +96,7 @@ class Simulated:
         return [each for each in self.times.values() if each.first != each.last]
 
 
-def simulate_times(model: sym.SystemModel, seconds: float, seed: int = 0) -> Simulated:
+def simulate_times(model: sym.SystemModel, seconds: float, seed: int = 0, kept: int = 0) -> Simulated:
     """Simulate a model with its times; durations, latencies, offsets and jitter are drawn uniformly.
 
     Followed are callbacks of timers and topics whose runs do not overlap, and what they publish. Values that
@@ -105,6 +110,8 @@ def simulate_times(model: sym.SystemModel, seconds: float, seed: int = 0) -> Sim
         How long, in simulated time.
     seed : int
         The same seed gives the same run.
+    kept : int
+        How many of the first firings are kept as a run.
 
     Raises
     ------
@@ -124,12 +131,15 @@ def simulate_times(model: sym.SystemModel, seconds: float, seed: int = 0) -> Sim
     def lost(place: str) -> None:
         found.lost[place] += 1
 
+    begun: list[tuple[int, FiredAt]] = []
     following = Following(parts, seen, lost)
     run = TimedRun(net, seed, steps, mean_of(net))
     try:
         for transition, time in run.firings(seconds):
             following.fired(transition, time)
             found.firings += 1
+            if found.firings <= kept:
+                begun.append((transition, (time, time, time)))
             if found.firings >= MOST_FIRINGS:
                 found.seconds = time
                 break
@@ -138,6 +148,8 @@ def simulate_times(model: sym.SystemModel, seconds: float, seed: int = 0) -> Sim
             f"time stops after {run.now:g} s: transitions fire again and again at one moment",
             hint="`dineros check --time` names them",
         ) from None
+    if begun:
+        found.run = witness_of(parts.subject, [t for t, _ in begun], times=[time for _, time in begun])
     for (first, last), values in sorted(arrays.items()):
         found.times[first, last] = SimulatedTimes(first, last, values)
     return found

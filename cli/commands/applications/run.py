@@ -35,6 +35,12 @@ from dineros.cli.options import (
     "response times and chains; 100 s, or --timeout.",
 )
 @click.option(
+    "--report",
+    type=click.Path(path_type=Path),
+    metavar="PAGE.html",
+    help="With --times: write a page with histograms, and the beginning of the run on the axis of time.",
+)
+@click.option(
     "--speed",
     type=click.FloatRange(0, min_open=True),
     metavar="X",
@@ -99,6 +105,7 @@ def run(
     local: bool,
     simulate: bool,
     times: bool,
+    report: Path | None,
     speed: float | None,
     seed: int | None,
     handler_file: Path | None,
@@ -143,7 +150,9 @@ def run(
     if speed is not None and not simulate:
         raise DinerosError("--speed needs --simulate", hint="elsewhere, time is that of the machine")
     if times:
-        return _simulate_times(model, settings, simulate, timeout, seed, as_json)
+        return _simulate_times(model, settings, simulate, timeout, seed, report, as_json)
+    if report is not None:
+        raise DinerosError("--report needs --times", hint="`dineros trace` shows the traces of other runs")
     is_on_ros = not (local or simulate)
     if is_on_ros:
         said, settings = settings, settings_on_ros2(model, settings)
@@ -178,14 +187,16 @@ def _simulate_times(
     is_simulated: bool,
     timeout: float | None,
     seed: int | None,
+    report: Path | None,
     as_json: bool,
 ) -> int:
     """Simulate the times of a model only; no other option has a meaning there."""
-    from dineros.cli.running.timed import simulate_times_of
+    from dineros.cli.outputs import refuse_output
+    from dineros.cli.presentation.reports.simulations import simulate_times_of
     from dineros.metamodel.errors import DinerosError
 
     context = click.get_current_context()
-    known = {"model", "times", "simulate", "timeout", "seed", "settings", "as_json"}
+    known = {"model", "times", "simulate", "timeout", "seed", "settings", "as_json", "report"}
     default = click.core.ParameterSource.DEFAULT
     given = [name for name in context.params if context.get_parameter_source(name) != default]
     if not is_simulated:
@@ -193,4 +204,6 @@ def _simulate_times(
     for name in given:
         if name not in known and context.params[name] is not None and name in context.params:
             raise DinerosError(f"--times does not go with --{name.replace('_', '-')}")
-    return simulate_times_of(model, settings, timeout, seed, as_json)
+    if report is not None:
+        refuse_output(report, (".html",))
+    return simulate_times_of(model, settings, timeout, seed, report, as_json)

@@ -38,8 +38,19 @@ def test_quantiles(run: Run, robot: Path) -> None:
     assert sum(chain["histogram"]["counts"]) == chain["count"]
 
 
+def test_a_page(run: Run, robot: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    words = ("run", robot, "--simulate", "--times", "--seed", 3, "--timeout", 5, "--report", page)
+    assert run(*words).exit_code == 0
+    text = page.read_text()
+    assert text.count('class="bars"') == 3 and "<h2>tick to log</h2>" in text
+    assert "reader log.heard lost " in text and "The beginning of the run" in text and "<svg" in text
+
+
 def test_wrong_use(run: Run, robot: Path, model: Path) -> None:
     for words, text in (
+        (("--report", "page.html"), "--report needs --times"),
+        (("--times", "--simulate", "--report", "page.txt"), "page.txt"),
         (("--times",), "--times needs --simulate"),
         (("--times", "--local"), "--times needs --simulate"),
         (("--times", "--simulate", "--monitor"), "--times does not go with --monitor"),

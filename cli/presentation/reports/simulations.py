@@ -13,13 +13,21 @@ from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.analysis.timed_runs.simulating import Simulated, SimulatedTimes
+    from dineros.metamodel import sym
 
+SHOWN = 150
+"""Firings of the run that a page shows."""
 SECONDS = 100.0
 """How long a simulation goes on if nothing else is asked for, in simulated time."""
 
 
 def simulate_times_of(
-    model: Path, settings: Sequence[str], seconds: float | None, seed: int | None, as_json: bool
+    model: Path,
+    settings: Sequence[str],
+    seconds: float | None,
+    seed: int | None,
+    report: Path | None,
+    as_json: bool,
 ) -> int:
     """Simulate a model with its times, and print what was measured.
 
@@ -32,7 +40,10 @@ def simulate_times_of(
 
     system = load_valid_system(model, settings)
     seed = random.SystemRandom().getrandbits(32) if seed is None else seed
-    found = simulate_times(system, SECONDS if seconds is None else seconds, seed)
+    kept = 0 if report is None else SHOWN
+    found = simulate_times(system, SECONDS if seconds is None else seconds, seed, kept)
+    if report is not None:
+        _write_page(report, model, system, found, seed)
     if as_json:
         say_json(_report(model, found, seed))
         return 0
@@ -46,6 +57,42 @@ def simulate_times_of(
         say(f"reader {place} lost {counted(count, 'message')}")
     summarise(f"{model}: simulated {found.seconds:g} s, seed {seed}: {counted(found.firings, 'firing')}")
     return 0
+
+
+def _write_page(report: Path, model: Path, system: sym.SystemModel, found: Simulated, seed: int) -> None:
+    """Write histograms, and the beginning of the run on the axis of time."""
+    from dineros.analysis.timed_runs.simulating import histogram
+    from dineros.cli.presentation.traces import witness_builder
+    from dineros.metamodel.files.atomic import write_atomically
+    from dineros.observation.measuring.samples import duration_text
+    from dineros.views.reports.simulation_report import Histogram, SimulationContent, simulation_page
+    from dineros.views.traces.coding import TraceCoder
+
+    shown = []
+    for times in (*found.responses, *found.chains):
+        bars = histogram(times.values)
+        is_response = times.first == times.last
+        name = f"callback {times.first} responds" if is_response else f"{times.first} to {times.last}"
+        ends = duration_text(bars["least"]), duration_text(bars["greatest"])
+        shown.append(Histogram(name, _summary(times), *ends, bars["counts"]))
+    view = None
+    if found.run is not None:
+        view = TraceCoder(witness_builder(found.run, str(model)), "simulated run").snapshot()
+    notes = [
+        f"reader {place} lost {counted(count, 'message')}" for place, count in sorted(found.lost.items())
+    ]
+    content = SimulationContent(
+        title=str(system.name or system.id),
+        source=str(model),
+        what=f"{found.seconds:g} s, seed {seed}, {counted(found.firings, 'firing')}",
+        histograms=shown,
+        notes=[*notes, *found.missing],
+        view=view,
+    )
+    page, failure = simulation_page(content)
+    write_atomically(report, page.encode())
+    if failure is not None:
+        warn(f"{report}: without a picture: {failure}")
 
 
 def _summary(times: SimulatedTimes) -> str:

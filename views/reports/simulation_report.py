@@ -1,0 +1,79 @@
+"""The times of a simulated run, as one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from jinja2 import Environment, PackageLoader, select_autoescape
+from markupsafe import Markup
+
+from dineros.metamodel.errors import DinerosError
+from dineros.views.nets.drawing.svg import THEMES
+from dineros.views.pages import own_markup
+from dineros.views.traces.figures import trace_svg
+
+
+class Histogram(NamedTuple):
+    """The times of a callback or chain.
+
+    Attributes
+    ----------
+    name, text : str
+        What it is, and its quantiles in words.
+    least, greatest : str
+        The ends of the axis, with units.
+    counts : sequence of int
+        By bar.
+    """
+
+    name: str
+    text: str
+    least: str
+    greatest: str
+    counts: Sequence[int]
+
+
+@dataclass(frozen=True)
+class SimulationContent:
+    """All that a page shows.
+
+    Attributes
+    ----------
+    title, source, what : str
+        The model, its file, and what was simulated.
+    histograms : sequence of Histogram
+    notes : sequence of str
+        Lost messages, and what the model does not give.
+    view : dict or None
+        The beginning of the run: what `TraceCoder.snapshot` returns.
+    """
+
+    title: str
+    source: str
+    what: str
+    histograms: Sequence[Histogram]
+    notes: Sequence[str]
+    view: dict[str, Any] | None
+
+
+def simulation_page(content: SimulationContent) -> tuple[str, DinerosError | None]:
+    """Return the page as HTML, and why it lacks a picture, if it does."""
+    environment = Environment(
+        loader=PackageLoader("dineros.views", "static"),
+        autoescape=select_autoescape(default=True, default_for_string=True),
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    drawn: dict[str, Markup] = {}
+    failure: DinerosError | None = None
+    if content.view is not None:
+        try:
+            drawn = {theme: Markup(trace_svg([content.view], theme, fold=True)) for theme in THEMES}
+        except DinerosError as error:
+            failure = error
+    page = environment.get_template("simulation.html.j2").render(
+        content=content, style=own_markup("static/report.css"), drawn=drawn
+    )
+    return page, failure
