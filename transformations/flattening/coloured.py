@@ -19,6 +19,10 @@ RULE = "Guard"
 """Name in the trace of what guards add."""
 
 
+MOST_CELLS = 128
+"""Most cells of a queue whose order is kept, one for each message that it holds and each colour."""
+
+
 class Way(NamedTuple):
     """One way in which a transition of the net moves tokens whose colours matter.
 
@@ -102,7 +106,7 @@ class ColouredNet:
             self._link(made, "colour", place)
             return made
 
-        if limit > 1 and len(colours) > 1:
+        if limit > 1 and len(colours) > 1 and limit * len(colours) <= MOST_CELLS:
             ring = self._rings[place] = Ring(place, limit, colours, make, palette.text)
             parts = list(ring.cells.values())
             for name, choice in (("oldest", ring.heads), ("next", ring.tails)):

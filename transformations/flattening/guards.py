@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import islice
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.elements import nodes, places, transitions
@@ -92,7 +91,7 @@ class _Unfolding:
             if flow.key(place) in known:
                 self._known[place] = known[flow.key(place)]
         chosen = {
-            transition: self._variants(self._ways(transition, own, steps, flow))
+            transition: self._variants(transition, self._ways(transition, own, steps, flow))
             for transition, own in arcs.items()
         }
         self._drop_impossible(chosen, flow)
@@ -104,11 +103,7 @@ class _Unfolding:
         for transition, ways in chosen.items():
             copies[transition] = made.split(transition, ways)
             if sum(map(len, copies.values())) - len(copies) > MOST_VARIANTS:
-                raise GuardError(
-                    f"guards make more than {MOST_VARIANTS} transitions",
-                    element=self._id(transition),
-                    hint="ask about fewer fields, or let transitions take fewer tokens",
-                )
+                raise self._too_many(transition)
         for transition, higher in copies.items():
             for lower in list(transition.overrides):
                 for each in higher:
@@ -123,16 +118,25 @@ class _Unfolding:
             return [self._handed(way, flow) for way in flow.flows[transition]]
         return [self._stepping(None if origin is None else steps.get(origin), own)]
 
-    def _variants(self, ways: Sequence[Way]) -> list[Chosen]:
+    def _variants(self, transition: pn.Transition, ways: Sequence[Way]) -> list[Chosen]:
         """Return the variants of a transition; none: colours do not matter to it."""
         if not any(any(way.moves) for way in ways):
             return []
         found = ((way, each) for way in ways for each in variants(way.step, way.moves, self._known))
         chosen: dict[tuple[object, ...], Chosen] = {}
-        for way, variant in islice(found, MOST_VARIANTS + 1):
+        for number, (way, variant) in enumerate(found):
+            if number == MOST_VARIANTS:
+                raise self._too_many(transition)
             chosen.setdefault(_change(variant), Chosen(way, variant))
         assert chosen, "a guard that no token can fulfil is refused"
         return list(chosen.values())
+
+    def _too_many(self, transition: pn.Transition) -> GuardError:
+        return GuardError(
+            f"guards make more than {MOST_VARIANTS} transitions",
+            element=self._id(transition),
+            hint="ask about fewer fields, or let transitions take fewer tokens",
+        )
 
     def _drop_impossible(self, chosen: dict[pn.Transition, list[Chosen]], flow: DataFlow) -> None:
         """Leave out variants that take tokens of colours that never occur; a dead transition has one left."""

@@ -143,6 +143,22 @@ def test_too_many_variants_are_refused() -> None:
         flatten(model)
 
 
+def test_variants_of_one_transition_are_refused_before_any_is_left_out() -> None:
+    """Only one of 40 000 variants can fire, and it is not among the first ones."""
+    token = sym.TokenType(id="Token", fields=[sym.TokenField(name="n", kind="integer", ros="uint8")])
+    model = sym.SystemModel(id="m", tokenType=token)
+    node = node_net(model, "node")
+    one, two = place(node, "One", tokens=1), place(node, "Two", tokens=1)
+    for each in (one, two):
+        each.balloons.append(sym.BalloonToken(data='{"n": 199}'))
+        asked = " or ".join(f"{each.id}.n = {number}" for number in range(200))
+        step(node, f"Ask{each.id}", [each], [each]).guard = asked
+    step(node, "Both", [one, two], [])
+    with pytest.raises(GuardError, match="more than 20000") as error:
+        flatten(model)
+    assert error.value.element == "Both"
+
+
 def test_models_with_guards_are_refused_where_guards_would_be_ignored() -> None:
     from dineros.analysis.bounds.answers import Bounds
     from dineros.analysis.latencies.answers import Latencies
@@ -255,12 +271,17 @@ def _sends_in_order(limit: int) -> tuple[sym.SystemModel, pn.Place, pn.Place]:
     return model, after, wrong
 
 
+def _marked(model: sym.SystemModel) -> list[dict[str, int]]:
+    """Return the markings of a model's net."""
+    markings = unfolded(flatten(model), flatten(without_guards(model)))
+    return [dict(marking) for marking, _ in markings]  # type: ignore[call-overload]
+
+
 @pytest.mark.parametrize("limit", [1, 2, 3, 10])
 def test_messages_of_a_topic_keep_their_order(limit: int) -> None:
     """A subscriber may miss the first message, but never gets it after the second one."""
     model, after, wrong = _sends_in_order(limit)
-    markings = unfolded(flatten(model), flatten(without_guards(model)))
-    marked: list[dict[str, int]] = [dict(marking) for marking, _ in markings]  # type: ignore[call-overload]
+    marked = _marked(model)
     assert any(each[after.id] for each in marked)
     assert any(each["Stopped"] for each in marked)
     assert not any(each[wrong.id] for each in marked)
@@ -350,3 +371,12 @@ def test_only_values_that_occur_and_differ_are_told_apart() -> None:
         assert not any("level" in each.id for each in places(net))
         assert sum(name.startswith("T1") for name in names) == 1
     assert sizes == [1, 6, 6]  # a queue of three has three cells for each of two values
+
+
+def test_a_queue_of_any_limit_makes_a_small_net() -> None:
+    """The order of a very long queue is left open: it would need a cell for each message."""
+    model, after, wrong = _sends_in_order(1_000_000_000)
+    net = flatten(model).net
+    assert len(places(net)) < 60
+    marked = _marked(model)
+    assert any(each[after.id] for each in marked) and any(each[wrong.id] for each in marked)
