@@ -18,7 +18,10 @@ from dineros.cli.options import ExampleCommand
 from dineros.metamodel import sym
 from dineros.metamodel.elements import node_nets
 from dineros.metamodel.files import save
+from dineros.metamodel.records import write_records
 from tests.cli.conftest import Run
+from tests.observation.measuring.camera import KnownRun
+from tests.observation.measuring.camera import camera as watching
 from tests.support.programs.bags import write_bag
 from tests.support.programs.system_packages import require_for
 from tests.support.programs.warm_commands import program
@@ -122,6 +125,10 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     model = door()
     model.properties.append(sym.Property(id="Closes", text="fired(Close) only after fired(Open)"))
     save(model, folder / "door.sym.xmi")
+    save(watching(), folder / "watch.sym.xmi")
+    (folder / "watched").mkdir()
+    for name, records in KnownRun(1, quick=True).records.items():
+        write_records(folder / "watched" / f"{name}.jsonl", records)
     (folder / "our_templates").mkdir()
     rounds = range(0, 3_000_000_000, 100_000_000)
     pairs = (("/scans", 0), ("/dones", 20_000_000))

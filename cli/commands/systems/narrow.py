@@ -34,7 +34,7 @@ from dineros.cli.supervising import search_command
     "dineros narrow seen.sym.xmi --bag recording --threshold 0.95 -o narrowed.sym.xmi",
     "dineros narrow seen.sym.xmi --bag recording --accept 1 -o narrowed.sym.xmi",
     "dineros narrow seen.sym.xmi --tracing trace --threshold 0.95 -o narrowed.sym.xmi",
-    "dineros narrow sorting.sym.xmi --run run/ --threshold 0.95 -o measured.sym.xmi",
+    "dineros narrow watch.sym.xmi --run watched/ --threshold 0.95 -o measured.sym.xmi",
 )
 @model_argument()
 @click.option(

@@ -222,10 +222,10 @@ def test_the_examples_of_help_run(seen: Path, bag: Path, run: Run, monkeypatch: 
     monkeypatch.chdir(seen.parent)
     bag.rename("recording")
     traced().write(Path("trace"))
-    save(camera(), Path("sorting.sym.xmi"))
+    save(camera(), Path("watch.sym.xmi"))
     for node, records in KnownRun(1, quick=True).records.items():
-        Path("run").mkdir(exist_ok=True)
-        write_records(Path("run", f"{node}.jsonl"), records)
+        Path("watched").mkdir(exist_ok=True)
+        write_records(Path("watched", f"{node}.jsonl"), records)
     text = run("narrow", "--help").stdout
     examples = [line.strip() for line in text.splitlines() if line.strip().startswith("dineros narrow ")]
     assert len(examples) == 5
