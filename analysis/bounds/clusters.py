@@ -26,7 +26,7 @@ from dineros.analysis.bounds.tasks import Source, Task
 
 
 @dataclass(frozen=True)
-class _Part:
+class _TaskShare:
     """How often a task runs in the tree of an event at most, and when it is released at the earliest."""
 
     most: int
@@ -53,7 +53,7 @@ class Cluster:
         self._events = events
         self._inside = {task: [each for each in task.sources if each.task in events] for task in tasks}
         self._order = self._sorted()
-        self._parts: dict[Task, dict[Task, _Part]] = {}
+        self._parts: dict[Task, dict[Task, _TaskShare]] = {}
         self.within = self._bounded()
 
     @property
@@ -112,14 +112,14 @@ class Cluster:
             return least_window(lambda at: sum(curve.before(at) * cost for curve, cost in trees), first)
         return least_window(lambda at: sum(curve.within(at) * cost for curve, cost in trees))
 
-    def _parts_of(self, task: Task) -> dict[Task, _Part]:
-        found = {task: _Part(1, 0)} if self._events[task].terms else {}
+    def _parts_of(self, task: Task) -> dict[Task, _TaskShare]:
+        found = {task: _TaskShare(1, 0)} if self._events[task].terms else {}
         for source in self._inside[task]:
             before = source.task.least if source.only_at_end else 0
             for event, part in self._parts[source.task].items():
                 earliest = part.earliest + before + source.latency[0]
-                known = found.get(event, _Part(0, earliest))
-                found[event] = _Part(known.most + part.most * source.most, min(known.earliest, earliest))
+                known = found.get(event, _TaskShare(0, earliest))
+                found[event] = _TaskShare(known.most + part.most * source.most, min(known.earliest, earliest))
         return found
 
     def _costs(self) -> dict[Task, int]:

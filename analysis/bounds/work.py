@@ -65,7 +65,7 @@ class _KeptError(Exception):
 
 
 @dataclass
-class _Move:
+class _WorkMove:
     takes: Counter[pn.Place] = field(default_factory=Counter)
     reads: Counter[pn.Place] = field(default_factory=Counter)
     puts: Counter[pn.Place] = field(default_factory=Counter)
@@ -88,7 +88,7 @@ class Works:
     """
 
     def __init__(self, model: sym.SystemModel) -> None:
-        self.moves = {each: _Move() for each in transitions(model)}
+        self.moves = {each: _WorkMove() for each in transitions(model)}
         for arc in arcs(model):
             source, target = resolve(arc.source), resolve(arc.target)
             if isinstance(source, pn.Transition) and isinstance(target, pn.Place):
@@ -153,14 +153,14 @@ class Works:
         NotBoundedError
             Nothing bounds how long it takes.
         """
-        return _Run(self, page, message).work()
+        return _WorkRun(self, page, message).work()
 
 
 _Marking = frozenset[tuple[pn.Place, int]]
 
 
 @dataclass
-class _Found:
+class _WaysOnward:
     """What the ways onward from a marking of a run have in common."""
 
     latest: Fraction = Fraction(0)
@@ -169,7 +169,7 @@ class _Found:
     fewest: Counter[pn.Place] | None = None
 
 
-class _Run:
+class _WorkRun:
     def __init__(self, works: Works, page: sym.CallbackPage, message: pn.Place | None) -> None:
         self.works, self.page, self.message = works, page, message
         self.body = Body(page)
@@ -184,7 +184,7 @@ class _Run:
             and any(works.moves[each].needs(place) for each in works.around[place])
         } | ({message} if message is not None else set())
         self.ends = set(self.body.ends())
-        self.known: dict[_Marking, _Found | None] = {}
+        self.known: dict[_Marking, _WaysOnward | None] = {}
         self.idle: Counter[pn.Place] = Counter()
         self.is_sequential = True
 
@@ -246,17 +246,17 @@ class _Run:
             if full := next((place for place in touched if place.capacity), None):
                 raise NotBoundedError(f"{self.name} uses place {label(full)}, which can be full")
 
-    def _started(self, starts: set[pn.Transition]) -> _Found:
+    def _started(self, starts: set[pn.Transition]) -> _WaysOnward:
         """Explore a run of a timer: it begins if its first transition can fire, and takes what that needs."""
         ready = [each for each in starts if self._possible(each, self.idle)]
         if not any(self._is_free(each) for each in ready):
             raise NotBoundedError(f"{self.name} can begin only in some states")
-        found = _Found()
+        found = _WaysOnward()
         for each in ready:
             self._add(found, each, self._after(each, self.idle))
         return found
 
-    def _from(self, marking: Counter[pn.Place]) -> _Found:
+    def _from(self, marking: Counter[pn.Place]) -> _WaysOnward:
         key = frozenset((+marking).items())
         if key in self.known:
             if (known := self.known[key]) is None:
@@ -271,20 +271,20 @@ class _Run:
         self._require_onward(steps)
         if sum(marking[place] - self.idle[place] for place in self.own) > 1:
             self.is_sequential = False
-        found = _Found()
+        found = _WaysOnward()
         for each in steps:
             self._add(found, each, self._after(each, marking))
         self.known[key] = found
         return found
 
-    def _add(self, found: _Found, step: pn.Transition, after: Counter[pn.Place]) -> None:
+    def _add(self, found: _WaysOnward, step: pn.Transition, after: Counter[pn.Place]) -> None:
         """Add a way onward that begins with a step."""
         if step in self.ends:
             if kept := {place for place in self.own if after[place] != self.idle[place]}:
                 if self.message in kept:
                     raise NotBoundedError(f"{self.name} can end without its message")
                 raise _KeptError(kept)
-            onward = _Found(earliest=Fraction(0), fewest=Counter())
+            onward = _WaysOnward(earliest=Fraction(0), fewest=Counter())
         else:
             onward = self._from(after)
         interval = step.interval

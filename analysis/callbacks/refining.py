@@ -83,7 +83,7 @@ class Endings:
         try:
             for _ in range(ROUNDS):
                 budget.check_time()
-                part = _Part(self, sorted(places), running, budget)
+                part = _RefinedPart(self, sorted(places), running, budget)
                 if not part.doomed:
                     return Ending("ends")
                 more = part.missing()
@@ -111,7 +111,7 @@ class Endings:
         return set().union(*(self._takes[transition] for transition in transitions)) - places
 
 
-class _Part:
+class _RefinedPart:
     """A part of the net: what it reaches, and where the callback cannot be proved to end."""
 
     def __init__(self, whole: Endings, places: list[int], running: tuple[int, ...], budget: Budget) -> None:

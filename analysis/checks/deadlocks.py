@@ -139,7 +139,7 @@ def merged(subject: Subject, groups: Iterable[DeadlockGroup]) -> list[DeadlockGr
 
 def group_at(subject: Subject, trace: Sequence[int], final: FinalCondition | None = None) -> DeadlockGroup:
     """Return a marking that enables nothing, which a firing sequence leads to, as a group of its own."""
-    marking, places = replay(subject.net, trace)[-1], _Places(subject)
+    marking, places = replay(subject.net, trace)[-1], _RestPlaces(subject)
     causes = places.causes(marking)
     unfinished = places.unfinished(marking, causes)
     is_final = None if final is None else final.holds_at(marking)
@@ -161,7 +161,7 @@ def _without_instances(subject: Subject, causes: Sequence[Waiting]) -> object:
 def _groups(
     subject: Subject, space: SymbolicStateSpace, final: FinalCondition | None
 ) -> Iterator[DeadlockGroup]:
-    places = _Places(subject)
+    places = _RestPlaces(subject)
     ways = SymbolicSets(space)
     sets = ways.sets
     with Scope(space.diagram) as scope:
@@ -225,7 +225,7 @@ def _cause_text(subject: Subject, cause: Waiting) -> str:
     return f"{subject.transition_text(cause.transition)} ({'; '.join(wanted)})"
 
 
-class _Places:
+class _RestPlaces:
     """What the places of a net hold at rest, and what waits in a marking."""
 
     def __init__(self, subject: Subject) -> None:
@@ -352,7 +352,7 @@ def _unused_mark(subject: Subject) -> dict[int, int]:
 def _without(
     space: SymbolicStateSpace,
     states: int,
-    places: _Places,
+    places: _RestPlaces,
     marking: Sequence[int],
     causes: Sequence[Waiting],
 ) -> int:

@@ -47,7 +47,7 @@ def to_sarif(
         The kinds of what can be found, by name; by default those of a check.
     """
     faults = FAULTS if faults is None else faults
-    places = _Places(model, path)
+    places = _ElementLocations(model, path)
     accepted = [suppressed.finding for suppressed in report.suppressed]
     shown = [*report.findings, *report.known, *accepted]
     rules = list(dict.fromkeys(finding.rule for finding in shown))
@@ -101,7 +101,7 @@ def _rule(rule: str, severity: str, faults: Mapping[str, Fault]) -> dict[str, An
     }
 
 
-def _results(report: Report, rules: list[str], places: _Places) -> list[dict[str, Any]]:
+def _results(report: Report, rules: list[str], places: _ElementLocations) -> list[dict[str, Any]]:
     """Return what counts, what the baseline has, and what is suppressed."""
     new, known = ({"baselineState": each} if report.has_baseline else {} for each in ("new", "unchanged"))
     return [
@@ -114,7 +114,7 @@ def _results(report: Report, rules: list[str], places: _Places) -> list[dict[str
     ]
 
 
-def _suppression(suppressed: Suppressed, places: _Places) -> dict[str, Any]:
+def _suppression(suppressed: Suppressed, places: _ElementLocations) -> dict[str, Any]:
     return {
         "kind": "inSource",
         "status": "accepted",
@@ -123,7 +123,7 @@ def _suppression(suppressed: Suppressed, places: _Places) -> dict[str, Any]:
     }
 
 
-def _result(finding: Finding, rules: list[str], places: _Places) -> dict[str, Any]:
+def _result(finding: Finding, rules: list[str], places: _ElementLocations) -> dict[str, Any]:
     result: dict[str, Any] = {
         "ruleId": finding.rule,
         "ruleIndex": rules.index(finding.rule),
@@ -145,7 +145,7 @@ def _result(finding: Finding, rules: list[str], places: _Places) -> dict[str, An
     return result
 
 
-def _flow(witness: Witness, places: _Places) -> list[dict[str, Any]]:
+def _flow(witness: Witness, places: _ElementLocations) -> list[dict[str, Any]]:
     return [
         {
             "location": {**places.of(step.transition), "message": {"text": _step_text(witness, number)}},
@@ -163,7 +163,7 @@ def _fingerprint(finding: Finding) -> str:
     return hashlib.sha256("\0".join((finding.rule, *finding.elements)).encode()).hexdigest()
 
 
-class _Places:
+class _ElementLocations:
     """Where the elements of a model stand, as SARIF locations."""
 
     def __init__(self, model: pn.Net, path: Path) -> None:

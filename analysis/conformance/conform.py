@@ -76,7 +76,7 @@ class _Survey:
 
 
 @dataclass(frozen=True)
-class _Goal:
+class _DropToReach:
     """A message that a publisher's queue dropped, which needs an order of its own."""
 
     node: str
@@ -107,7 +107,7 @@ class _Conformance:
         self._fates.are_known = True
 
     def run(self) -> Verdict:
-        goals: list[_Goal] = []
+        goals: list[_DropToReach] = []
         hopeless: dict[tuple[str, int], tuple[bool, Deviation]] = {}
         for attempt in range(self._attempts + 1):
             merger, stuck = self._attempt(goals)
@@ -134,7 +134,7 @@ class _Conformance:
             merger = self._in_another_order(merger, goals)
         return self._verdict(merger, hopeless)
 
-    def _in_another_order(self, merger: Merger, goals: list[_Goal]) -> Merger:
+    def _in_another_order(self, merger: Merger, goals: list[_DropToReach]) -> Merger:
         """Draw orders of calls whose servers do not know whose they are, until one fits."""
         for seed in range(self._attempts):
             other, stuck = self._attempt(goals, Random(seed))
@@ -142,7 +142,9 @@ class _Conformance:
                 return other
         return merger
 
-    def _attempt(self, goals: list[_Goal], draw: Random | None = None) -> tuple[Merger, _Goal | None]:
+    def _attempt(
+        self, goals: list[_DropToReach], draw: Random | None = None
+    ) -> tuple[Merger, _DropToReach | None]:
         """Replay, reaching the goals first; return the goal that was not reached, if any."""
         merger = self._merger([(goal.channel, goal.queue) for goal in goals], draw)
         for goal in goals:
@@ -151,7 +153,7 @@ class _Conformance:
         merger.advance()
         return merger, None
 
-    def _possible_alone(self, goal: _Goal) -> bool:
+    def _possible_alone(self, goal: _DropToReach) -> bool:
         """Tell whether a message can be lost when only what must come before it has happened."""
         keep = [(goal.channel, goal.queue)]
         if self._reach(self._merger(keep), goal):
@@ -161,7 +163,7 @@ class _Conformance:
         self._generous.add((goal.node, goal.position))
         return self._reach(self._merger(keep), goal)
 
-    def _reach(self, merger: Merger, goal: _Goal) -> bool:
+    def _reach(self, merger: Merger, goal: _DropToReach) -> bool:
         """Replay only what must come before a loss, and the loss; tell whether it was possible."""
         limits: dict[str, int] | None = self._past(goal).records
         if (goal.node, goal.position) in self._generous:
@@ -178,14 +180,14 @@ class _Conformance:
             limits = self._pasts.extended(limits, waiting, (goal.node, goal.position))
         return False
 
-    def _missed(self, merger: Merger, hopeless: Collection[tuple[str, int]]) -> _Goal | None:
+    def _missed(self, merger: Merger, hopeless: Collection[tuple[str, int]]) -> _DropToReach | None:
         """Return a loss that the order taken does not allow."""
         for node, (record, fault) in merger.failed.items():
             position = merger.feeds[node].position
             if fault.queue is not None and (node, position) not in hopeless:
                 assert isinstance(record, (Publish, Drop))
                 deviation = Deviation(record, step_words(record), fault.reason)
-                return _Goal(node, position, record.channel, fault.queue, deviation)
+                return _DropToReach(node, position, record.channel, fault.queue, deviation)
         return None
 
     def _merger(self, keep: Collection[tuple[str, str]], draw: Random | None = None) -> Merger:
@@ -200,7 +202,7 @@ class _Conformance:
             draw,
         )
 
-    def _past(self, goal: _Goal) -> Past:
+    def _past(self, goal: _DropToReach) -> Past:
         return self._pasts.of(goal.node, goal.position)
 
     @cached_property
@@ -241,7 +243,7 @@ def _is_unclear(merger: Merger) -> bool:
     return any(merger.is_unclear(node) for node in merger.waiting)
 
 
-def _undecided(goal: _Goal, why: str) -> Deviation:
+def _undecided(goal: _DropToReach, why: str) -> Deviation:
     found = goal.deviation
     return Deviation(found.record, found.step, f"{found.reason} in the orders tried: {why}")
 

@@ -24,7 +24,7 @@ _Key = tuple[GoalChange, str, str | None, int | None, str | None]
 
 
 @dataclass(eq=False)
-class _Goal:
+class _SentGoal:
     """A goal that was sent.
 
     Attributes
@@ -58,7 +58,7 @@ class GoalFlow:
         self._player = player
         self._marking = player.marking
         self._net = net = player.net
-        self._goals: dict[tuple[str, str], _Goal] = {}
+        self._goals: dict[tuple[str, str], _SentGoal] = {}
         self._untold: Counter[tuple[str, str]] = Counter()
         self._channels = {
             channel.id: channel for channel in net.model.channels if isinstance(channel, sym.ActionChannel)
@@ -102,17 +102,17 @@ class GoalFlow:
             return Waiting(reason, self._clients(record.channel), outside)
         return Fault(reason)
 
-    def _sent(self, record: Any, goal: _Goal | None) -> Refusal | None:
+    def _sent(self, record: Any, goal: _SentGoal | None) -> Refusal | None:
         if goal is not None:
             return Fault(f"goal {record.message} was sent before")
         client = record.client or ""
         fault = self._fire_one(record, ("is sent", record.channel, client, None, None))
         if fault is None:
             id = record.message or ""
-            self._goals[record.channel, id] = _Goal(id, record.channel, client)
+            self._goals[record.channel, id] = _SentGoal(id, record.channel, client)
         return fault
 
-    def _accepted(self, record: Any, goal: _Goal) -> Refusal | None:
+    def _accepted(self, record: Any, goal: _SentGoal) -> Refusal | None:
         if goal.slot is not None or goal.is_told:
             return Fault(f"goal {goal.id} was answered before")
         fault = self._fire_one(record, ("is accepted", goal.channel, goal.client, record.instance, None))
@@ -120,7 +120,7 @@ class GoalFlow:
             goal.slot = record.instance
         return fault
 
-    def _learned(self, record: Any, goal: _Goal) -> Refusal | None:
+    def _learned(self, record: Any, goal: _SentGoal) -> Refusal | None:
         key: _Key = ("is known to be accepted", goal.channel, goal.client, None, None)
         if not self._steps.get(key):
             return None  # the client names no place for it
@@ -128,7 +128,7 @@ class GoalFlow:
             return Waiting(f"goal {goal.id} was not accepted before", (self._server(goal.channel),))
         return self._fire_one(record, key, goal)
 
-    def _rejected(self, record: Any, goal: _Goal) -> Refusal | None:
+    def _rejected(self, record: Any, goal: _SentGoal) -> Refusal | None:
         if goal.slot is not None or goal.is_told:
             return Fault(f"goal {goal.id} was answered before")
         rejecting = self._steps.get(("", goal.channel, goal.client, None, None))
@@ -151,7 +151,7 @@ class GoalFlow:
                     self._player.fire(rejecting)
         return self._fire_one(record, key)
 
-    def _canceled(self, record: Any, goal: _Goal) -> Refusal | None:
+    def _canceled(self, record: Any, goal: _SentGoal) -> Refusal | None:
         if goal.slot is None:
             return Waiting(f"goal {goal.id} was not accepted before", (self._server(goal.channel),))
         if goal.is_told:
@@ -159,7 +159,7 @@ class GoalFlow:
         slot = goal.slot if goal.outcome is None else None
         return self._fire_one(record, ("is asked to cancel", goal.channel, goal.client, slot, goal.outcome))
 
-    def _heard_cancel(self, record: Any, goal: _Goal) -> Refusal | None:
+    def _heard_cancel(self, record: Any, goal: _SentGoal) -> Refusal | None:
         key: _Key = ("is to be canceled", goal.channel, None, goal.slot, None)
         if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
@@ -170,14 +170,14 @@ class GoalFlow:
             return Waiting(reason, self._clients(goal.channel), outside)
         return self._fire_one(record, key)
 
-    def _refused_cancel(self, _: Any, goal: _Goal) -> Refusal | None:
+    def _refused_cancel(self, _: Any, goal: _SentGoal) -> Refusal | None:
         """Let a server refuse that has no place for requests to cancel; others were only too late."""
         for transition in self._steps.get(("", goal.channel, None, goal.slot, None), ()):
             if goal.outcome is None and self._player.is_enabled(transition):
                 self._player.fire(transition)
         return None
 
-    def _finished(self, record: Any, goal: _Goal) -> Refusal | None:
+    def _finished(self, record: Any, goal: _SentGoal) -> Refusal | None:
         if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
         fault = self._fire_one(record, ("ends", goal.channel, goal.client, goal.slot, record.outcome), goal)
@@ -185,7 +185,7 @@ class GoalFlow:
             goal.outcome = record.outcome
         return fault
 
-    def _told(self, record: Any, goal: _Goal) -> Refusal | None:
+    def _told(self, record: Any, goal: _SentGoal) -> Refusal | None:
         if goal.is_told:
             return Fault(f"{goal.client} knows that goal {goal.id} has ended")
         if goal.outcome is None:
@@ -199,7 +199,7 @@ class GoalFlow:
 
     # Feedback.
 
-    def _feedback(self, record: Any, forced: bool, goal: _Goal) -> Refusal | None:
+    def _feedback(self, record: Any, forced: bool, goal: _SentGoal) -> Refusal | None:
         if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
         queue = self._queues.get((goal.channel, goal.client))
@@ -214,7 +214,7 @@ class GoalFlow:
                 return Waiting(reason, (self._client(goal),), is_forcible=True)
         return self._fire_one(record, ("gives feedback", goal.channel, goal.client, goal.slot, None))
 
-    def _heard(self, record: Any, goal: _Goal) -> Refusal | None:
+    def _heard(self, record: Any, goal: _SentGoal) -> Refusal | None:
         queue = self._queues.get((goal.channel, goal.client))
         if queue is None:
             return Fault(f"{goal.client} listens to no feedback")
@@ -246,7 +246,7 @@ class GoalFlow:
 
     # The net.
 
-    def _fire_one(self, record: Any, key: _Key, goal: _Goal | None = None) -> Fault | None:
+    def _fire_one(self, record: Any, key: _Key, goal: _SentGoal | None = None) -> Fault | None:
         """Fire what a record stands for: the one of several transitions that can be."""
         found = self._steps.get(key)
         if not found:
@@ -260,7 +260,7 @@ class GoalFlow:
         nodes = (node_net_of(client.goal) for client in self._channels[channel].clients)
         return tuple(dict.fromkeys(node.id for node in nodes if node is not None))
 
-    def _client(self, goal: _Goal) -> str:
+    def _client(self, goal: _SentGoal) -> str:
         ports = self._channels[goal.channel].clients
         node = next(node_net_of(port.goal) for port in ports if port.client == goal.client)
         return "" if node is None else node.id
@@ -270,7 +270,7 @@ class GoalFlow:
         return "" if node is None else node.id
 
 
-_REPLAYS: Mapping[GoalChange, Callable[[GoalFlow, Any, _Goal], Refusal | None]] = {
+_REPLAYS: Mapping[GoalChange, Callable[[GoalFlow, Any, _SentGoal], Refusal | None]] = {
     "is accepted": GoalFlow._accepted,
     "is known to be accepted": GoalFlow._learned,
     "is known to be rejected": GoalFlow._rejected,

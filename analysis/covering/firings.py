@@ -129,7 +129,7 @@ def firings(
         What `near_firings` found of the same.
     """
     asked = range(len(net.transitions)) if wanted is None else wanted
-    search = _Search(net, budget.begun(), asked, asks_deadlock)
+    search = _FiringSearch(net, budget.begun(), asked, asks_deadlock)
     if known is not None:
         search.found = known
     else:
@@ -146,13 +146,13 @@ def firings(
 
 def near_firings(net: CompiledNet, budget: Budget) -> Firings:
     """Find out what costs little: which transitions can fire, and what is a deadlock; for `firings`."""
-    search = _Search(net, budget.begun(), range(len(net.transitions)), asks_deadlock=True)
+    search = _FiringSearch(net, budget.begun(), range(len(net.transitions)), asks_deadlock=True)
     search.look_near()
     search.look_around()
     return search.found
 
 
-class _Search:
+class _FiringSearch:
     def __init__(self, net: CompiledNet, budget: Budget, wanted: Iterable[int], asks_deadlock: bool) -> None:
         self.net, self.budget, self.wanted = net, budget, list(wanted)
         self.asks_deadlock = asks_deadlock

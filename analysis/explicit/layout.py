@@ -182,7 +182,7 @@ def layout(net: CompiledNet) -> Layout:
     known = [*place_invariants(net), *(proportional_places(net) if flows is None else flows)]
     limits = {tuple(y.weights.items()): y for y in known}
     parts = [
-        _Part((p,), np.arange(b + 1)[:, None])
+        _LayoutPart((p,), np.arange(b + 1)[:, None])
         for p, b in enumerate(bounds)
         if b is not None and b < LARGEST_CELL
     ]
@@ -212,14 +212,16 @@ def _first_bits(net: CompiledNet, place: int) -> int:
 
 
 @dataclass(frozen=True)
-class _Part:
+class _LayoutPart:
     """Places and the combinations of their tokens that are possible as far as is known."""
 
     places: tuple[int, ...]
     states: Int64Array
 
 
-def _joined_by_invariants(parts: list[_Part], invariants: Sequence[PlaceInvariant]) -> list[_Part]:
+def _joined_by_invariants(
+    parts: list[_LayoutPart], invariants: Sequence[PlaceInvariant]
+) -> list[_LayoutPart]:
     """Join the parts that an invariant connects, where few enough combinations are left."""
     home = {p: part for part in parts for p in part.places}
     for y in invariants:
@@ -231,7 +233,7 @@ def _joined_by_invariants(parts: list[_Part], invariants: Sequence[PlaceInvarian
     return list({id(part): part for part in home.values()}.values())
 
 
-def _join(parts: list[_Part], y: PlaceInvariant) -> _Part | None:
+def _join(parts: list[_LayoutPart], y: PlaceInvariant) -> _LayoutPart | None:
     sums = [part.states @ np.array([y.weights.get(p, 0) for p in part.places]) for part in parts]
     if len(parts) == 1 and (sums[0] == y.constant).all():
         return None  # known already
@@ -251,7 +253,7 @@ def _join(parts: list[_Part], y: PlaceInvariant) -> _Part | None:
         states = np.hstack([states[left], part.states[right]])
         total = both[left, right]
         places += part.places
-    return _Part(places, states)
+    return _LayoutPart(places, states)
 
 
 def _combinations(sums: Sequence[Int64Array], constant: int) -> int:
@@ -272,7 +274,7 @@ def _combinations(sums: Sequence[Int64Array], constant: int) -> int:
     return ways.get(constant, 0)
 
 
-def _encoded(part: _Part) -> Cell:
+def _encoded(part: _LayoutPart) -> Cell:
     """A code for a part: factors one by one, each the smallest that keeps all combinations apart."""
     kept = list(range(len(part.places)))
     largest = part.states.max(axis=0)

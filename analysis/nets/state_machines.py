@@ -31,7 +31,7 @@ def state_machines(net: CompiledNet, places: Iterable[int]) -> list[tuple[int, .
     >>> state_machines(net, range(3))
     [(0, 1)]
     """
-    search = _Search(net, places)
+    search = _GroupSearch(net, places)
     while search.add(None):
         pass
     # Where halves of tokens would be best, it takes a place that is to be whole.
@@ -41,7 +41,7 @@ def state_machines(net: CompiledNet, places: Iterable[int]) -> list[tuple[int, .
     return search.groups
 
 
-class _Search:
+class _GroupSearch:
     """The groups so far, and the places that are still free."""
 
     def __init__(self, net: CompiledNet, places: Iterable[int]) -> None:

@@ -81,7 +81,7 @@ def excluded(
     """
     try:
         wanted = _of(equation.net, condition, conditions)
-        search = _Search(equation, is_late, met, most_traps)
+        search = _ExclusionSearch(equation, is_late, met, most_traps)
         if not search.excludes({}, [wanted]):
             return None
         used = [trap for trap in search.traps if any(_token_in(trap) in case.rows for case in search.cases)]
@@ -90,7 +90,7 @@ def excluded(
         return None
 
 
-class _Search:
+class _ExclusionSearch:
     def __init__(
         self,
         equation: StateEquation,

@@ -55,9 +55,9 @@ def by_clauses(
     """Look for a way to a goal, or for clauses that keep it away; asked and answered as `by_induction`."""
 
     def search(known: Sums, budget: Budget) -> Outcome:
-        with closing(_Search(net, known, goal, conditions, budget)) as work:
+        with closing(_PdrSearch(net, known, goal, conditions, budget)) as work:
             found = work.run()
-        if isinstance(found, _Found):
+        if isinstance(found, _PdrFinding):
             return Outcome("reachable", found.trace, seconds=budget.spent, by=PDR)
         evidence = Inductive(int(bool(found)), known.bounds, known.proofs, known.weightings, tuple(found))
         return Outcome("unreachable", seconds=budget.spent, by=PDR, evidence=evidence)
@@ -66,7 +66,7 @@ def by_clauses(
 
 
 @dataclass(frozen=True)
-class _Found:
+class _PdrFinding:
     trace: tuple[int, ...]
 
 
@@ -87,7 +87,7 @@ class _Wanted:
         return tuple(trace)
 
 
-class _Search:
+class _PdrSearch:
     def __init__(
         self,
         net: CompiledNet,
@@ -103,11 +103,11 @@ class _Search:
         """By literal: in how many cubes it was; these are left out last."""
         self.solver: Any = None
 
-    def run(self) -> _Found | list[tuple[Row, ...]]:
+    def run(self) -> _PdrFinding | list[tuple[Row, ...]]:
         """Return a way to the goal, or clauses that exclude it and that every step keeps."""
         self._start()
         if self._solve([self.unrolling.begins, self.met]):
-            return _Found(())
+            return _PdrFinding(())
         while len(self.frames) <= MOST_FRAMES:
             while self._solve([*self._frame(len(self.frames) - 1), self.met]):
                 found = self._exclude(_Wanted(self._meeting(), -1, None))
@@ -155,7 +155,7 @@ class _Search:
 
     # what is to be excluded
 
-    def _exclude(self, wanted: _Wanted) -> _Found | None:
+    def _exclude(self, wanted: _Wanted) -> _PdrFinding | None:
         """Exclude markings from the last frame, and before that from others whatever leads to them."""
         last = len(self.frames) - 1
         queue: list[tuple[int, int, _Wanted]] = []
@@ -166,7 +166,7 @@ class _Search:
                 self._start()
             number, _, wanted = heappop(queue)
             if self.initial.issuperset(wanted.cube):
-                return _Found(wanted.trace())
+                return _PdrFinding(wanted.trace())
             if self._is_excluded(wanted.cube, number):
                 if number < last:
                     count -= 1

@@ -102,10 +102,10 @@ def read_pattern(text: str) -> Reading:
     """
     if len(text) > MAX_LENGTH:
         raise FormulaError(f"the property has {len(text)} characters, more than {MAX_LENGTH}", column=1)
-    within = _found(_Part(text, 0), r"\bwithin\s+(\d+(?:\.\d+)?(?:/\d+)?)\s*$")
+    within = _found(_PatternText(text, 0), r"\bwithin\s+(\d+(?:\.\d+)?(?:/\d+)?)\s*$")
     if within is not None:
-        return Reading("ltl", _within(_Part(text, 0).before(within), within))
-    body, scope = _Part(text, 0), None
+        return Reading("ltl", _within(_PatternText(text, 0).before(within), within))
+    body, scope = _PatternText(text, 0), None
     colon = _found(body, ":")
     if colon is not None:
         scope, body = body.before(colon), body.after(colon)
@@ -118,20 +118,20 @@ def read_pattern(text: str) -> Reading:
 
 
 @dataclass(frozen=True)
-class _Part:
+class _PatternText:
     """A piece of the text, and where it begins, from 0."""
 
     text: str
     start: int
 
-    def before(self, match: re.Match[str]) -> _Part:
-        return _Part(self.text[: match.start()], self.start)
+    def before(self, match: re.Match[str]) -> _PatternText:
+        return _PatternText(self.text[: match.start()], self.start)
 
-    def after(self, match: re.Match[str]) -> _Part:
-        return _Part(self.text[match.end() :], self.start + match.end())
+    def after(self, match: re.Match[str]) -> _PatternText:
+        return _PatternText(self.text[match.end() :], self.start + match.end())
 
 
-def _within(body: _Part, match: re.Match[str]) -> Bounded:
+def _within(body: _PatternText, match: re.Match[str]) -> Bounded:
     """Return what a pattern says of a time that begins at the start, or with each cause."""
     column = match.start(1) + 1
     if _found(body, ":") is not None:
@@ -151,7 +151,7 @@ def _within(body: _Part, match: re.Match[str]) -> Bounded:
     return Bounded(window, effect, trigger=cause, is_after_step=_is_step(cause))
 
 
-def _possible(part: _Part, stays: bool) -> Reading:
+def _possible(part: _PatternText, stays: bool) -> Reading:
     if not stays:
         return Reading("ltl", Globally(Not(_condition(part))), is_negated=True)
     condition = _condition(part)
@@ -165,7 +165,7 @@ def _possible(part: _Part, stays: bool) -> Reading:
     return Reading("ctl", ForAll(Globally(Exists(Finally(condition)))))
 
 
-def _scoped(scope: _Part | None, body: _Part) -> Formula:
+def _scoped(scope: _PatternText | None, body: _PatternText) -> Formula:
     if scope is None:
         return _pattern(body, _Scope(None))
     words = re.match(r"\s*(before|after|between)\b", scope.text)
@@ -200,7 +200,7 @@ def _is_step(condition: Formula) -> bool:
     return any(isinstance(part, Fired) for part in condition.subformulas())
 
 
-def _two(part: _Part, word: str) -> tuple[Formula, Formula]:
+def _two(part: _PatternText, word: str) -> tuple[Formula, Formula]:
     """Read two conditions with a word between them, which may be part of either, too."""
     found: list[tuple[Formula, Formula]] = []
     wrong: FormulaError | None = None
@@ -222,7 +222,7 @@ def _two(part: _Part, word: str) -> tuple[Formula, Formula]:
     raise wrong or FormulaError(f"there is no {word!r}", column=part.start + 1)
 
 
-def _pattern(body: _Part, scope: _Scope) -> Formula:
+def _pattern(body: _PatternText, scope: _Scope) -> Formula:
     """Return what a pattern says from now on, in a scope."""
     first = re.match(r"\s*(never|always|at\s+most)\b", body.text)
     if first is not None and first[1] in ("never", "always"):
@@ -244,7 +244,7 @@ def _pattern(body: _Part, scope: _Scope) -> Formula:
     raise FormulaError("this is not a pattern", column=body.start + 1, hint=_HINT)
 
 
-def _sides(part: _Part, match: re.Match[str]) -> tuple[Formula, Formula]:
+def _sides(part: _PatternText, match: re.Match[str]) -> tuple[Formula, Formula]:
     """Read the conditions before and after what parts them."""
     return _condition(part.before(match)), _condition(part.after(match))
 
@@ -303,7 +303,7 @@ class _Scope:
         return WeakUntil(self.goes_on(condition), then if ended is None else Or((ended, then)))
 
 
-def _bounded(part: _Part, scope: _Scope) -> Formula:
+def _bounded(part: _PatternText, scope: _Scope) -> Formula:
     """Return that something happens some times at most: steps count, or how often markings become so."""
     words = re.match(r"\s*(once|twice|\d{1,9}\s+times?)\b", part.text)
     if words is None:
@@ -324,7 +324,7 @@ def _bounded(part: _Part, scope: _Scope) -> Formula:
     return formula
 
 
-def _condition(part: _Part) -> Formula:
+def _condition(part: _PatternText) -> Formula:
     if not part.text.strip():
         raise FormulaError("a condition is missing", column=part.start + 1, hint=_HINT)
     formula = parse(" " * part.start + part.text)  # so that columns are those of the whole text
@@ -340,11 +340,11 @@ def _condition(part: _Part) -> Formula:
 _OPAQUE = re.compile(r'"(?:[^"\\]|\\.)*"|\{(?:[^{}\\]|\\.)*\}')
 
 
-def _found(part: _Part, pattern: str) -> re.Match[str] | None:
+def _found(part: _PatternText, pattern: str) -> re.Match[str] | None:
     return next(iter(_all_found(part, pattern)), None)
 
 
-def _all_found(part: _Part, pattern: str) -> list[re.Match[str]]:
+def _all_found(part: _PatternText, pattern: str) -> list[re.Match[str]]:
     """Return where something stands outside of quotes, braces and parentheses."""
     flat = list(_OPAQUE.sub(lambda match: "\0" * len(match[0]), part.text))
     depth = 0

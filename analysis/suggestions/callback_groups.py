@@ -106,7 +106,7 @@ def suggest_callback_groups(
         Where to put the answer as it comes, for those who want it after an interruption.
     """
     suggestion = Suggestion() if suggestion is None else suggestion
-    search = _Search(model, budget.begun(), suggestion)
+    search = _ChangeSearch(model, budget.begun(), suggestion)
     try:
         search.run()
     except BudgetExceededError as limit:
@@ -114,7 +114,7 @@ def suggest_callback_groups(
     return suggestion
 
 
-class _Search:
+class _ChangeSearch:
     """A search through changes, the fewest first."""
 
     def __init__(self, model: sym.SystemModel, budget: Budget, suggestion: Suggestion) -> None:

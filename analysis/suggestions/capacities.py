@@ -100,7 +100,7 @@ def suggest_capacities(
     budget = budget.begun()
     # With inhibitor arcs (T5a) the capacity is an initial marking and nothing else.
     subject = base_subject(model, overflow="inhibitor")
-    search = _Search(subject)
+    search = _CapacitySearch(subject)
     # A state space that takes long comes last: most queues need none.
     search.make_space(budget.share(SPACE_SHARE), FIRST_WORK)
     asked = list(queues(subject))
@@ -119,7 +119,7 @@ def suggest_capacities(
     return found
 
 
-class _Search:
+class _CapacitySearch:
     """Searches capacities on one net, whose state space with the model's own capacities is made once."""
 
     def __init__(self, subject: Subject) -> None:

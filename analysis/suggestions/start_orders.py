@@ -80,7 +80,7 @@ def suggest_start_order(
         Where to put the answer as it comes, for those who want it after an interruption.
     """
     found = StartOrder() if found is None else found
-    search = _Search(model, budget.begun(), found)
+    search = _OrderSearch(model, budget.begun(), found)
     try:
         search.run()
     except BudgetExceededError as limit:
@@ -88,7 +88,7 @@ def suggest_start_order(
     return found
 
 
-class _Search:
+class _OrderSearch:
     """A search through total orders, in which what begins as a run that loses something is left out."""
 
     def __init__(self, model: sym.SystemModel, budget: Budget, found: StartOrder) -> None:

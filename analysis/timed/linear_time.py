@@ -129,7 +129,7 @@ def _never(net: TimedNet, condition: Formula, names: Names, budget: Budget) -> O
 
 
 @dataclass(frozen=True)
-class _Run:
+class _LassoRun:
     """Edges of the graph: those of the stem, and those of the loop."""
 
     graph: TimedGraph
@@ -213,7 +213,7 @@ class _Product:
         reached[order] = True
         return reached
 
-    def accepted(self) -> _Run | None:
+    def accepted(self) -> _LassoRun | None:
         """Return an accepted run, or None if there is none."""
         size = self._graph.classes * self._states
         _, component = numbered_parts(size, self.source.astype(np.int32), self.target.astype(np.int32))
@@ -227,7 +227,7 @@ class _Product:
             return None
         is_goal = accepting[component]
         stem, start = self._path(self._automaton.initial, is_goal, np.ones(len(self.source), dtype=np.bool_))
-        return _Run(self._graph, tuple(stem), tuple(self._loop(start, component)))
+        return _LassoRun(self._graph, tuple(stem), tuple(self._loop(start, component)))
 
     def _loop(self, start: int, component: NDArray[np.integer[Any]]) -> list[int]:
         """Return edges from a state of an accepting component back to it that carry all marks."""
@@ -291,7 +291,7 @@ class _Product:
         return edges[::-1]
 
 
-def _check(graph: TimedGraph, tree: Formula, atoms: BoundAtoms, run: _Run) -> None:
+def _check(graph: TimedGraph, tree: Formula, atoms: BoundAtoms, run: _LassoRun) -> None:
     """Replay a counterexample: it has a schedule, and the formula is false on it by definition.
 
     Raises

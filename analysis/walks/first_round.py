@@ -107,9 +107,9 @@ class _Round:
     def _left(self) -> list[int]:
         return [t for t in self.wanted if t not in self.scout.ways]
 
-    def _clock(self) -> _Clock:
+    def _clock(self) -> _ProcessorTime:
         left = self.budget.left
-        return _Clock(SECONDS if left is None else min(SECONDS, SHARE * left), self.budget)
+        return _ProcessorTime(SECONDS if left is None else min(SECONDS, SHARE * left), self.budget)
 
     def walk(self) -> None:
         """Walk at random, as long as that finds something."""
@@ -150,7 +150,11 @@ class _Round:
             self.found.pumpings += [short_pumping(self.net, each, [place]) for each in self.scout.taken()]
 
     def _try(
-        self, counts: Int64Array, clock: _Clock, is_met: Callable[[], bool], growing: Collection[int] = ()
+        self,
+        counts: Int64Array,
+        clock: _ProcessorTime,
+        is_met: Callable[[], bool],
+        growing: Collection[int] = (),
     ) -> None:
         """Walk so a few times, each further, until something is met."""
         room, tries = ROOM + DETOUR * int(counts.sum()), PUMPS if growing else TRIES
@@ -163,7 +167,7 @@ class _Round:
             self.scout.walk(counts, growing, room << (number % DEEPER))
 
 
-class _Clock:
+class _ProcessorTime:
     """Seconds of the processor for a part of the work, within a budget: how busy others are matters less."""
 
     def __init__(self, seconds: float, budget: Budget) -> None:
@@ -179,6 +183,6 @@ class _Clock:
         """Whether they are used up."""
         return self.spent >= self._seconds or self._budget.is_over
 
-    def part(self, count: int) -> _Clock:
+    def part(self, count: int) -> _ProcessorTime:
         """Return an equal part of what is left, for one of some that are left."""
-        return _Clock((self._seconds - self.spent) / count, self._budget)
+        return _ProcessorTime((self._seconds - self.spent) / count, self._budget)

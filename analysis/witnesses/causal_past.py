@@ -126,7 +126,7 @@ class CausalPast:
         >>> CausalPast(net, [1, 0]).of([TokenNeed(place=2, position=2, bound="at least")])
         [1]
         """
-        search = _Search(self)
+        search = _PastSearch(self)
         for firing in firings:
             search.need(firing)
         for need in needs:
@@ -152,7 +152,7 @@ class CausalPast:
         return makers[: max(0, need.tokens - (initial - taken))]
 
 
-class _Search:
+class _PastSearch:
     """The firings needed so far, and what they need in turn."""
 
     def __init__(self, past: CausalPast) -> None:

@@ -110,7 +110,7 @@ def first_cause(witness: Witness, asked: str | None = None, verdict: str | None 
     if not witness.steps:
         return None
     assert witness.subject is not None, "witness_of() made it"
-    search = _Search(witness.subject, witness)
+    search = _CauseSearch(witness.subject, witness)
     if verdict not in _ANSWERS:
         if witness.loop is not None:
             return None  # that tokens grow without bound rests on no marking
@@ -145,7 +145,7 @@ def blocked_cause(witness: Witness, transition: str) -> Cause | None:
     assert subject is not None, "witness_of() made it"
     if not witness.steps or transition not in subject.transition_index:
         return None
-    return _Search(subject, witness).of_blocked(subject.transition_index[transition])
+    return _CauseSearch(subject, witness).of_blocked(subject.transition_index[transition])
 
 
 def _formula(asked: str | None) -> Formula | None:
@@ -171,7 +171,7 @@ def _linear(formula: Formula, verdict: str | None) -> Formula | None:
     return Not(formula) if wanted is Exists else formula
 
 
-class _Search:
+class _CauseSearch:
     """Finds the cause of one witness."""
 
     def __init__(self, subject: Subject, witness: Witness) -> None:

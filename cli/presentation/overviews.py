@@ -154,13 +154,13 @@ def listening(domain: int, reach: Reach) -> Iterator[Overview]:
     RosError
         ROS is not there.
     """
-    from dineros.runtime.ros.overview import Listener
+    from dineros.runtime.ros.overview import DiagnosticsListener
     from dineros.runtime.ros.process.environment import ros_environment
 
     overview = Overview()
     with TemporaryDirectory(prefix="dineros-top-") as folder:
         os.environ.update(ros_environment(Path(folder), domain, reach))
-        with Listener(overview):
+        with DiagnosticsListener(overview):
             yield overview
 
 

@@ -45,7 +45,7 @@ Key: TypeAlias = tuple[str, EObject]
 
 
 @dataclass
-class _Move:
+class _StepChange:
     """What a step takes and gives, by places."""
 
     takes: Counter[Key] = field(default_factory=Counter)
@@ -159,14 +159,14 @@ class Waiting:
     def __init__(self, model: sym.SystemModel) -> None:
         self._model = model
         self._tokens: dict[Key, int] = {_at(place): place.tokens for place in places(model)}
-        self._moves = {transition: _Move() for transition in transitions(model)}
-        self._others: list[_Move] = []
+        self._moves = {transition: _StepChange() for transition in transitions(model)}
+        self._others: list[_StepChange] = []
         self._arcs()
         self._callbacks()
         self._services()
         self._actions()
         self._subscribers()
-        self._givers: dict[Key, list[_Move]] = defaultdict(list)
+        self._givers: dict[Key, list[_StepChange]] = defaultdict(list)
         for move in (*self._moves.values(), *self._others):
             for key in move.gives:
                 self._givers[key].append(move)
@@ -185,7 +185,7 @@ class Waiting:
             stack.extend(carried | {key} for key in adding.takes if key not in carried)
         return False
 
-    def _adding(self, carried: frozenset[Key]) -> _Move | None:
+    def _adding(self, carried: frozenset[Key]) -> _StepChange | None:
         """Return a move that adds tokens to a set of places; None: there is none."""
         for key in carried:
             for move in self._givers[key]:
@@ -275,7 +275,7 @@ class Waiting:
                 self._move(self._begun(port.place), [_at(port.place)])
 
     def _move(self, takes: list[Key], gives: list[Key]) -> None:
-        self._others.append(_Move(Counter(takes), Counter(gives)))
+        self._others.append(_StepChange(Counter(takes), Counter(gives)))
 
 
 def _at(node: pn.Node) -> Key:

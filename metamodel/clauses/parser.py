@@ -93,10 +93,10 @@ def _parser() -> Lark:
     from lark import Lark
 
     grammar = Path(__file__).with_name("clause.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", transformer=_Builder())
+    return Lark(grammar, parser="lalr", transformer=_ClauseBuilder())
 
 
-class _Builder:
+class _ClauseBuilder:
     """Builds the tree while the text is parsed: bottom-up, so that no nesting can exhaust the stack.
 
     Its methods are called as the rules of the grammar are.

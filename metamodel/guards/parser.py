@@ -91,10 +91,10 @@ def _parser() -> Lark:
     from lark import Lark
 
     grammar = Path(__file__).with_name("guard.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", start=["condition", "assignments"], transformer=_Builder())
+    return Lark(grammar, parser="lalr", start=["condition", "assignments"], transformer=_GuardBuilder())
 
 
-class _Builder:
+class _GuardBuilder:
     """Builds the tree while the text is parsed; its methods are called as the rules of the grammar are."""
 
     def plain(self, children: list[Token]) -> str:

@@ -13,7 +13,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.errors import BudgetError
 from dineros.observation.explaining.following import Follower
 from dineros.observation.explaining.midway import follower_midway, untold
-from dineros.observation.explaining.ordering import Ordering, Seen
+from dineros.observation.explaining.ordering import Ordering, SeenMessage
 from dineros.observation.explaining.parts import ASSUMED
 from dineros.observation.explaining.runs import run_of
 from dineros.observation.explaining.shown import shown_net
@@ -105,7 +105,7 @@ class Explainer:
             self._rhythms[topic] = Rhythm(time, time)
         else:
             rhythm.add(time)
-        return self._named(self._ordering.add(Seen(self._count, topic, self._last)))
+        return self._named(self._ordering.add(SeenMessage(self._count, topic, self._last)))
 
     def finish(self) -> Unexplained | None:
         """Take the end of the recording; return the first message that no run shows, or None."""
@@ -171,7 +171,7 @@ class Explainer:
         causes = (blocked_cause(run, names[transition]) for transition in publishing)
         return replace(found, status="violated", run=run, cause=next((one for one in causes if one), None))
 
-    def _named(self, seen: Seen | None) -> Unexplained | None:
+    def _named(self, seen: SeenMessage | None) -> Unexplained | None:
         if seen is None:
             return None
         return Unexplained(

@@ -14,7 +14,7 @@ from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.symbolic.vector_sets import Scope, VectorSets
 from dineros.metamodel.errors import BudgetError
-from dineros.observation.explaining.parts import Part
+from dineros.observation.explaining.parts import NetPart
 
 P = ParamSpec("P")
 Vector = tuple[int, ...]
@@ -33,7 +33,7 @@ class SetsFullError(Exception):
     """There is no room for another set, as long as those that are kept are kept."""
 
 
-def all_markings(part: Part, budget: Budget) -> SymbolicStateSpace:
+def all_markings(part: NetPart, budget: Budget) -> SymbolicStateSpace:
     """Return all markings of a part.
 
     Raises
@@ -55,7 +55,7 @@ class MarkingSets:
 
     Parameters
     ----------
-    part : Part
+    part : NetPart
         The part.
     budget : Budget
         What its diagram may take.
@@ -76,7 +76,7 @@ class MarkingSets:
         The time or the memory is not enough for the markings of the part.
     """
 
-    def __init__(self, part: Part, budget: Budget) -> None:
+    def __init__(self, part: NetPart, budget: Budget) -> None:
         self.part = part
         self.space = space = all_markings(part, budget)
         self.sets: VectorSets = space.sets

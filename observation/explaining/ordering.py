@@ -46,7 +46,7 @@ class Way:
 
 
 @dataclass(frozen=True)
-class Seen:
+class SeenMessage:
     """A message, as far as its order goes.
 
     Attributes
@@ -78,7 +78,7 @@ class Ordering:
 
     Attributes
     ----------
-    open : deque of Seen
+    open : deque of SeenMessage
         Messages that came last: whether they were published before others is open.
     """
 
@@ -86,11 +86,11 @@ class Ordering:
         self._follower = follower
         self._tolerance = tolerance
         self._commuting = Commuting(follower)
-        self.open: deque[Seen] = deque()
+        self.open: deque[SeenMessage] = deque()
         self._ways: dict[Early, Way] = {NONE: Way(start)}
         self._is_whole = True
 
-    def add(self, message: Seen) -> Seen | None:
+    def add(self, message: SeenMessage) -> SeenMessage | None:
         """Take the next message; return the first that no run shows, None while there is none.
 
         Raises
@@ -104,7 +104,7 @@ class Ordering:
         self.open.append(message)
         return None
 
-    def finish(self) -> Seen | None:
+    def finish(self) -> SeenMessage | None:
         """Take the end of the messages; return the first that no run shows, None where there is none."""
         while self.open:
             if not self._settle():
@@ -169,7 +169,7 @@ class Ordering:
                 self._cut_trails()
         return bool(found)
 
-    def _settled(self, first: Seen) -> dict[Early, Way]:
+    def _settled(self, first: SeenMessage) -> dict[Early, Way]:
         found: dict[Early, Way] = {}
         # By how many messages were published early: when a set's turn comes, all ways to it are known.
         pending: list[dict[Early, Way]] = [{} for _ in self.open]

@@ -35,7 +35,7 @@ that a callback is in one place at a time; or all that any firing connects."""
 
 
 @dataclass(frozen=True)
-class Part:
+class NetPart:
     """A part of a net, as a net of its own.
 
     Attributes
@@ -59,7 +59,7 @@ class Part:
     edges: dict[int, int]
 
 
-def parts_of(net: CompiledNet, shown: Collection[int], joining: Joining = "silence") -> list[Part]:
+def parts_of(net: CompiledNet, shown: Collection[int], joining: Joining = "silence") -> list[NetPart]:
     """Return the parts of a net that some shown transition has to do with; the others can always rest.
 
     Parameters
@@ -102,7 +102,7 @@ def _part(
     used: list[int],
     shown: Collection[int],
     bounds: list[int | None],
-) -> Part:
+) -> NetPart:
     """Cut a part out; what nothing bounds is followed up to so many tokens only."""
     free, edges = {}, {}
     for number, place in enumerate(places):
@@ -113,4 +113,4 @@ def _part(
         else:
             free[place] = bound - initial
     silent = frozenset(number for number, transition in enumerate(used) if transition not in shown)
-    return Part(cut_out(net, places, used, free), tuple(places), tuple(used), silent, edges)
+    return NetPart(cut_out(net, places, used, free), tuple(places), tuple(used), silent, edges)

@@ -65,7 +65,7 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     taken: list[str] = []
     kept: list[tuple[NodeFact, str]] = []
     for folder, fact in [(folder, fact) for folder, facts in read for fact in facts.nodes]:
-        one = _Node(fact, taken, folder)
+        one = _CodedNode(fact, taken, folder)
         if one.name in nodes:
             taken.append(
                 f"{one.at(fact.at)}: node {one.name} of {fact.program} is left out: another has this name"
@@ -119,7 +119,7 @@ def _corrected(code: GivenCallback | None, said: GivenCallback) -> GivenCallback
     )
 
 
-class _Node:
+class _CodedNode:
     """What the code says of one node.
 
     Parameters

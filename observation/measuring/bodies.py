@@ -11,7 +11,7 @@ from dineros.metamodel.elements import channels, node_net_of, pages
 
 
 @dataclass(frozen=True)
-class Callback:
+class MeasuredCallback:
     """A callback page: ids of its transitions by which it ends, and of those by which its timer begins it.
 
     Attributes
@@ -40,7 +40,7 @@ class Bodies:
     """The callbacks of a model, by the transitions that their nodes record."""
 
     def __init__(self, model: sym.SystemModel) -> None:
-        self.callbacks: dict[str, Callback] = {}
+        self.callbacks: dict[str, MeasuredCallback] = {}
         """By the id of a transition."""
         self.readers: dict[str, set[str]] = {}
         """Places that messages arrive at, by node."""
@@ -59,7 +59,7 @@ class Bodies:
 
     def _add(self, page: sym.CallbackPage, body: Body, is_timed: bool, node: sym.NodeNet) -> None:
         begins = body.beginnings() if is_timed else []
-        found = Callback(
+        found = MeasuredCallback(
             str(page.id),
             frozenset(str(each.id) for each in begins),
             frozenset(str(each.id) for each in body.ends()) if runs_callbacks(node) else frozenset(),

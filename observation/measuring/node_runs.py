@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from dineros.metamodel.records import Fire, Record, Request, Response
-from dineros.observation.measuring.bodies import Bodies, Callback
+from dineros.observation.measuring.bodies import Bodies, MeasuredCallback
 from dineros.observation.measuring.idling import Spans, idle_before
 from dineros.observation.measuring.seen import Part, Seen
 
@@ -21,7 +21,7 @@ _Key = tuple[str, object]
 
 @dataclass(eq=False)
 class _Run:
-    callback: Callback
+    callback: MeasuredCallback
     begun: float
     work: float = 0.0
     keys: set[_Key] = field(default_factory=set)
@@ -74,7 +74,7 @@ class NodeRuns:
                 yield from self._step(callback, id, record, moment, took)
         self.busy.add(moment - took, moment)
 
-    def _tick(self, callback: Callback, begun: float, record: Record) -> Iterator[Seen]:
+    def _tick(self, callback: MeasuredCallback, begun: float, record: Record) -> Iterator[Seen]:
         idle = max(idle_before(begun, self.busy), self.since)
         before = self._ticks.get(callback.id)
         self._ticks[callback.id] = _Tick(begun, idle)
@@ -84,7 +84,9 @@ class NodeRuns:
             most = begun - before.idle if callback.begins_at_once else math.inf
             yield Seen(Part("period", callback.id), least, most, begun, record)
 
-    def _step(self, callback: Callback, id: str, record: Fire, moment: float, took: float) -> Iterator[Seen]:
+    def _step(
+        self, callback: MeasuredCallback, id: str, record: Fire, moment: float, took: float
+    ) -> Iterator[Seen]:
         taken: list[_Key] = [(place, token) for place, tokens in record.taken.items() for token in tokens]
         found = (self._open.get(key) for key in taken)
         run = next((each for each in found if each is not None and each.callback is callback), None)

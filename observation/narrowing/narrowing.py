@@ -125,12 +125,12 @@ def with_proposals(
     asking = {node for node, _ in verbs or {}}
     for node in system.nodes:
         if node.name in by_node or node.name in asking:
-            found = _Node(node, given.node(node.name), by_node[node.name], verbs or {})
+            found = _NarrowedNode(node, given.node(node.name), by_node[node.name], verbs or {})
             nodes[node.name] = found.said()
     return replace(given, nodes=nodes)
 
 
-class _Node:
+class _NarrowedNode:
     """What is said of one node, and what proposals add."""
 
     def __init__(self, node: ObservedNode, said: GivenNode, accepted: list[Proposal], verbs: Verbs) -> None:

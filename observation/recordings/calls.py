@@ -210,7 +210,7 @@ class Observed:
             for topic, time, _ in self._recording.messages():
                 yield full_name(topic), time
             return
-        ahead: deque[_Told] = deque()
+        ahead: deque[_RecordedMessage] = deque()
         coming = iter(self._all())
         waiting: Counter[tuple[str, str, int]] = Counter()
         while True:
@@ -236,13 +236,13 @@ class Observed:
                     waiting.clear()
             yield told.name if event is None else event_name(told.name, event.kind), told.time
 
-    def _all(self) -> Iterator[_Told]:
+    def _all(self) -> Iterator[_RecordedMessage]:
         for topic, time, data in self._recording.messages():
             service = self._services.get(topic)
             if service is None:
-                yield _Told(full_name(topic), time, None)
+                yield _RecordedMessage(full_name(topic), time, None)
             else:
-                yield _Told(service.name, time, self._event(topic, data))
+                yield _RecordedMessage(service.name, time, self._event(topic, data))
 
     def _event(self, topic: str, data: bytes) -> Event:
         from rosbags.serde import SerdeError
@@ -260,7 +260,7 @@ class Observed:
         return Event(SERVICE_EVENTS[kind], client, number)
 
 
-class _Told(NamedTuple):
+class _RecordedMessage(NamedTuple):
     """A message, or an event of a service; by the name of topic or service."""
 
     name: str
@@ -268,7 +268,9 @@ class _Told(NamedTuple):
     event: Event | None
 
 
-def _taken(wanted: _Told, ahead: deque[_Told], coming: Iterator[_Told]) -> bool:
+def _taken(
+    wanted: _RecordedMessage, ahead: deque[_RecordedMessage], coming: Iterator[_RecordedMessage]
+) -> bool:
     """Take an event out of what comes, where it comes soon; tell whether it does."""
     assert wanted.event is not None
     place = 0

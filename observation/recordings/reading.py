@@ -71,7 +71,7 @@ class RecordedMessage(NamedTuple):
 
 
 @dataclass
-class _Told:
+class _RecordedTopic:
     """A topic, as metadata and files tell it; messages: how many there are by the word of either."""
 
     types: set[str] = field(default_factory=set)
@@ -120,7 +120,7 @@ class Recording:
         self._open = ExitStack()
         self._storages: list[tuple[Path, Storage]] = []
         self._metadata: Metadata | None = None
-        self._told: defaultdict[str, _Told] = defaultdict(_Told)
+        self._told: defaultdict[str, _RecordedTopic] = defaultdict(_RecordedTopic)
         self._bytes = 0
         left_out: list[str] = []
         try:
@@ -314,7 +314,7 @@ class Recording:
             offered = tuple(quality_of_profile(quality, _seconds) for quality in told.offered)
             yield RecordedTopic(name, next(iter(told.types)), offered, told.messages)
 
-    def _unreadable(self, name: str, told: _Told) -> str | None:
+    def _unreadable(self, name: str, told: _RecordedTopic) -> str | None:
         """Return why a topic cannot be read; None if it can."""
         types = sorted(told.types)
         if not _TOPIC.fullmatch(name) or not name.strip("/"):

@@ -15,7 +15,7 @@ from dineros.runtime.channels.clients import Client
 from dineros.runtime.channels.services import Server
 from dineros.runtime.channels.topics import Publisher, Subscriber, Writer
 from dineros.runtime.channels.traffic import SendError, Traffic, known_port
-from dineros.runtime.firing.observing import Observer
+from dineros.runtime.firing.observing import FiringObserver
 from dineros.runtime.journal.saved import ChannelState, SavedState
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import (
@@ -42,7 +42,7 @@ class Exchange:
         The node's, which has no departures yet.
     loop : Loop
         The node's.
-    observer : Observer
+    observer : FiringObserver
         Told what is sent and received.
     run : str
         Goes into the ids of messages after the node's id.
@@ -63,7 +63,7 @@ class Exchange:
         self,
         engine: Engine,
         loop: Loop,
-        observer: Observer,
+        observer: FiringObserver,
         *,
         run: str = "",
         request_timeout: float | None = None,

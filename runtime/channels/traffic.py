@@ -15,7 +15,7 @@ from typing import TypeVar
 from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.message_ids import MessageIdError, parse_id
 from dineros.runtime.channels.transport import Transport, check_of
-from dineros.runtime.firing.observing import Observer
+from dineros.runtime.firing.observing import FiringObserver
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import Check, Data, Port, Queue
 from dineros.runtime.nets.tokens import Token
@@ -56,7 +56,7 @@ class Traffic:
         Messages that were not taken, by channel: no plausible id, or an announcement of none.
     """
 
-    def __init__(self, engine: Engine, loop: Loop, observer: Observer, run: str) -> None:
+    def __init__(self, engine: Engine, loop: Loop, observer: FiringObserver, run: str) -> None:
         self.engine = engine
         self.loop = loop
         self.observer = observer

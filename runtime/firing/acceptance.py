@@ -9,7 +9,7 @@ from typing import TypeAlias, TypeVar
 
 from dineros.metamodel.errors import near_matches
 from dineros.runtime.firing.handlers import HandlerError
-from dineros.runtime.firing.observing import Observer
+from dineros.runtime.firing.observing import FiringObserver
 from dineros.runtime.nets.ports import ActionServerPort, Data
 from dineros.runtime.scheduling.watchdog import Watchdog
 
@@ -28,11 +28,13 @@ class Acceptance:
         The servers.
     watchdog : Watchdog
         Watches the functions, which run on the node's thread.
-    observer : Observer
+    observer : FiringObserver
         Told of their errors.
     """
 
-    def __init__(self, ports: Sequence[ActionServerPort], watchdog: Watchdog, observer: Observer) -> None:
+    def __init__(
+        self, ports: Sequence[ActionServerPort], watchdog: Watchdog, observer: FiringObserver
+    ) -> None:
         self._ports = {port.channel: port for port in ports}
         self._judges: dict[str, Judge] = {}
         self._watchdog = watchdog

@@ -22,7 +22,7 @@ from dineros.runtime.firing.departures import Departures
 from dineros.runtime.firing.durations import Durations
 from dineros.runtime.firing.flights import Flight, Flights
 from dineros.runtime.firing.handlers import Firing, Handler, Handlers
-from dineros.runtime.firing.observing import Observer, shown
+from dineros.runtime.firing.observing import FiringObserver, shown
 from dineros.runtime.firing.policies import Aside, Halt, Policy, Retry
 from dineros.runtime.firing.results import checked_result, missing_data
 from dineros.runtime.firing.selection import named_copies
@@ -71,7 +71,7 @@ class Execution:
     """
 
     def __init__(
-        self, engine: Engine, handlers: Handlers, loop: Loop, random: Random, observer: Observer
+        self, engine: Engine, handlers: Handlers, loop: Loop, random: Random, observer: FiringObserver
     ) -> None:
         self.engine = engine
         self.handlers = handlers

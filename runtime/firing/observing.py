@@ -7,7 +7,7 @@ from typing import Protocol
 from dineros.metamodel.errors import DinerosError
 
 
-class Observer(Protocol):
+class FiringObserver(Protocol):
     """Told what happens.
 
     Attributes

@@ -216,7 +216,7 @@ def _plain(text: str) -> str:
     return "".join(each if each.isprintable() else "?" for each in text[:LONGEST])
 
 
-class Listener:
+class DiagnosticsListener:
     """Hears ``/diagnostics``, on a thread of its own, as long as the block lasts.
 
     Parameters
@@ -234,7 +234,7 @@ class Listener:
         self._overview = overview
         self._session: Session | None = None
 
-    def __enter__(self) -> Listener:
+    def __enter__(self) -> DiagnosticsListener:
         session = self._session = Session("dineros_top")
         try:
             self._subscribe(session)

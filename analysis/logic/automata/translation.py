@@ -53,12 +53,12 @@ def translate(formula: Formula) -> Automaton:
     return reduced(_Translation(simplified(formula)).automaton())
 
 
-class _Move(NamedTuple):
+class _AutomatonMove(NamedTuple):
     positive: int
     negative: int
     successors: frozenset[Formula]
 
-    def weaker_or_equal(self, other: _Move) -> bool:
+    def weaker_or_equal(self, other: _AutomatonMove) -> bool:
         """Whether this move can be taken whenever `other` can, and asks for no more afterwards."""
         return (
             self.positive & ~other.positive == 0
@@ -67,7 +67,7 @@ class _Move(NamedTuple):
         )
 
 
-_STAY = _Move(0, 0, frozenset())
+_STAY = _AutomatonMove(0, 0, frozenset())
 
 
 class _Translation:
@@ -77,7 +77,7 @@ class _Translation:
         self.atoms = tuple(p for p in parts if isinstance(p, Atom) and not isinstance(p, Constant))
         self.bit = {atom: 1 << i for i, atom in enumerate(self.atoms)}
         self.untils = [part for part in parts if isinstance(part, Until | Finally)]
-        self.known: dict[Formula, list[_Move]] = {}
+        self.known: dict[Formula, list[_AutomatonMove]] = {}
 
     def automaton(self) -> Automaton:
         # A formula may start in several sets: an initial state of its own has the moves of all of them.
@@ -109,12 +109,12 @@ class _Translation:
         rows[0] = [edge for choice in choices for edge in rows[index[choice]]]
         return Automaton(self.atoms, len(self.untils), 0, tuple(map(tuple, rows)))
 
-    def moves_of_set(self, formulas: frozenset[Formula]) -> list[tuple[_Move, int]]:
+    def moves_of_set(self, formulas: frozenset[Formula]) -> list[tuple[_AutomatonMove, int]]:
         moves = [_STAY]
         for formula in sorted(formulas, key=str):
             moves = _both(moves, self.moves(formula))
         marked = [(move, self.marks_of(move)) for move in moves]
-        kept: list[tuple[_Move, int]] = []
+        kept: list[tuple[_AutomatonMove, int]] = []
         for i, (move, marks) in enumerate(marked):
             for j, (other, others_marks) in enumerate(marked):
                 is_better = j != i and other.weaker_or_equal(move) and marks & ~others_marks == 0
@@ -125,7 +125,7 @@ class _Translation:
                 kept.append((move, marks))
         return kept
 
-    def marks_of(self, move: _Move) -> int:
+    def marks_of(self, move: _AutomatonMove) -> int:
         marks = 0
         for i, until in enumerate(self.untils):
             if until not in move.successors or any(
@@ -134,20 +134,20 @@ class _Translation:
                 marks |= 1 << i
         return marks
 
-    def moves(self, formula: Formula) -> list[_Move]:
+    def moves(self, formula: Formula) -> list[_AutomatonMove]:
         if formula not in self.known:
             self.known[formula] = _distinct(self.new_moves(formula))
         return self.known[formula]
 
-    def new_moves(self, formula: Formula) -> Iterable[_Move]:
-        again = [_Move(0, 0, frozenset([formula]))]
+    def new_moves(self, formula: Formula) -> Iterable[_AutomatonMove]:
+        again = [_AutomatonMove(0, 0, frozenset([formula]))]
         match formula:
             case Constant(value):
                 return [_STAY] if value else []
             case Not(Atom() as atom):
-                return [_Move(0, self.bit[atom], frozenset())]
+                return [_AutomatonMove(0, self.bit[atom], frozenset())]
             case Atom():
-                return [_Move(self.bit[formula], 0, frozenset())]
+                return [_AutomatonMove(self.bit[formula], 0, frozenset())]
             case And(operands):
                 moves = [_STAY]
                 for operand in operands:
@@ -156,7 +156,7 @@ class _Translation:
             case Or(operands):
                 return [move for operand in operands for move in self.moves(operand)]
             case Next(operand):
-                return [_Move(0, 0, choice) for choice in _alternatives(operand)]
+                return [_AutomatonMove(0, 0, choice) for choice in _alternatives(operand)]
             case Finally(operand):
                 return [*self.moves(operand), *again]
             case Globally(operand):
@@ -172,19 +172,19 @@ def _too_large() -> FormulaError:
     return FormulaError("the automaton of the formula is too large", hint="split the formula")
 
 
-def _both(left: Iterable[_Move], right: Iterable[_Move]) -> list[_Move]:
+def _both(left: Iterable[_AutomatonMove], right: Iterable[_AutomatonMove]) -> list[_AutomatonMove]:
     left, right = list(left), list(right)
     if len(left) * len(right) > MAX_MOVES:
         raise _too_large()
     moves = (
-        _Move(a.positive | b.positive, a.negative | b.negative, a.successors | b.successors)
+        _AutomatonMove(a.positive | b.positive, a.negative | b.negative, a.successors | b.successors)
         for a in left
         for b in right
     )
     return _distinct(move for move in moves if not move.positive & move.negative)
 
 
-def _distinct(moves: Iterable[_Move]) -> list[_Move]:
+def _distinct(moves: Iterable[_AutomatonMove]) -> list[_AutomatonMove]:
     return list(dict.fromkeys(moves))
 
 

@@ -86,7 +86,7 @@ def integer_net(net: TimedNet) -> IntegerNet:
 
 
 @dataclass(frozen=True)
-class _Clock:
+class _TransitionCounter:
     """The counter of a transition: from 0 to `top`, as two places whose tokens add up to that."""
 
     transition: int
@@ -121,13 +121,13 @@ class _Maker:
         self._transitions: list[Transition] = []
         self._now = self._place("now", 1)
         lower, upper = timed.scaled()
-        self._clocks: dict[int, _Clock] = {}
+        self._clocks: dict[int, _TransitionCounter] = {}
         for t, interval in enumerate(timed.intervals):
             if interval.is_free:
                 continue
             name, earliest = untimed.transitions[t], (1 - int(lower[t])) // 2
             top = earliest if interval.latest is None else int(upper[t]) // 2
-            self._clocks[t] = _Clock(
+            self._clocks[t] = _TransitionCounter(
                 t,
                 earliest,
                 top,
@@ -203,7 +203,7 @@ class _Maker:
         self._steps(net.transitions[transition], self._now, self._now, steps)
         return tuple(each.name for each in self._transitions[begins : begins + len(first)])
 
-    def _ticks(self, clock: _Clock) -> Iterator[_Case]:
+    def _ticks(self, clock: _TransitionCounter) -> Iterator[_Case]:
         """What a unit of time does to a counter; nothing where it would pass the latest bound."""
         conditions = self._enabled(clock.transition)
         if clock.top:
@@ -212,16 +212,16 @@ class _Maker:
             yield _Case(reads=_sum(conditions.reads, clock.at(clock.top)), inhibitors=conditions.inhibitors)
         yield from self._disabled(clock.transition)
 
-    def _kept(self, clock: _Clock) -> Iterator[_Case]:
+    def _kept(self, clock: _TransitionCounter) -> Iterator[_Case]:
         yield self._enabled(clock.transition)
 
-    def _lost(self, clock: _Clock) -> Iterator[_Case]:
+    def _lost(self, clock: _TransitionCounter) -> Iterator[_Case]:
         for reason in self._disabled(clock.transition):
             for value in range(clock.top + 1):
                 reset = self._reset(clock, value)
                 yield _Case(reset.takes, reset.puts, _sum(reason.reads, reset.reads), reason.inhibitors)
 
-    def _reset(self, clock: _Clock, value: int) -> _Case:
+    def _reset(self, clock: _TransitionCounter, value: int) -> _Case:
         """Set a counter back from a value."""
         if value == 0:
             return _Case(reads=clock.at(0))

@@ -33,7 +33,7 @@ def moved(root: pn.Net, handles: Handles, elements: Sequence[EObject], page: pn.
         raise c.CommandError(
             f"{describe(page)} is part of another ROS node", hint="copy there what is needed"
         )
-    return [] if page is source else _Move(root, handles, elements, page).commands()
+    return [] if page is source else _NodeMove(root, handles, elements, page).commands()
 
 
 def grouped(root: pn.Net, handles: Handles, elements: Sequence[EObject], type: str) -> list[c.Command]:
@@ -52,7 +52,7 @@ def grouped(root: pn.Net, handles: Handles, elements: Sequence[EObject], type: s
     if points:
         x, y = _middle(points)
         made.append(c.Move("$page", x, y))
-    return [*made, *_Move(root, handles, elements, "$page").commands()]
+    return [*made, *_NodeMove(root, handles, elements, "$page").commands()]
 
 
 def split(root: pn.Net, handles: Handles, page: EObject) -> list[c.Command]:
@@ -77,7 +77,7 @@ def split(root: pn.Net, handles: Handles, page: EObject) -> list[c.Command]:
         x, y = _middle(points)
         shift = (round(here[0] - x), round(here[1] - y))
     if contents:
-        found += _Move(root, handles, contents, above, shift).commands()
+        found += _NodeMove(root, handles, contents, above, shift).commands()
     left = [arc for arc in page.arcs if arc.source not in contents and arc.target not in contents]
     found += [c.Place(handles.of(arc) or "", handles.of(above) or "", "arcs") for arc in left]
     return [*found, c.Delete((handles.of(page) or "",))]
@@ -121,7 +121,7 @@ def joined(handles: Handles, ends: tuple[EObject, EObject], point: tuple[float, 
     return [*found, c.Create(owner, "arcs", "pn.Arc", values, called="$arc")]
 
 
-class _Move:
+class _NodeMove:
     """One move; `stand` says which node stands on a page for a place."""
 
     def __init__(

@@ -63,10 +63,10 @@ def read_records(net: etree._Element, source: Source) -> NetRecord:
             "id", next(id for id in map("net{}".format, ("", *range(2, len(known) + 3))) if id not in known)
         )
     record = PageRecord(_id(net, source), net, None, _extension(net, source), kind="net")
-    return _Reader(record, source).read()
+    return _PnmlReader(record, source).read()
 
 
-class _Reader:
+class _PnmlReader:
     """Reads pages, then nodes, then arcs, and continues after errors."""
 
     def __init__(self, root: PageRecord, source: Source) -> None:

@@ -70,10 +70,10 @@ def net_from_content(content: bytes, path: Path) -> pn.Net:
         raise ModelFileError(
             f"is not a net of Romeo: its root is <{name}>", location=Location(path, line_of(root)), hint=hint
         )
-    return _Reader(net, path).read()
+    return _RomeoReader(net, path).read()
 
 
-class _Reader:
+class _RomeoReader:
     def __init__(self, xml: etree._Element, path: Path) -> None:
         self._xml = xml
         self._path = path

@@ -36,10 +36,10 @@ def net_content(net: pn.Net, path: Path | None = None) -> bytes:
     ModelFileError
         The net holds what the format cannot say (see `write_romeo`).
     """
-    return _Writer(net, Location(path)).content()
+    return _RomeoWriter(net, Location(path)).content()
 
 
-class _Writer:
+class _RomeoWriter:
     def __init__(self, net: pn.Net, location: Location) -> None:
         self._net = net
         self._location = location

@@ -41,10 +41,10 @@ def net_from_text(content: bytes, path: Path) -> pn.Net:
     ModelFileError
         See `read_net`.
     """
-    return _Reader(Text(content, path)).read()
+    return _TinaReader(Text(content, path)).read()
 
 
-class _Reader:
+class _TinaReader:
     def __init__(self, text: Text) -> None:
         self._text = text
         self._name: Token | None = None

@@ -37,7 +37,7 @@ def xmi_bytes(root: EObject, path: Path | None = None) -> bytes:
     ModelFileError
         The model cannot be stored in a file (see `write_xmi`).
     """
-    return _Writer(root, path).content()
+    return _XmiWriter(root, path).content()
 
 
 def fragment(element: EObject) -> str:
@@ -52,7 +52,7 @@ def fragment(element: EObject) -> str:
     return "//" + "/".join(reversed(steps)) if steps else "/"
 
 
-class _Writer:
+class _XmiWriter:
     def __init__(self, root: EObject, path: Path | None) -> None:
         self._root = root
         self._path = path

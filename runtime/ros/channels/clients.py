@@ -34,7 +34,7 @@ KEPT_ATTEMPTS = 64
 
 
 @dataclass(eq=False)
-class _Call:
+class _PendingCall:
     """A request under way.
 
     Attributes
@@ -54,13 +54,13 @@ class _Call:
 
 
 @dataclass(eq=False)
-class _Client:
+class _RosClient:
     port: ClientPort
     entity: Any
     requests: Codec
     responses: Codec
     announcer: Announcer | None
-    calls: dict[str, _Call] = field(default_factory=dict)
+    calls: dict[str, _PendingCall] = field(default_factory=dict)
 
 
 class Clients:
@@ -82,7 +82,7 @@ class Clients:
         self._node = node
         self._receiver = receiver
         self._timeout = timeout
-        self._clients: dict[tuple[str, str], _Client] = {}
+        self._clients: dict[tuple[str, str], _RosClient] = {}
         self._lock = threading.Lock()
         self._alarm: Alarm | None = None
 
@@ -112,7 +112,7 @@ class Clients:
             )
         except Exception as error:
             raise RosError(f"the service {port.service!r} cannot be asked: {error}") from error
-        self._clients[port.channel, port.client] = _Client(port, entity, requests, responses, announcer)
+        self._clients[port.channel, port.client] = _RosClient(port, entity, requests, responses, announcer)
         self._alarm = self._alarm or Alarm(self._node, self._look)
         return requests
 
@@ -121,7 +121,7 @@ class Clients:
         client = self._clients[port.channel, port.client]
         now = time.monotonic()
         with self._lock:
-            call = client.calls.setdefault(message.id, _Call(message, None))
+            call = client.calls.setdefault(message.id, _PendingCall(message, None))
             call.deadline, call.look = now + self._timeout, FIRST_LOOK
         if client.entity.service_is_ready():
             self._send(client, call)
@@ -135,7 +135,7 @@ class Clients:
         if call is not None:
             self._forget(client, call)
 
-    def _send(self, client: _Client, call: _Call) -> None:
+    def _send(self, client: _RosClient, call: _PendingCall) -> None:
         request = client.requests.encode(call.message)
         call.look = 0.0
         if client.announcer is None:
@@ -147,7 +147,7 @@ class Clients:
             client.entity.remove_pending_request(call.attempts.pop(1))
         future.add_done_callback(lambda future: self._done(client, call, future))
 
-    def _done(self, client: _Client, call: _Call, future: Any) -> None:
+    def _done(self, client: _RosClient, call: _PendingCall, future: Any) -> None:
         with self._lock:
             if client.calls.get(call.message.id) is not call:
                 return
@@ -164,7 +164,7 @@ class Clients:
         # Servers that know nothing of DiNeROS give no ids back; the future knows which request it was.
         self._receiver.response_arrived(client.port, Message(response.id or call.message.id, response.data))
 
-    def _look_in_time(self, call: _Call, now: float) -> None:
+    def _look_in_time(self, call: _PendingCall, now: float) -> None:
         """Have the alarm go off when there is something to do for a request, if not before."""
         due = call.deadline
         if due is not None and call.look:
@@ -194,11 +194,11 @@ class Clients:
                 call.look = min(LAST_LOOK, 2 * call.look)
             self._look_in_time(call, now)
 
-    def _waiting(self) -> list[tuple[_Client, _Call]]:
+    def _waiting(self) -> list[tuple[_RosClient, _PendingCall]]:
         with self._lock:
             return [(client, call) for client in self._clients.values() for call in client.calls.values()]
 
-    def _tell(self, client: _Client, call: _Call, reason: str) -> None:
+    def _tell(self, client: _RosClient, call: _PendingCall, reason: str) -> None:
         """Tell the node that the time of a request is over; a response still counts."""
         with self._lock:
             if client.calls.get(call.message.id) is not call:
@@ -207,7 +207,7 @@ class Clients:
         LOG.debug("request %s: %s", call.message.id, reason)
         self._receiver.request_failed(client.port, call.message.id, reason)
 
-    def _forget(self, client: _Client, call: _Call) -> None:
+    def _forget(self, client: _RosClient, call: _PendingCall) -> None:
         """Wait for no response to a request any more."""
         for future in call.attempts:
             client.entity.remove_pending_request(future)

@@ -122,7 +122,7 @@ def test_it_decides_where_the_tree_is_too_large() -> None:
     never = len(net.transitions) - 1
     assert tree_of(net, Budget()).maximal is None
     assert Backward(net).way_to(never, Budget()) == (None, True)
-    search = stages._Search(net, Budget().begun(), [never], False)
+    search = stages._FiringSearch(net, Budget().begun(), [never], False)
     search.look_back()
     assert search.found.dead == {never}
 
@@ -132,8 +132,8 @@ def test_conjunctions_of_lower_bounds_are_decided_by_it() -> None:
         bounds = tuple(Comparison({p: 1}, ">=", w) for p, w in ((0, 3), (4, 1), (4, tokens)))
         with pytest.MonkeyPatch.context() as patch:
             for stage in ("look_near", "look_at_bounds", "make_tree"):
-                patch.setattr(stages._Search, stage, lambda search: None)
-            patch.setattr(stages._Search, "look_far", lambda search, most: None)
+                patch.setattr(stages._FiringSearch, stage, lambda search: None)
+            patch.setattr(stages._FiringSearch, "look_far", lambda search, most: None)
             known = decide_goal(shared_lock(8), Goal(conjunctions=(bounds,)), Budget())
         assert known is not None and known.status == status
 

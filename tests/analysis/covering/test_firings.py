@@ -57,7 +57,7 @@ def test_all_stages_agree_with_the_plain_ones(net: CompiledNet) -> None:
 @settings(max_examples=15, deadline=None)
 @given(nets())
 def test_the_stages_behind_the_first_agree_too(net: CompiledNet) -> None:
-    search = stages._Search(net, Budget(seconds=20).begun(), range(len(net.transitions)), True)
+    search = stages._FiringSearch(net, Budget(seconds=20).begun(), range(len(net.transitions)), True)
     search.look_at_bounds()
     search.look_far(2_000)
     search.make_tree()

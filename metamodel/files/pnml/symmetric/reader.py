@@ -69,7 +69,7 @@ def read_symmetric(net: etree._Element, source: Source) -> pn.Net:
     ModelFileError
         Something is wrong or not supported, or the plain net is too large.
     """
-    coloured = _Reader(net, source).read()
+    coloured = _SymmetricReader(net, source).read()
     limit = most("elements")
     hint = f"raise the limit with --limit elements=NUMBER (now {limit})"
     try:
@@ -83,7 +83,7 @@ def read_symmetric(net: etree._Element, source: Source) -> pn.Net:
     return build_net(net, coloured.places, coloured.transitions, coloured.nodes, unfolding, source)
 
 
-class _Reader:
+class _SymmetricReader:
     def __init__(self, net: etree._Element, source: Source) -> None:
         self._net, self._source = net, source
         self._declared = Declarations(source)
