@@ -1,4 +1,4 @@
-"""Names of types: each is defined once in a room, so that a name in a message of mypy or a search has one meaning."""
+"""A type name is defined once in a room, so that a search for it finds one meaning."""
 
 from __future__ import annotations
 
