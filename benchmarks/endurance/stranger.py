@@ -12,6 +12,7 @@ import threading
 from typing import Any
 
 import rclpy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sorting_interfaces.msg import SortingToken  # type: ignore[import-not-found]
 
 #: What it floods: the node that shows what was sorted reads it.
@@ -28,7 +29,8 @@ def main() -> int:
         signal.signal(number, lambda *_: ends.set())
     rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
     node: Any = rclpy.create_node("stranger")
-    publisher = node.create_publisher(SortingToken, TOPIC, DEPTH)
+    quality = QoSProfile(depth=DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    publisher = node.create_publisher(SortingToken, TOPIC, quality)
     sent = 0
     while not ends.wait(BURST / rate):
         for _ in range(BURST):
