@@ -173,7 +173,7 @@ class ClassSearch:
                         self._keeps_edges,
                         self.bits,
                         self.top,
-                        size,
+                        self._slice(size),
                     )
                     took = time.perf_counter() - began
                 else:
@@ -181,7 +181,8 @@ class ClassSearch:
                     has_begun, took = status == kernels.DONE, 1.0
                     self.known.control[EDGES] = 0  # no edge leads to the initial class
                 if status == kernels.DONE and took != 1.0:
-                    self.is_done = True
+                    self.is_done = not self._has_too_many()
+                    self.reason = None if self.is_done else "states"
                     return
                 if status == kernels.GOES_ON:
                     factor = CALL_SECONDS / max(took, 1e-6)
@@ -213,6 +214,14 @@ class ClassSearch:
             self.reason = "memory"
         elif self.reason is None and budget.states is not None and control[CLASSES] >= budget.states:
             self.reason = "states"
+
+    def _has_too_many(self) -> bool:
+        return self.budget.states is not None and self.classes > self.budget.states
+
+    def _slice(self, size: int) -> int:
+        """Return how many classes are expanded in one call: no more than there may be."""
+        left = size if self.budget.states is None else self.budget.states - self.classes
+        return max(1, min(size, left))
 
     def enlarge_tables(self, always: bool = False) -> None:
         """Give markings and classes larger tables where theirs fill up, or always."""

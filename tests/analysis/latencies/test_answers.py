@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from copy import deepcopy
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
@@ -14,8 +15,11 @@ from dineros.metamodel import sym
 from dineros.metamodel.build import seconds
 from dineros.metamodel.elements import channels, find, node_nets, transitions
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files import load
 from tests.support.timed_systems.counted import CHAINS, COUNTED, RESPONSES
 from tests.support.timed_systems.models import model_of
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
 
 def asked(model: sym.SystemModel) -> Latencies:
@@ -110,6 +114,16 @@ def test_what_is_missing_is_named() -> None:
     assert found.reason == "the latency of topic scan is not given"
 
 
+def test_a_publisher_that_waits_for_room_is_followed() -> None:
+    """Without a latency, what the writer hands on has a place with room for one message."""
+    model = load(EXAMPLES / "callbacks" / "sensor.sym.xmi")
+    assert isinstance(model, sym.SystemModel)
+    for page in callback_pages(model):
+        page.duration = seconds(0, 0.001)
+    found = asked(model).between(end_of(model, "OnTimer"), end_of(model, "OnScan"))
+    assert found.least is not None and found.reason == "the latency of topic scans is not given"
+
+
 def test_a_callback_beside_it_without_a_duration_is_named() -> None:
     model = model_of(COUNTED[7].system, 0.01)
     page = find(model, "slow")
@@ -163,3 +177,11 @@ def test_wrong_questions_are_refused() -> None:
         asked(sym.SystemModel(id="empty", middleware="ros2"))
     with pytest.raises(DinerosError, match="those of ROS 2"):
         asked(sym.SystemModel(id="empty", middleware="ros1"))
+
+
+def test_a_limit_of_classes_ends_a_small_search_too() -> None:
+    model = model_of(COUNTED[2].system, 0.01)
+    for most in (1, 50):
+        few = Latencies(model, Budget(states=most))
+        assert few.reason == "there are too many state classes" and few.everything().callbacks == {}
+    assert asked(model).reason == ""
