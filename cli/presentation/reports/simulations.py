@@ -78,6 +78,7 @@ def _write_page(report: Path, model: Path, system: sym.SystemModel, found: Simul
     view = None
     if found.run is not None:
         view = TraceCoder(witness_builder(found.run, str(model)), "simulated run").snapshot()
+        view["cause"] = None  # the run shows nothing that is wrong
     notes = [
         f"reader {place} lost {counted(count, 'message')}" for place, count in sorted(found.lost.items())
     ]

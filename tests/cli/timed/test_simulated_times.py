@@ -45,6 +45,7 @@ def test_a_page(run: Run, robot: Path, tmp_path: Path) -> None:
     text = page.read_text()
     assert text.count('class="bars"') == 3 and "<h2>tick to log</h2>" in text
     assert "reader log.heard lost " in text and "The beginning of the run" in text and "<svg" in text
+    assert "time of the schedule" in text and "first cause" not in text
 
 
 def test_wrong_use(run: Run, robot: Path, model: Path) -> None:
