@@ -70,7 +70,9 @@ def simulation_page(content: SimulationContent) -> tuple[str, DinerosError | Non
     failure: DinerosError | None = None
     if content.view is not None:
         try:
-            drawn = {theme: Markup(trace_svg([content.view], theme, fold=True, time=True)) for theme in THEMES}
+            drawn = {
+                theme: Markup(trace_svg([content.view], theme, fold=True, time=True)) for theme in THEMES
+            }
         except DinerosError as error:
             failure = error
     page = environment.get_template("simulation.html.j2").render(
