@@ -27,7 +27,7 @@ from collections.abc import Callable, Iterator, Sequence
 from types import FrameType, TracebackType
 from typing import Any, ClassVar, NoReturn, Self
 
-from dineros.analysis.answers.processes import Tree, die_with
+from dineros.analysis.answers.processes import ProcessTree, die_with
 from dineros.metamodel.errors import DinerosError
 
 Tell = Callable[[object], None]
@@ -82,7 +82,7 @@ class Apart:
         if self.process == 0:
             _run(work, parent, self._read, writing)
         os.close(writing)
-        self.tree = Tree(self.process)
+        self.tree = ProcessTree(self.process)
 
     def __enter__(self) -> Self:
         return self

@@ -37,7 +37,7 @@ def end_group(process: subprocess.Popen[Any]) -> None:
             stream.close()
 
 
-class Tree:
+class ProcessTree:
     """A process and all that it started, and these.
 
     Parameters

@@ -12,7 +12,7 @@ from dineros.analysis.explicit.tables import Int64Array, transition_set
 Rows = list[int]
 
 
-class Part(NamedTuple):
+class AgendaPart(NamedTuple):
     """Rows to be expanded.
 
     Attributes
@@ -33,7 +33,7 @@ class Part(NamedTuple):
 
 def closure(
     transitions: Int64Array, starts: Rows, ends: Callable[[], Rows], done: Callable[[], Rows]
-) -> Iterator[Part]:
+) -> Iterator[AgendaPart]:
     """Yield all rows from these on, and those that are found meanwhile, breadth first.
 
     Parameters
@@ -48,7 +48,7 @@ def closure(
         Tells the row after the last one that was expanded.
     """
     while starts != (now := ends()):
-        yield Part(starts, now, transitions, True)
+        yield AgendaPart(starts, now, transitions, True)
         starts = done()
 
 
@@ -77,7 +77,7 @@ def by_cost(
     ends: Callable[[], Rows],
     done: Callable[[], Rows],
     most: int | None = None,
-) -> Iterator[Part]:
+) -> Iterator[AgendaPart]:
     """Yield rows in the order of what the cheapest way to them costs, as Dijkstra's algorithm does.
 
     A level are the markings of one cost. It is closed under what costs nothing; then what costs more waits
@@ -107,4 +107,4 @@ def by_cost(
         level = waiting[0][0]
         while waiting and waiting[0][0] == level:
             _, cost, first, last = heapq.heappop(waiting)
-            yield Part(first, last, sets[cost], False)
+            yield AgendaPart(first, last, sets[cost], False)

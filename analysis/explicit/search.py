@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import Budget, Progress
-from dineros.analysis.explicit.agenda import Part, Rows, by_cost, closure, sets_by_cost
+from dineros.analysis.explicit.agenda import AgendaPart, Rows, by_cost, closure, sets_by_cost
 from dineros.analysis.explicit.figures import largest_tokens, members, tokens_of
 from dineros.analysis.explicit.goals import Goal, goal_tables, normalized
 from dineros.analysis.explicit.guidance import Guidance
@@ -248,7 +248,7 @@ class Search:
         self._net_tables = self._net_tables._replace(fired=part.transitions)
         return sum(part.ends) - sum(part.starts)
 
-    def _parts(self) -> Iterator[Part]:
+    def _parts(self) -> Iterator[AgendaPart]:
         """Say what is expanded next, unless the search goes depth first."""
         rows = self._storage.markings.rows
         starts = [me * rows for me in range(self.workers)]

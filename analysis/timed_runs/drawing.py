@@ -22,7 +22,7 @@ class TimeStopsError(Exception):
     """Transitions fire again and again, and time does not go on."""
 
 
-class TimedRun:
+class DrawnRun:
     """One run of a net.
 
     Parameters

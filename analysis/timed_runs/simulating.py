@@ -12,7 +12,7 @@ from dineros.analysis.answers.outcome import FiredAt
 from dineros.analysis.latencies.answers import require_times
 from dineros.analysis.latencies.parts import Parts
 from dineros.analysis.timed.timed_subject import timed_base_subject
-from dineros.analysis.timed_runs.drawing import TimedRun, TimeStopsError, mean_of
+from dineros.analysis.timed_runs.drawing import DrawnRun, TimeStopsError, mean_of
 from dineros.analysis.timed_runs.following import Following
 from dineros.analysis.witnesses.findings import Witness, witness_of
 from dineros.metamodel import sym
@@ -133,7 +133,7 @@ def simulate_times(model: sym.SystemModel, seconds: float, seed: int = 0, kept: 
 
     begun: list[tuple[int, FiredAt]] = []
     following = Following(parts, seen, lost)
-    run = TimedRun(net, seed, steps, mean_of(net))
+    run = DrawnRun(net, seed, steps, mean_of(net))
     try:
         for transition, time in run.firings(seconds):
             following.fired(transition, time)

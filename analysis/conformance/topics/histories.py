@@ -24,7 +24,7 @@ from dineros.metamodel.records import Drop, Publish, Take
 
 
 @dataclass(frozen=True)
-class _Here:
+class _QueueHere:
     """How many messages a pair holds: those that arrive, and those in the history."""
 
     arriving: int
@@ -327,9 +327,9 @@ class HistoryFlow:
             self._pass_on(pair)
         return pair is not None
 
-    def _here(self, pair: Pair) -> _Here:
+    def _here(self, pair: Pair) -> _QueueHere:
         """Return what a pair holds; what is owed where traces begin within the run is less than nothing."""
-        return _Here(max(0, self._marking[pair.queue.source]), self._marking[pair.queue.load])
+        return _QueueHere(max(0, self._marking[pair.queue.source]), self._marking[pair.queue.load])
 
     def _pairs_of(self, record: Take) -> list[Pair]:
         """Return the pairs that a message has come through; none where its id does not say that."""

@@ -71,7 +71,7 @@ class _Needs:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class FreePart:
     """A set of places that its movers change, and only they.
 
     Attributes
@@ -113,7 +113,7 @@ class Smaller:
     ----------
     original : CompiledNet
         The net before.
-    parts : tuple of Part
+    parts : tuple of FreePart
         What is left out.
     net : CompiledNet
         The smaller one.
@@ -130,13 +130,13 @@ class Smaller:
     """
 
     original: CompiledNet
-    parts: tuple[Part, ...]
+    parts: tuple[FreePart, ...]
     net: CompiledNet
     names: Names
     weak: tuple[str, ...]
     strong: tuple[str, ...]
     back: tuple[int | None, ...]
-    idles: Mapping[int, tuple[Part, _Needs]]
+    idles: Mapping[int, tuple[FreePart, _Needs]]
     disabled: tuple[int, ...]
 
     def lift(
@@ -192,11 +192,11 @@ class _Walk:
         if self._net.is_enabled(transition, self.marking):
             self._drive(self._tested(transition)[0], transition, False)
 
-    def _tested(self, transition: int) -> list[Part]:
+    def _tested(self, transition: int) -> list[FreePart]:
         touched = _looked_at(self._net, transition)
         return [part for part in self._smaller.parts if touched.intersection(part.places)]
 
-    def _drive(self, part: Part, transition: int, is_to_hold: bool) -> None:
+    def _drive(self, part: FreePart, transition: int, is_to_hold: bool) -> None:
         way = _driving(self._net, part, transition, self.local[part], self._free, is_to_hold)
         assert way is not None, "a free part that is none"
         for mover in way:
@@ -226,7 +226,7 @@ def without_free_parts(
 
 def _free_parts(
     net: CompiledNet, bound: BoundAtoms, weakly: Collection[int], strongly: Collection[int]
-) -> list[Part]:
+) -> list[FreePart]:
     parts = [part for part in _candidates(net, bound, {*weakly, *strongly}) if part is not None]
     while True:
         free = {p for part in parts for p in part.places}
@@ -236,7 +236,7 @@ def _free_parts(
         parts = kept
 
 
-def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> Iterable[Part | None]:
+def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> Iterable[FreePart | None]:
     """Yield sets of places that change together, where nothing observed or fair does so."""
     leader = list(range(len(net.places)))
 
@@ -278,7 +278,7 @@ def _looked_at(net: CompiledNet, transition: int) -> set[int]:
     return {place for arcs in (net.pre, net.inhibitor) for place, _ in arcs.row(transition)}
 
 
-def _part(net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) -> Part | None:
+def _part(net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) -> FreePart | None:
     """Return a part with its markings; None where these are too many."""
     position = {place: at for at, place in enumerate(places)}
     inner = {t: _Needs.of(net, t, position.__contains__) for t in movers}
@@ -298,11 +298,15 @@ def _part(net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) ->
             if inner[t].are_met(tokens)
         }
         todo += graph[here].values()
-    return Part(places, movers, outside, graph)
+    return FreePart(places, movers, outside, graph)
 
 
 def _is_free(
-    net: CompiledNet, part: Part, free: Collection[int], weakly: Collection[int], strongly: Collection[int]
+    net: CompiledNet,
+    part: FreePart,
+    free: Collection[int],
+    weakly: Collection[int],
+    strongly: Collection[int],
 ) -> bool:
     for needs in part.outside.values():
         if any(place in free for place in (*needs.inputs, *needs.inhibitors)):
@@ -325,7 +329,7 @@ def _is_free(
 
 
 def _driving(
-    net: CompiledNet, part: Part, transition: int, start: Local, free: Collection[int], is_to_hold: bool
+    net: CompiledNet, part: FreePart, transition: int, start: Local, free: Collection[int], is_to_hold: bool
 ) -> list[int] | None:
     """Movers that make a part meet what a transition asks of it, or not, while its other needs are met."""
     test = _Needs.of(net, transition, part.places.__contains__)
@@ -334,7 +338,11 @@ def _driving(
 
 
 def _smaller(
-    net: CompiledNet, parts: Sequence[Part], names: Names, weakly: Collection[int], strongly: Collection[int]
+    net: CompiledNet,
+    parts: Sequence[FreePart],
+    names: Names,
+    weakly: Collection[int],
+    strongly: Collection[int],
 ) -> Smaller:
     free = {p for part in parts for p in part.places}
     movers = {t for part in parts for t in part.movers}
@@ -353,7 +361,7 @@ def _smaller(
         if t not in movers:
             needs = _Needs.of(net, t, lambda p: p not in free)
             add(name, needs, {p: w for p, w in net.post.row(t) if p not in free}, t)
-    idles: dict[int, tuple[Part, _Needs]] = {}
+    idles: dict[int, tuple[FreePart, _Needs]] = {}
     known: set[object] = set()
     for part in parts:
         for mover, needs in part.outside.items():

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from dineros.analysis.answers.apart import Apart, ApartDiedError, Tell, ready
-from dineros.analysis.answers.processes import Tree
+from dineros.analysis.answers.processes import ProcessTree
 
 FOR_EVER = 600.0
 
@@ -251,7 +251,7 @@ def test_the_memory_of_a_tree_counts_shared_pages_once_if_it_matters() -> None:
 
     with Apart(work) as apart:
         first(apart)
-        tree = Tree(apart.process)
+        tree = ProcessTree(apart.process)
         counted_often, counted_once = tree.memory(1 << 60), tree.memory(0)
         # All of them share what this process has, so nothing but each one's own comes to the one count.
         assert counted_often - counted_once >= 2 * size

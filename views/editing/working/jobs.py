@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from dineros.analysis.answers.processes import Tree
+from dineros.analysis.answers.processes import ProcessTree
 from dineros.metamodel.editing import CommandError, Document
 from dineros.metamodel.elements import elements
 from dineros.metamodel.errors import DinerosError
@@ -373,4 +373,4 @@ def _traces_of(job: Job) -> dict[str, list[Path]]:
 
 def _end(process: Process) -> None:
     if process.returncode is None:
-        Tree(process.pid).end()
+        ProcessTree(process.pid).end()
