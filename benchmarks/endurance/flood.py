@@ -211,16 +211,19 @@ def main() -> int:
             samples.append(sample)
             writer.writerow([round(value, 2) for value in sample])
             table.flush()
-        paths = traces_of_runs([folder / "traces"])
-        kept = {node: partial(read_trace, parts) for node, parts in paths.items()}
-        verdict = conform(SORTING.model_with(SETTINGS), kept)
-        print(f"conformance: {verdict.status}, {verdict.steps} steps replayed")
+        conforms = bool(options.stranger)  # what a stranger publishes is not in the model
+        if not conforms:
+            paths = traces_of_runs([folder / "traces"])
+            kept = {node: partial(read_trace, parts) for node, parts in paths.items()}
+            verdict = conform(SORTING.model_with(SETTINGS), kept)
+            print(f"conformance: {verdict.status}, {verdict.steps} steps replayed")
+            conforms = verdict.status == "conforms"
     draw(samples, options.output.with_suffix(".svg"))
     last, half = samples[-1], samples[len(samples) // 2]
     print(f"{last.seconds:.0f} s, {last.messages} messages ({last.messages / last.seconds:.0f} a second)")
     for name in Sample._fields[2:]:
         print(f"{name}: {getattr(half, name):.1f} at half time, {getattr(last, name):.1f} at the end")
-    return 0 if verdict.status == "conforms" else 1
+    return 0 if conforms else 1
 
 
 if __name__ == "__main__":
