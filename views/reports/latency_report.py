@@ -97,7 +97,9 @@ def latency_page(content: LatencyContent) -> tuple[str, DinerosError | None]:
     if content.view is not None:
         try:
             fold = len(content.steps) > LONG
-            drawn = {theme: Markup(trace_svg([content.view], theme, fold=fold)) for theme in THEMES}
+            drawn = {
+                theme: Markup(trace_svg([content.view], theme, fold=fold, time=True)) for theme in THEMES
+            }
         except DinerosError as error:
             failure = error
     most = max((row.greatest for row in content.rows if row.greatest), default=1.0)

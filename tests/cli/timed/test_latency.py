@@ -199,7 +199,7 @@ def test_a_page_and_a_run(run: Run, robot: Path, tmp_path: Path) -> None:
     assert found.exit_code == 0 and found.stdout.splitlines()[-1] == f"{robot} -> {page}"
     shown = page.read_text()
     assert "<td>0 to 0.01 s</td>" in shown and "<td>0.02 to 0.15 s</td>" in shown
-    assert "callback log takes 0.15 s, counted from 0.32 s" in shown and "<svg" in shown
+    assert "callback log takes 0.15 s, counted from 0.32 s" in shown and "time of the schedule" in shown
     assert 'class="error">125.0 %' in shown
 
     assert run("latency", robot, "--from", "tick", "--to", "log", "-o", trace).exit_code == 0
