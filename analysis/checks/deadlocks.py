@@ -343,9 +343,10 @@ def _unused_mark(subject: Subject) -> dict[int, int]:
                 if isinstance(part, sym.Transition)
             )
     return {
-        subject.transition_index[link.target.id]: marks[pages[link.sources[0], link.index]]
+        subject.transition_index[link.target.id]: marks[pages[source, link.index]]
         for link in subject.links()
-        if link.sources and (link.sources[0], link.index) in pages and isinstance(link.target, pn.Transition)
+        for source in link.sources  # a step of a callback with a duration has the page before it
+        if (source, link.index) in pages and isinstance(link.target, pn.Transition)
     }
 
 
