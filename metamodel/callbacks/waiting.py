@@ -209,38 +209,52 @@ class Waiting:
         for page in pages(self._model):
             if not isinstance(page, sym.CallbackPage) or not runs_callbacks(node_net_of(page)):
                 continue
-            if page.kind == sym.CallbackKind.server or works_on_goals(page):
+            if self._is_copied(page):
                 continue  # they begin with what is asked, and end with the answer
-            turn, body = self._turn(page), Body(page, calls)
+            turns, body = self._turns(page), Body(page, calls)
             for begin in body.beginnings() if page.kind == sym.CallbackKind.timer else ():
-                self._moves[begin].takes[turn] += 1
+                self._moves[begin].takes.update(turns)
             for end in body.ends():
-                self._moves[end].gives[turn] += 1
+                self._moves[end].gives.update(turns)
 
-    def _turn(self, page: sym.CallbackPage) -> Key:
-        """Return what a callback has while it runs: the lock of its exclusive group, else one of its own."""
-        group = None if works_on_goals(page) else group_or_node(page)
+    def _turns(self, page: sym.CallbackPage) -> list[Key]:
+        """Return what a callback has while it runs, so that no other run of it begins: nothing if one may.
+
+        It is the lock of its exclusive group. Without one, a run ends before the next begins only on the only
+        thread of its node, which a callback that awaits gives back. A copy for an instance or a slot has one
+        of its own.
+        """
+        node, group = node_net_of(page), None if works_on_goals(page) else group_or_node(page)
         is_reentrant = isinstance(group, sym.CallbackGroup) and str(group.kind) == "reentrant"
-        turn: Key = ("turn", page if group is None or is_reentrant else group)
+        if group is not None and not is_reentrant:
+            turn: Key = ("turn", group)
+        elif self._is_copied(page) or (not page.awaits and node is not None and threads_of(node) == 1):
+            turn = ("turn", page)
+        else:
+            return []
         self._tokens[turn] = 1
-        return turn
+        return [turn]
+
+    @staticmethod
+    def _is_copied(page: sym.CallbackPage) -> bool:
+        return page.kind == sym.CallbackKind.server or works_on_goals(page)
 
     def _begun(self, place: pn.Place | None) -> list[Key]:
         """Return what is taken where a callback begins with what comes to a place."""
         page = callback_page_of(place)
-        return [self._turn(page)] if page is not None and runs_callbacks(node_net_of(page)) else []
+        return self._turns(page) if page is not None and runs_callbacks(node_net_of(page)) else []
 
     def _serve(self, page: pn.Page | None, entry: pn.Place, ends: list[pn.Place]) -> None:
         """Let an instance or slot take what is asked, one at a time, and answer it."""
         if page is None:
             return
-        turn: Key = ("turn", page)
+        turns: list[Key] = [("turn", page)]
         if isinstance(page, sym.CallbackPage) and runs_callbacks(node_net_of(page)):
-            turn = self._turn(page)
-        self._tokens[turn] = 1
-        self._move([turn], [_at(entry)])
+            turns = self._turns(page)
+        self._tokens.update(dict.fromkeys(turns, 1))
+        self._move(turns, [_at(entry)])
         for end in ends:
-            self._move([_at(end)], [turn])
+            self._move([_at(end)], turns)
 
     def _services(self) -> None:
         for service in channels(self._model, sym.ServiceChannel):

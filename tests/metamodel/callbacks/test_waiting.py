@@ -6,8 +6,10 @@ import pytest
 
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, flow, here, node_net, place, step
+from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.callbacks.waiting import outstanding, outstanding_counts
 from dineros.metamodel.calls import UNLIMITED
+from dineros.metamodel.elements import node_net_of
 from tests.support.references.waiting import outstanding_of
 
 
@@ -143,6 +145,28 @@ def test_who_waits(name: str) -> None:
     if name != "with calls that block":
         assert client.channel is not None and client.channel.model is not None
         assert outstanding_counts(client.channel.model) == outstanding_of(client.channel.model)
+
+
+@pytest.mark.parametrize(
+    ("kind", "threads", "awaits", "number"),
+    [
+        ("exclusive", 2, False, 1),
+        ("exclusive", 2, True, 1),
+        ("reentrant", 1, False, 1),
+        ("reentrant", 1, True, UNLIMITED),
+        ("reentrant", 2, False, UNLIMITED),
+    ],
+)
+def test_runs_that_overlap_send_more(kind: str, threads: int, awaits: bool, number: int) -> None:
+    """Each run waits for its own response."""
+    port = _calls()
+    page, node = callback_page_of(port.request), node_net_of(port.request)
+    assert page is not None and node is not None and port.channel is not None
+    group = sym.CallbackGroup(id="group", kind=kind)
+    node.callbackGroups.append(group)
+    page.group, page.awaits = group, awaits
+    node.executor, node.threads = "multi", threads  # type: ignore[assignment]
+    assert outstanding(port) == outstanding_of(port.channel.model)[port] == number
 
 
 @pytest.mark.parametrize("said", [1, 3, UNLIMITED])
