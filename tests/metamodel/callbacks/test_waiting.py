@@ -161,12 +161,13 @@ def test_runs_that_overlap_send_more(kind: str, threads: int, awaits: bool, numb
     """Each run waits for its own response."""
     port = _calls()
     page, node = callback_page_of(port.request), node_net_of(port.request)
-    assert page is not None and node is not None and port.channel is not None
+    model = port.channel.model if port.channel is not None else None
+    assert page is not None and node is not None and model is not None
     group = sym.CallbackGroup(id="group", kind=kind)
     node.callbackGroups.append(group)
     page.group, page.awaits = group, awaits
     node.executor, node.threads = "multi", threads  # type: ignore[assignment]
-    assert outstanding(port) == outstanding_of(port.channel.model)[port] == number
+    assert outstanding(port) == outstanding_of(model)[port] == number
 
 
 @pytest.mark.parametrize("said", [1, 3, UNLIMITED])
