@@ -64,6 +64,7 @@ def rich() -> sym.SystemModel:
         id="Today",
         topic="/today",
         type="std_msgs/msg/String",
+        latency=pn.TimeInterval(latest=0.1, source="recordings"),
         model=model,
         publishers=[sym.PublisherPort(place=news)],
         subscribers=[sym.SubscriberPort(place=find(model, "Dish", sym.Place))],
