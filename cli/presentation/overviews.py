@@ -40,8 +40,8 @@ HEADINGS = (
     "slowest callback",
     "tokens",
 )
-WIDE = 110
-"""Columns of a terminal that has room for the tokens as well."""
+ROOMY, WIDE = 100, 130
+"""Columns of a terminal that has room for the slowest callback, and for the tokens as well."""
 
 SHOWN_WAITS = 20
 WORDS = {
@@ -54,15 +54,15 @@ WORDS = {
 
 
 def table_of(overview: Overview, width: int) -> Group:
-    """Return what is known now, for a terminal of so many columns; a narrow one shows no tokens."""
+    """Return what is known now, for a terminal of so many columns; a narrow one shows fewer things."""
     from rich.console import Group
     from rich.table import Table
     from rich.text import Text
 
     nodes = overview.nodes()
     table = Table(box=None, pad_edge=False, header_style="bold")
-    is_wide = width >= WIDE
-    for heading in HEADINGS if is_wide else HEADINGS[:-1]:
+    shown = len(HEADINGS) - (width < ROOMY) - (width < WIDE)
+    for heading in HEADINGS[:shown]:
         is_text = heading in ("node", "state", "fullest queue", "slowest callback", "tokens")
         table.add_column(heading, justify="left" if is_text else "right", no_wrap=True)
     for view in nodes:
