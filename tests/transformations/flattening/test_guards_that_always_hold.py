@@ -94,8 +94,8 @@ def test_no_marking_is_lost_or_added(model: sym.SystemModel, every: int) -> None
 @pytest.mark.parametrize("number", [1, 3, 4, 11, 13, 15])
 def test_no_marking_is_lost_or_added_in_time(number: int) -> None:
     model = model_of(COUNTED[number].system)
-    bare = explore_timed(timed_base_subject(model).timed, Budget(1 << 28, 20))
-    explored = explore_timed(timed_base_subject(told_apart(model)).timed, Budget(1 << 28, 20))
+    bare = explore_timed(timed_base_subject(model).timed, Budget(1 << 28, seconds=60))
+    explored = explore_timed(timed_base_subject(told_apart(model)).timed, Budget(1 << 28, seconds=60))
     assert bare.is_complete and explored.is_complete
     assert len(explored.net.untimed.transitions) > len(bare.net.untimed.transitions)
     names = list(bare.net.untimed.places)
@@ -115,4 +115,4 @@ def test_tokens_that_share_a_clock_are_refused() -> None:
         timed_base_subject(made)
     assert error.value.hint == "give the places that it takes tokens from a capacity of 1"
     find(made, "Left", sym.Place).tokens = 1
-    assert explore_timed(timed_base_subject(made).timed, Budget(1 << 28, 20)).is_complete
+    assert explore_timed(timed_base_subject(made).timed, Budget(1 << 28, seconds=60)).is_complete
