@@ -93,7 +93,7 @@ def goal_counts(model: sym.SystemModel) -> dict[sym.ActionClientPort, int]:
     if model.middleware != sym.Middleware.ros2:
         return counts
     silent = [each for each in clients if each.outstanding is None and runs_callbacks(node_net_of(each.goal))]
-    waiting = Waiting(model) if silent else None
+    waiting = Waiting(model, runs_overlap=True) if silent else None
     for client in silent:
         if waiting is not None and not waiting.waits(client):
             counts[client] = UNLIMITED
@@ -154,10 +154,13 @@ class Waiting:
     ----------
     model : sym.SystemModel
         The model, whose references lead somewhere.
+    runs_overlap : bool
+        Whether a run of a callback may begin before the last one ends, if group and threads allow it. Goals
+        are counted so. Requests are not: each callback counts as one that has one run at a time.
     """
 
-    def __init__(self, model: sym.SystemModel) -> None:
-        self._model = model
+    def __init__(self, model: sym.SystemModel, runs_overlap: bool = False) -> None:
+        self._model, self._runs_overlap = model, runs_overlap
         self._tokens: dict[Key, int] = {_at(place): place.tokens for place in places(model)}
         self._moves = {transition: _StepChange() for transition in transitions(model)}
         self._others: list[_StepChange] = []
@@ -228,10 +231,14 @@ class Waiting:
         is_reentrant = isinstance(group, sym.CallbackGroup) and str(group.kind) == "reentrant"
         if group is not None and not is_reentrant:
             turn: Key = ("turn", group)
-        elif self._is_copied(page) or (not page.awaits and node is not None and threads_of(node) == 1):
-            turn = ("turn", page)
-        else:
+        elif (
+            self._runs_overlap
+            and not self._is_copied(page)
+            and (page.awaits or node is None or threads_of(node) > 1)
+        ):
             return []
+        else:
+            turn = ("turn", page)
         self._tokens[turn] = 1
         return [turn]
 

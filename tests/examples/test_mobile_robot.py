@@ -170,7 +170,7 @@ def runs_as_launched(workspace: Path, folder: Path, domain: int) -> None:
             assert not {name: code for name, code in ended.items() if code}, ended
             time.sleep(0.1)
     assert {name: each.returncode for name, each in started.items()} == dict.fromkeys(started, 0)
-    result = command("conform", workspace, journal)
+    result = command("conform", workspace, journal, "--allowance", "1")  # ticks come late on a busy machine
     assert (result.exit_code, ": conforms; " in result.stdout) == (0, True), result.stdout
 
 

@@ -2,8 +2,8 @@
 
 A client waits where some slots of the state hold one token together at the start at most, nothing that can
 happen adds to them, and what the client has under way is among them. Besides the slots there is, for each
-callback whose runs do not overlap, server instance and slot of an action, whether it is at rest; of an
-exclusive group, whether all are.
+callback, server instance and slot of an action, whether it is at rest; of an exclusive group, whether all
+are.
 It shares no code with `dineros.metamodel.callbacks`.
 """
 
@@ -60,10 +60,6 @@ def _waits(play: ExecutorInterpreter, client: sym.ClientPort) -> bool:
     slots = len(play.start_values)
     at_rest: dict[object, list[int]] = defaultdict(list)
     for callback in play._callbacks.values():
-        node = callback.node
-        is_only_thread = str(node.executor) != "multi" or node.threads == 1
-        if callback.group is None and not callback.copy and (callback.page.awaits or not is_only_thread):
-            continue  # its next run may begin before this one ends
         turn = callback.group or (callback.page, callback.copy)
         at_rest[turn] += [each for each in (callback.running, callback.awaiting) if each is not None]
     for key, slot in play._slots.items():
