@@ -46,6 +46,13 @@ class Flow(NamedTuple):
     lost: pn.Place | None = None
 
 
+def _places_of(channel: sym.Channel) -> set[pn.Place]:
+    """Return the places of the ports of a channel."""
+    parts = [channel, *channel.eAllContents()]
+    values = [getattr(part, each.name) for part in parts for each in part.eClass.eAllReferences()]
+    return {value for value in values if isinstance(value, pn.Place)}
+
+
 class DataFlow:
     """The ways of data through the transitions that rules made.
 
@@ -81,6 +88,10 @@ class DataFlow:
         self._apart = {client.timedOut for client in _service_clients(model)}
         for action in actions(model):
             self._apart |= {action.server.cancel, *(client.cancel for client in action.clients)}
+        # Messages of a type that exists may lack a field, or come from programs outside of the model.
+        for channel in model.channels:
+            if channel.type:
+                self._apart |= _places_of(channel)
         self._entries: dict[pn.Place, Counter[pn.Place]] = {}
         for transition, own in arcs.items():
             if self._role(transition) == "enter":

@@ -271,6 +271,16 @@ def _sends_in_order(limit: int) -> tuple[sym.SystemModel, pn.Place, pn.Place]:
     return model, after, wrong
 
 
+def test_messages_of_a_type_that_exists_have_any_value() -> None:
+    """The type may lack the field; and programs outside of the model may publish."""
+
+    own, _, _ = _sends_in_order(2)
+    foreign, _, _ = _sends_in_order(2)
+    (topic,) = (each for each in foreign.channels if isinstance(each, sym.TopicChannel))
+    topic.type = "std_msgs/msg/String"
+    assert len(_marked(foreign)) > len(_marked(own))
+
+
 def _marked(model: sym.SystemModel) -> list[dict[str, int]]:
     """Return the markings of a model's net."""
     markings = unfolded(flatten(model), flatten(without_guards(model)))
