@@ -120,7 +120,7 @@ class Slots:
 
 
 def free_slots(model: sym.SystemModel, counts: Mapping[sym.ActionClientPort, int]) -> list[Slots]:
-    """Return the slots of actions that work on any number of goals at once, for want of a limit.
+    """Return the slots of actions that state no limit of the goals on which they work at once.
 
     A server of `rclpy` or `rclcpp` accepts each goal. What works on a goal has a thread unless it awaits.
 

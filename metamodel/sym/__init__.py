@@ -816,7 +816,8 @@ class TopicPort(EObject, metaclass=MetaEClass):
     qos : QualityOfService | None
         Quality of service of the port; absent: the topic's. The depth of its history is the limit.
     assumed : str | None
-        What nobody has seen or said of it, and is taken, apart by blanks: limit, qos. Absent: nothing.
+        What is assumed about it, as neither an observation nor a person states it; words separated by
+        blanks: limit, qos. Absent: nothing.
     latency : pn.TimeInterval | None
         How long messages of this port are on their way, in seconds; absent: as long as those of its
         channel.
@@ -1352,7 +1353,8 @@ class Channel(pn.Element):
     mappings : ModelList[FieldMapping]
         How fields of an existing ROS interface map to token fields.
     assumed : str | None
-        What nobody has seen or said of it, and is taken, apart by blanks: depth, server. Absent: nothing.
+        What is assumed about it, as neither an observation nor a person states it; words separated by
+        blanks: depth, server. Absent: nothing.
     latency : pn.TimeInterval | None
         How long a message is on its way, in seconds: from publisher to reader history, or of each request
         and each response; absent: that of the model.
@@ -1989,8 +1991,9 @@ class NodeNet(pn.Page):
     lifecycle : Lifecycle | None
         How the node comes up, where it is a managed node; absent: it is there from the start.
     assumed : str | None
-        What nobody has seen or said of it, and is taken, apart by blanks: executor, timers, lifecycle;
-        node: it stands for whoever has the other end of a channel. Absent: nothing.
+        What is assumed about it, as neither an observation nor a person states it; words separated by
+        blanks: executor, timers, lifecycle; node: it is invented, and stands for unknown nodes at the
+        other end of a channel. Absent: nothing.
     reaction : pn.TimeInterval | None
         How long an engine of the execution net takes, in seconds, to fire what is enabled and has no
         interval; absent: that of the model.
@@ -2085,8 +2088,8 @@ class CallbackPage(pn.Page):
     awaits : bool
         Its callback awaits the answers to its calls, and gives its thread back meanwhile (`async def`).
     assumed : str | None
-        What nobody has seen or said of it, and is taken, apart by blanks: group, behaviour, period.
-        Absent: nothing.
+        What is assumed about it, as neither an observation nor a person states it; words separated by
+        blanks: group, behaviour, period. Absent: nothing.
     duration : pn.TimeInterval | None
         Processor time of one run of the callback, in seconds, without what it waits for; absent: that of
         the model.

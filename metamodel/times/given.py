@@ -97,8 +97,8 @@ def duration_of(page: sym.CallbackPage) -> pn.TimeInterval | None:
 def period_of(page: sym.CallbackPage) -> float | None:
     """Return the period of a timer in seconds; None where that is open: it may tick at any time.
 
-    It is open if the period is only assumed, and if the node stands for whoever has the other end of a
-    channel.
+    It is open if the period is only assumed, and if the node is invented: it then stands for unknown
+    nodes at the other end of a channel.
     """
     if page.kind != sym.CallbackKind.timer or not page.timer or "period" in (page.assumed or "").split():
         return None

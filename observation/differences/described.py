@@ -50,7 +50,7 @@ def described(model: sym.SystemModel, *, with_unseen: bool = False) -> Described
     model : sym.SystemModel
         A valid model. Where it names no interface, that which is generated for it is meant.
     with_unseen : bool
-        Whether nodes count that stand for whoever has the other end of a channel.
+        Whether invented nodes count, which stand for unknown nodes at the other end of a channel.
     """
     ports: dict[str, dict[str, list[Any]]] = {}
     elements: dict[tuple[str, str, str], str] = {}

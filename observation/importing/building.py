@@ -26,7 +26,7 @@ class Imported:
     assumed : tuple of Assumed
         What the source does not tell, and is taken.
     unseen : tuple of str
-        Names of nodes that nobody has seen: they stand for whoever has the other end of a channel.
+        Names of invented nodes: they stand for unknown nodes at the other end of a channel.
     left_out : tuple of str
         What was seen and a model cannot hold, a line each.
     recorded : tuple of str

@@ -1,7 +1,8 @@
 """Times that a recording proposes for a model: intervals from the least to the greatest that was observed.
 
-An observed maximum is no bound. The next time lies within the least and the greatest of n with the
-probability (n - 1) / (n + 1), if all of them are equally likely to be the extremes; that is the confidence.
+An observed maximum is not a bound: a later time can be greater. The next time lies within the least and the
+greatest of n with the probability (n - 1) / (n + 1), if all of them are equally likely to be the extremes;
+that is the confidence.
 """
 
 from __future__ import annotations

@@ -31,7 +31,8 @@ def checked_result(engine: Engine, flight: Flight, result: object) -> tuple[Data
     Raises
     ------
     DinerosError
-        It is no such thing, does not fit the token type, or is not what the transition assigns.
+        The result is of another kind, does not fit the token type, or differs from what the transition
+        assigns.
     """
     transition, taken = flight.transition, flight.taken
     checker = engine.result_checker(transition)

@@ -21,12 +21,13 @@ class Enabling:
     Attributes
     ----------
     ready : list of int
-        Transitions that can fire with tokens that nobody has reserved, in no particular order. Not to be
+        Transitions that can fire with tokens that are not reserved, in no particular order. Not to be
         changed.
     due : list of int
         Places whose oldest free token can depart, by the number of the departure. Not to be changed.
     free, total : list of int
-        For each place, its tokens that nobody has reserved, and all of them; then for each kind of tokens.
+        For each place, how many of its tokens are not reserved, and how many there are; then the same for
+        each kind of tokens.
     kinds_taken, kinds_read : list of tuple of int
         For each transition, the kinds of tokens of which its guard lets it take and read one: their numbers
         in `free` and `total`.

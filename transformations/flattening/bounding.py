@@ -51,15 +51,3 @@ def fresh(id: str, taken: set[str]) -> str:
         found = f"{id}~{number}"
     taken.add(found)
     return found
-
-
-def copied_interval(interval: pn.TimeInterval | None) -> pn.TimeInterval | None:
-    """Return a copy of a firing interval, which has one owner."""
-    if interval is None:
-        return None
-    return pn.TimeInterval(
-        earliest=interval.earliest,
-        latest=interval.latest,
-        earliestExcluded=interval.earliestExcluded,
-        latestExcluded=interval.latestExcluded,
-    )

@@ -11,7 +11,8 @@ from typing import NamedTuple
 from dineros.metamodel import pn, pnm
 from dineros.metamodel.elements import elements
 from dineros.metamodel.guards.colours import Colour, Moves, Palette, Step, Variant
-from dineros.transformations.flattening.bounding import copied_interval, fresh
+from dineros.metamodel.times.intervals import copied_interval
+from dineros.transformations.flattening.bounding import fresh
 from dineros.transformations.flattening.rings import Ring, Touch
 from dineros.transformations.flattening.traces import Link
 

@@ -14,7 +14,8 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
 from dineros.metamodel.guards.using import guarded
 from dineros.metamodel.times.given import require_known
-from dineros.transformations.flattening.bounding import copied_interval, fresh, join
+from dineros.metamodel.times.intervals import copied_interval
+from dineros.transformations.flattening.bounding import fresh, join
 from dineros.transformations.flattening.certificate import add_certificate, check_certificate
 from dineros.transformations.flattening.guards import unfold_guards
 from dineros.transformations.flattening.traces import Link, Trace

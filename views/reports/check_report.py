@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup
 
 from dineros.analysis.witnesses.folding import folded
@@ -15,8 +14,8 @@ from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 from dineros.views.nets import ViewModel, around, collapse_if_large, layout, to_svg, view_of
 from dineros.views.nets.drawing.svg import THEMES
-from dineros.views.pages import own_markup
 from dineros.views.reports.excerpts import Excerpt
+from dineros.views.reports.rendering import rendered
 from dineros.views.traces.figures import trace_svg
 
 LONG = 60
@@ -143,18 +142,12 @@ def check_page(content: CheckContent, model: pn.Net | None = None) -> tuple[str,
     model : pn.Net, optional
         The model, for pictures of the parts concerned.
     """
-    environment = Environment(
-        loader=PackageLoader("dineros.views", "static"),
-        autoescape=select_autoescape(default=True, default_for_string=True),
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     view = view_of(model) if model is not None else None
     most = max((row["states"] or 1 for row in content.spaces), default=1)
     failures: list[DinerosError] = []
-    page = environment.get_template("report.html.j2").render(
+    page = rendered(
+        "report.html.j2",
         content=content,
-        style=own_markup("static/report.css"),
         signs=SIGNS,
         figures=[_figures(finding, view, failures) for finding in content.findings],
         counts={name: sum(one.severity == name for one in content.findings) for name in SIGNS},

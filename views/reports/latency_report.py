@@ -6,13 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, PackageLoader, select_autoescape
-from markupsafe import Markup
-
 from dineros.metamodel.errors import DinerosError
-from dineros.views.nets.drawing.svg import THEMES
-from dineros.views.pages import own_markup
-from dineros.views.traces.figures import trace_svg
+from dineros.views.reports.rendering import drawn_in_time, rendered
 
 LONG = 60
 """Steps beyond which the picture of a run folds what does not matter."""
@@ -86,26 +81,11 @@ class LatencyContent:
 
 def latency_page(content: LatencyContent) -> tuple[str, DinerosError | None]:
     """Return the page as HTML, and why it lacks a picture, if it does."""
-    environment = Environment(
-        loader=PackageLoader("dineros.views", "static"),
-        autoescape=select_autoescape(default=True, default_for_string=True),
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    drawn: dict[str, Markup] = {}
-    failure: DinerosError | None = None
-    if content.view is not None:
-        try:
-            fold = len(content.steps) > LONG
-            drawn = {
-                theme: Markup(trace_svg([content.view], theme, fold=fold, time=True)) for theme in THEMES
-            }
-        except DinerosError as error:
-            failure = error
+    drawn, failure = drawn_in_time(content.view, fold=len(content.steps) > LONG)
     most = max((row.greatest for row in content.rows if row.greatest), default=1.0)
-    page = environment.get_template("latency.html.j2").render(
+    page = rendered(
+        "latency.html.j2",
         content=content,
-        style=own_markup("static/report.css"),
         drawn=drawn,
         width=lambda seconds: 100 * (seconds or 0.0) / most,
     )

@@ -6,13 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, PackageLoader, select_autoescape
-from markupsafe import Markup
-
 from dineros.metamodel.errors import DinerosError
-from dineros.views.nets.drawing.svg import THEMES
-from dineros.views.pages import own_markup
-from dineros.views.traces.figures import trace_svg
+from dineros.views.reports.rendering import drawn_in_time, rendered
 
 
 class Histogram(NamedTuple):
@@ -60,22 +55,6 @@ class SimulationContent:
 
 def simulation_page(content: SimulationContent) -> tuple[str, DinerosError | None]:
     """Return the page as HTML, and why it lacks a picture, if it does."""
-    environment = Environment(
-        loader=PackageLoader("dineros.views", "static"),
-        autoescape=select_autoescape(default=True, default_for_string=True),
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    drawn: dict[str, Markup] = {}
-    failure: DinerosError | None = None
-    if content.view is not None:
-        try:
-            drawn = {
-                theme: Markup(trace_svg([content.view], theme, fold=True, time=True)) for theme in THEMES
-            }
-        except DinerosError as error:
-            failure = error
-    page = environment.get_template("simulation.html.j2").render(
-        content=content, style=own_markup("static/report.css"), drawn=drawn
-    )
+    drawn, failure = drawn_in_time(content.view, fold=True)
+    page = rendered("simulation.html.j2", content=content, drawn=drawn)
     return page, failure

@@ -18,23 +18,12 @@ from dineros.metamodel.times.given import (
     runs_at_once,
     waits,
 )
+from dineros.metamodel.times.intervals import copied_interval
 from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.metamodel.times.rates import on_the_way, publishes_without_end
 from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
 from dineros.transformations.language.functions import Query
-
-
-def _copied(interval: pn.TimeInterval | None) -> pn.TimeInterval | None:
-    """Return a copy of an interval, which has one owner."""
-    if interval is None:
-        return None
-    return pn.TimeInterval(
-        earliest=interval.earliest,
-        latest=interval.latest,
-        earliestExcluded=interval.earliestExcluded,
-        latestExcluded=interval.latestExcluded,
-    )
 
 
 class RunsCallbacks(Query):
@@ -86,7 +75,7 @@ class Offset(Query):
 
     @staticmethod
     def _answer(page: sym.CallbackPage) -> pn.TimeInterval | None:
-        return _copied(page.offset) or pn.TimeInterval(earliest=0.0, latest=page.timer)
+        return copied_interval(page.offset) or pn.TimeInterval(earliest=0.0, latest=page.timer)
 
 
 class Jitter(Query):
@@ -108,7 +97,7 @@ class GivenDuration(Query):
 
     @staticmethod
     def _answer(page: sym.CallbackPage) -> pn.TimeInterval | None:
-        return _copied(duration_of(page))
+        return copied_interval(duration_of(page))
 
 
 class HasDuration(Query):
@@ -196,7 +185,7 @@ class Latency(Query):
 
     @staticmethod
     def _answer(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:
-        return _copied(latency_between(writer, reader))
+        return copied_interval(latency_between(writer, reader))
 
 
 class OnTheWay(Query):
@@ -215,7 +204,7 @@ class CallLatency(Query):
 
     @staticmethod
     def _answer(client: sym.ClientPort) -> pn.TimeInterval | None:
-        return _copied(latency_of_calls(client))
+        return copied_interval(latency_of_calls(client))
 
 
 class CallsOnTheWay(Query):
