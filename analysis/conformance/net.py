@@ -27,9 +27,8 @@ from dineros.metamodel.records import (
     Response,
     Serve,
     Signal,
-    Take,
 )
-from dineros.metamodel.records.schema import ServiceStep, Step
+from dineros.metamodel.records.schema import ChannelStep, ServiceStep, Step
 
 Key = tuple[object, ...]
 
@@ -88,7 +87,7 @@ class ConformanceNet:
         """Return the transition that gives a signal a value; None where no clause uses the signal."""
         return self._steps.get((Signal, signal, value))
 
-    def end(self, kind: type[Publish | Take], channel: str, place: str) -> int | None:
+    def end(self, kind: type[ChannelStep], channel: str, place: str) -> int | None:
         """Return the transition of a publisher's or subscriber's port."""
         return self._steps.get((kind, channel, place))
 
@@ -351,8 +350,8 @@ class ConformanceNet:
         for link in self.subject.links():
             role = self.roles.get(link.target.id or "") if isinstance(link.target, pn.Transition) else None
             is_kept = role is not None and role.queue in ("request", "response")
-            is_tick = role is not None and link.meaning is not None and link.meaning.part == "tick"
-            if is_kept or is_tick:
+            is_silent = role is not None and link.meaning is not None and link.meaning.part == "unrecorded"
+            if is_kept or is_silent:
                 silent.append(str(link.target.id))
         found: dict[int, list[int]] = defaultdict(list)
         for name in silent:
@@ -361,6 +360,15 @@ class ConformanceNet:
                 if tokens > 0:
                     found[place].append(transition)
         return found
+
+    @cached_property
+    def follow_ups(self) -> list[int]:
+        """Steps without records that come at once after what makes them possible."""
+        return [
+            self.subject.transition_index[link.target.id]
+            for link in self.subject.links()
+            if link.meaning is not None and link.meaning.part == "follow-up"
+        ]
 
     @cached_property
     def room(self) -> dict[int, int]:
@@ -398,7 +406,7 @@ class ConformanceNet:
 def _key(role: StepRole) -> Key:
     if role.kind is Signal:
         return Signal, role.signal, role.value
-    if role.kind in (Publish, Take):
+    if role.kind.declared.is_of_topic:
         return role.kind, role.channel, role.place
     if role.kind in (Request, Response):
         return role.kind, role.channel, role.client

@@ -45,20 +45,14 @@ def step_words(record: Record) -> str:
         case Drop():
             return f"the {record.queue} queue of {record.channel} drops {counted(record.count, 'message')}"
         case ChannelStep():
-            return f"{record.place} {_declared_words(record)} ({record.channel})"
+            return f"{record.place} {record.declared.words(record)} ({record.channel})"
         case GoalStep():
-            return f"{_declared_words(record)} ({record.channel})"
+            return f"{record.declared.words(record)} ({record.channel})"
         case Checkpoint():
             return "checkpoint"
         case Start():
             return "the node resumes" if record.resumed else "the node starts"
-    return _declared_words(record) or record.event
-
-
-def _declared_words(record: Record) -> str:
-    declared = record.declared
-    has_id = getattr(record, "message", None)
-    return (declared.does if has_id else declared.does_nameless).format(**vars(record))
+    return record.declared.words(record) or record.event
 
 
 def _clause(disjunction: sym.Disjunction) -> str:

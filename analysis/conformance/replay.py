@@ -31,7 +31,7 @@ from dineros.metamodel.records import (
     Start,
     Take,
 )
-from dineros.metamodel.records.schema import Step
+from dineros.metamodel.records.schema import ChannelStep, Step
 
 
 class Replay(Player):
@@ -123,6 +123,8 @@ class Replay(Player):
             self.values.happen(record)
             self.steps += isinstance(record, Step)
             self._recorded += min(self.fired - before, _firings_of(record))
+            for transition in filter(self.is_enabled, self.net.follow_ups):
+                self.fire(transition)
         return refusal
 
     def _header(self, record: Header) -> Fault | None:
@@ -189,6 +191,13 @@ class Replay(Player):
             return Fault(f"the transition belongs to node {node}, not {record.node}")
         return self.fire_recorded(record, transition)
 
+    def _at_topic(self, record: ChannelStep) -> Refusal | None:
+        """Replay a step at the port of a topic that moves no message."""
+        transition = self.net.end(type(record), record.channel, record.place)
+        if transition is None:
+            return Fault(f"topic channel {record.channel!r} has no such port")
+        return self.fire_at(record, transition)
+
     def _drop(self, record: Drop, following: Record | None) -> Refusal | None:
         if record.queue == "feedback":
             return self._goals.drop(record)
@@ -198,6 +207,7 @@ class Replay(Player):
 
 
 _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
+    **{kind: Replay._at_topic for kind in EVENTS.values() if kind.declared.is_of_topic},
     Header: Replay._header,
     Start: Replay._start,
     Checkpoint: Replay._start,

@@ -20,9 +20,7 @@ from dineros.metamodel.records import (
     Drop,
     Fire,
     Lifecycle,
-    Publish,
     Signal,
-    Take,
 )
 from dineros.metamodel.records.schema import Step
 from dineros.transformations.flattening.traces import Link
@@ -111,9 +109,10 @@ def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | 
         return _history_role(link, meaning.queue, meaning.step, stage, copies)
     channel = source_of(link, sym.TopicChannel).id
     port = topic_port(link)
-    place = None if port is None else copies.get((port.place, link.index), port.place.id)
+    end = None if port is None else getattr(port, meaning.step.declared.port or "place")
+    place = None if end is None else copies.get((end, link.index), end.id)
     node = _node(port.place) if port is not None else source_of(link, sym.NodeNet).id
-    if meaning.step in (Publish, Take):
+    if meaning.step.declared.is_of_topic:
         return StepRole(meaning.step, node, channel, place=place)
     queue = "inactive" if meaning.part == "discard" else meaning.queue
     return StepRole(meaning.step, node, channel, queue, stage, place)

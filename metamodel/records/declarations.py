@@ -53,7 +53,8 @@ class Declaration:
     end : {"", "client", "server"}
         Who takes part in the call or the goal.
     port : str
-        The feature of that port which is the place of the record; empty for a goal: that of its outcome.
+        The feature of that port which is the place of the record; empty for a goal: that of its outcome. Of a
+        step that is of no call and no goal, the port is that of a topic.
     receives : str
         The event of the record that sends what this one receives, by the same id; empty: it receives
         nothing.
@@ -87,3 +88,13 @@ class Declaration:
     comes_last: bool = False
     needs_time: str = ""
     without_it: str = ""
+
+    @property
+    def is_of_topic(self) -> bool:
+        """Whether it is a step at the port of a topic."""
+        return bool(self.port) and not self.call and not self.goal
+
+    def words(self, record: object) -> str:
+        """Return what the node does, with the fields of a record of this kind."""
+        does = self.does if getattr(record, "message", None) else self.does_nameless
+        return does.format(**vars(record))

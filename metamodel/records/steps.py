@@ -105,14 +105,20 @@ class ChannelStep(Step):
 class Publish(ChannelStep, event="publish"):
     """A token leaves for a topic."""
 
-    declared = Declaration(does="publishes {message}", does_nameless="publishes a message", token="leaves")
+    declared = Declaration(
+        does="publishes {message}", does_nameless="publishes a message", token="leaves", port="place"
+    )
 
 
 class Take(ChannelStep, event="take"):
     """A token arrives from a topic, carrying `data`."""
 
     declared = Declaration(
-        does="takes {message}", does_nameless="takes a message", token="arrives", receives="publish"
+        does="takes {message}",
+        does_nameless="takes a message",
+        token="arrives",
+        port="place",
+        receives="publish",
     )
     data: Data = field(default_factory=dict)
 

@@ -161,7 +161,9 @@ class Traffic:
         LOG.error("%s", text, exc_info=cause)
         self.observer.tell_error(text, policy)
 
-    def came(self, event: str, about: Mapping[str, object], place: str, token: Token, message: str) -> None:
+    def came(
+        self, event: str, about: Mapping[str, object], place: str, token: Token, message: str | None
+    ) -> None:
         """Record that a token has come onto a place by a message; to be asked where somebody observes."""
         self.observer.emit(
             event,

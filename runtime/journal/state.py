@@ -298,7 +298,8 @@ def _token(record: Record, token: int | None) -> int:
     return token
 
 
-_APPLY: Mapping[type[Record], Callable[..., None]] = {
+_APPLY: Mapping[type[Record], Callable[..., object]] = {
+    **{kind: JournalState._move for kind in EVENTS.values() if kind.declared.token},
     **{kind: JournalState._call for kind in EVENTS.values() if kind.declared.call},
     **{kind: JournalState._goal for kind in EVENTS.values() if kind.declared.goal},
     Start: JournalState._start,

@@ -21,7 +21,7 @@ class C1(StandardRule, phase=Phase.beginnings, middleware="ros2"):
         means=Meaning("the timer of {callback} is not due", part="idle", rests=True),
     )
     due = place("{page.id}.due", means=Meaning("the timer of {callback} is due", part="due"))
-    tick = transition("{page.id}.tick", means=Meaning("the timer of {callback} ticks", part="tick"))
+    tick = transition("{page.id}.tick", means=Meaning("the timer of {callback} ticks", part="unrecorded"))
     arcs = [arc(idle, tick), arc(tick, due)]
 
 

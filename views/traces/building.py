@@ -300,6 +300,9 @@ class TraceBuilder:
                 self._lifecycle(step, record)
             case rec.Stop():
                 step.text = f"{node} stops" + (f": {record.reason}" if record.reason else "")
+            case _ if record.declared.is_of_topic:
+                step.node = node or self.facts.owner_of(getattr(record, "place", None))
+                step.text = said or f"{step.node} {record.declared.words(record)}"
         return step
 
     def _transition(self, step: Step, record: Record) -> None:

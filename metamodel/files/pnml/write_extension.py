@@ -8,7 +8,7 @@ from collections.abc import Callable
 from lxml import etree
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.base import EObject
+from dineros.metamodel.base import EObject, features_of
 from dineros.metamodel.elements import label, node_net_of, node_nets
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.exact import decimal_text, fraction_of
@@ -204,10 +204,7 @@ class ExtensionWriter:
         block = self._block(xml)
         _add(block, "type", TOPIC)
         said = {"publishers"} if all(_is_plain_port(port) for port in channel.publishers) else set()
-        if all(
-            _is_plain_port(port) and port.inHand is None and not port.newestOnly
-            for port in channel.subscribers
-        ):
+        if all(_is_plain_port(port) for port in channel.subscribers):
             said.add("subscribers")
         if _is_plain(channel.topic):
             _add(block, "topicName", channel.topic)
@@ -264,7 +261,12 @@ def _add(xml: etree._Element, name: str, text: str) -> None:
 
 
 def _is_plain_port(port: sym.TopicPort) -> bool:
-    return port.qos is None and port.assumed is None and port.latency is None
+    """Tell whether the dialect has words for all that a port of a topic says."""
+    return all(
+        getattr(port, name) == feature.get_default_value()
+        for name, feature in features_of(type(port)).items()
+        if name not in ("place", "limit", "channel") and not feature.many
+    )
 
 
 def _is_plain(text: str | None) -> bool:
