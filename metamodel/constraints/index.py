@@ -241,6 +241,8 @@ class Index:
         for subscriber in self.all(sym.SubscriberPort):
             name = subscriber.channel.topic if subscriber.channel else ""
             uses[subscriber.place].append(PortUse(subscriber, False, ("topic", name)))
+            if subscriber.missed is not None:
+                uses[subscriber.missed].append(PortUse(subscriber, False, ("topic", name)))
         for server in self.all(sym.ServerPort):
             name = server.channel.service if server.channel else ""
             uses[server.entry].append(PortUse(server, False, ("service", name)))

@@ -123,6 +123,20 @@ class Take(ChannelStep, event="take"):
     data: Data = field(default_factory=dict)
 
 
+class Miss(ChannelStep, event="miss"):
+    """A node has taken no message from a topic for the deadline of its subscription; `place` gets a token."""
+
+    declared = Declaration(
+        does="misses a message",
+        does_nameless="misses a message",
+        token="arrives",
+        port="missed",
+        needs_time="node {node} misses a message",
+        without_it="no deadline is missed",
+    )
+    data: Data = field(default_factory=dict)
+
+
 class ServiceStep(ChannelStep):
     """A step of a service call; `client` is the client's id, `instance` the server instance, from 1."""
 

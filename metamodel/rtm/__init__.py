@@ -147,6 +147,8 @@ class SubscriberPort(PlacePort):
     inHand : int | None
         Messages that the node takes before it has worked on them, -1 for any number; absent: as many as
         one transition takes.
+    missed : sym.Place | None
+        Gets a token when the node has taken no message for the deadline; absent: nothing does.
     qos : sym.QualityOfService | None
         Quality of service.
     """
@@ -155,6 +157,7 @@ class SubscriberPort(PlacePort):
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
     dispatcherLimit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=16)
     inHand: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    missed: sym.Place | None = Ecore.EReference()
     qos: sym.QualityOfService | None = Ecore.EReference(containment=True)
 
     def __init__(
@@ -167,6 +170,7 @@ class SubscriberPort(PlacePort):
         limit: int | None = None,
         dispatcherLimit: int | None = None,
         inHand: int | None = None,
+        missed: sym.Place | None = None,
         qos: sym.QualityOfService | None = None,
         **unknown: Never,
     ) -> None:
@@ -181,6 +185,7 @@ class SubscriberPort(PlacePort):
                 "limit": limit,
                 "dispatcherLimit": dispatcherLimit,
                 "inHand": inHand,
+                "missed": missed,
                 "qos": qos,
             },
             unknown,
@@ -588,6 +593,7 @@ resolve_references(
     types=[
         (PlacePort.mappings, sym.FieldMapping),
         (PublisherPort.qos, sym.QualityOfService),
+        (SubscriberPort.missed, sym.Place),
         (SubscriberPort.qos, sym.QualityOfService),
         (ClientPort.response, sym.Place),
         (ClientPort.timedOut, sym.Place),

@@ -1457,11 +1457,15 @@ class SubscriberPort(TopicPort):
     newestOnly : bool
         Whether the reader needs the newest message only: that a newer message displaces an older one is
         then no loss.
+    missed : pn.Place | None
+        Gets a token when the node has taken no message for the deadline of the port's quality of service,
+        once until the next message; absent: nothing does.
     """
 
     channel: TopicChannel | None = Ecore.EReference()
     inHand: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     newestOnly: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    missed: pn.Place | None = Ecore.EReference()
 
     def __init__(
         self,
@@ -1474,6 +1478,7 @@ class SubscriberPort(TopicPort):
         channel: TopicChannel | None = None,
         inHand: int | None = None,
         newestOnly: bool | None = None,
+        missed: pn.Place | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1488,6 +1493,7 @@ class SubscriberPort(TopicPort):
                 "channel": channel,
                 "inHand": inHand,
                 "newestOnly": newestOnly,
+                "missed": missed,
             },
             unknown,
         )
@@ -2352,6 +2358,7 @@ resolve_references(
         (Channel.latency, pn.TimeInterval),
         (PublisherPort.channel, TopicChannel),
         (SubscriberPort.channel, TopicChannel),
+        (SubscriberPort.missed, pn.Place),
         (SystemModel.tokenType, TokenType),
         (SystemModel.otherTokenTypes, TokenType),
         (SystemModel.channels, Channel),

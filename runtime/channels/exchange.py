@@ -170,6 +170,9 @@ class Exchange:
         for client in self.clients.values():
             if client.response in places or client.timed_out in places:
                 client.let_in()
+        for subscriber in self.subscribers.values():
+            if subscriber.is_late:
+                subscriber.miss()
         for instance in self._instances:
             if instance.entry in places:
                 instance.server.serve()

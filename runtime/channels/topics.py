@@ -9,6 +9,7 @@ from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import Repeating
 from dineros.runtime.nets.ports import Message, PublisherPort, Queue, SubscriberPort
+from dineros.runtime.scheduling.timers import IDLE
 
 
 class Writer:
@@ -108,12 +109,18 @@ class Subscriber:
         Messages that were lost since the last one came.
     place : int
         The place that they come to.
+    deadline : Timer
+        When the deadline of the next message is over; it runs from the first message on.
+    is_late : bool
+        Whether it is over, and there is no room for the token that says so.
     """
 
     def __init__(self, traffic: Traffic, port: SubscriberPort) -> None:
         self._traffic = traffic
         self._port = port
         self._about = {"channel": port.channel}
+        self.deadline = IDLE
+        self.is_late = False
         self.place = traffic.places[port.place]
         self.seen = Senders()
         self.missing = 0
@@ -163,6 +170,21 @@ class Subscriber:
         traffic.engine.put(self.place, token)
         if traffic.observer.is_observing:
             traffic.came("take", self._about, port.place, token, message.id)
+        if port.missed is not None and port.quality.deadline is not None:
+            self.deadline.cancel()
+            self.is_late = False
+            self.deadline = traffic.loop.timers.call_later(port.quality.deadline, self.miss)
+
+    def miss(self) -> None:
+        """Put a token, as the deadline is over, or as soon as there is room and no message came before."""
+        traffic, name = self._traffic, self._port.missed
+        assert name is not None, "then no deadline runs"
+        place = traffic.places[name]
+        self.is_late = not traffic.engine.has_room(place)
+        token = None if self.is_late else traffic.arriving(self._port.topic, place, {})
+        if token is not None:
+            traffic.engine.put(place, token)
+            traffic.came("miss", self._about, name, token, None)
 
 
 def _number_of(message: Message) -> tuple[str, int] | None:

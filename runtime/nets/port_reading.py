@@ -141,7 +141,8 @@ class PortReading:
                 return plain_ports.PublisherPort(*(*common, *topic), self._copies(place))
             case rtm.SubscriberPort():
                 topic = (port.topic, place.id, port.limit, _quality(port, common[1]))
-                return plain_ports.SubscriberPort(*(*common, *topic), port.dispatcherLimit)
+                missed = self._at(port.missed, number)
+                return plain_ports.SubscriberPort(*(*common, *topic), port.dispatcherLimit, missed)
             case rtm.ClientPort():
                 asked, answered = (self._ids[self._places[at, number]] for at in (place, port.response))
                 return plain_ports.ClientPort(

@@ -132,9 +132,12 @@ class SubscriberPort(TopicPort):
     ----------
     dispatcher_limit : int
         Capacity of the queue that all subscribers of the node to this topic share, under the paper's rules.
+    missed : str or None
+        Gets a token when no message was taken for the deadline of the quality; None: nothing does.
     """
 
     dispatcher_limit: int
+    missed: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -167,7 +167,15 @@ def _topic_ports(
                 inHand=subscriber.inHand,
                 qos=_quality(channel, subscriber),
             )
+            missed = images.get(subscriber.missed) if subscriber.missed is not None else None
+            if isinstance(missed, rtm.Place) and _runs_on_ros2(channel):
+                port.missed = missed
             yield place, port
+
+
+def _runs_on_ros2(channel: sym.Channel) -> bool:
+    """Tell whether a channel is one of ROS 2."""
+    return channel.model is not None and channel.model.middleware == sym.Middleware.ros2
 
 
 def _service_ports(
@@ -175,14 +183,13 @@ def _service_ports(
 ) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
     # The paper's rules know of one request at a time, which is waited for.
     asked = {} if channel.model is None else outstanding_counts(channel.model)
-    runs_on_ros2 = channel.model is not None and channel.model.middleware == sym.Middleware.ros2
     for client in channel.clients:
         place, response = images.get(client.request), images.get(client.response)
         if isinstance(place, rtm.Place) and isinstance(response, rtm.Place):
             port = rtm.ClientPort(
                 **_interface(channel), service=channel.service, client=client.client, response=response
             )
-            if runs_on_ros2:
+            if _runs_on_ros2(channel):
                 port.outstanding, port.timeout = asked[client], client.timeout
                 told = images.get(client.timedOut) if client.timedOut is not None else None
                 port.timedOut = told if isinstance(told, rtm.Place) else None
@@ -198,7 +205,7 @@ def _service_ports(
             # A server that nobody calls yet is a server: one instance, not none.
             instances=max(1, counts[channel]),
             depth=channel.depth,
-            outstanding=_most_asked([asked[client] for client in channel.clients if runs_on_ros2]),
+            outstanding=_most_asked([asked[client] for client in channel.clients if _runs_on_ros2(channel)]),
         )
         yield entry, serving
 
@@ -314,6 +321,7 @@ def _port_places(model: sym.SystemModel) -> Iterator[pn.Place]:
         if isinstance(channel, sym.TopicChannel):
             for topic_port in (*channel.publishers, *channel.subscribers):
                 yield topic_port.place
+            yield from (port.missed for port in channel.subscribers if port.missed is not None)
         elif isinstance(channel, sym.ServiceChannel):
             yield from (channel.server.entry, channel.server.exit)
             for client in channel.clients:

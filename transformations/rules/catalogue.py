@@ -37,6 +37,7 @@ from dineros.transformations.rules.phases import (
     in_order,
 )
 from dineros.transformations.rules.times import (
+    deadlines,
     latencies,
     orders,
     reactions,
@@ -113,6 +114,13 @@ FAMILIES = (
         "",
         (histories,),
         "They take the place of T1 to T4 where the middleware is `ros2`.",
+    ),
+    _family(
+        "deadlines",
+        "Deadlines of subscriptions of ROS 2",
+        "",
+        (deadlines,),
+        "They run where the middleware is `ros2`, for subscriptions that name a place for missed deadlines.",
     ),
     _family(
         "timers",

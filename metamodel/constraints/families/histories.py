@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.families.services import in_two_node_nets
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.matching import mismatch
+from dineros.metamodel.matching import mismatch, quality_of
 
 _UNLIMITED = -1
 
@@ -84,6 +86,58 @@ def quality_times_positive(quality: sym.QualityOfService, index: Index) -> Outco
         if seconds is not None and not (seconds > 0 and math.isfinite(seconds)):
             return f"{words} {seconds}"
     return True
+
+
+def _has_missed(port: sym.SubscriberPort, index: Index) -> bool:
+    return port.missed is not None
+
+
+@constraint(
+    "{it} names the place {element.missed.id!r} for missed deadlines, and has no deadline",
+    fix="give its quality of service a deadline, or name no place",
+    guard=_has_missed,
+)
+def missed_has_deadline(port: sym.SubscriberPort, index: Index) -> Outcome:
+    """A subscriber that names a place for missed deadlines has a deadline."""
+    return quality_of(port).deadline is not None
+
+
+@constraint(
+    "{it} has its messages in {found}",
+    fix="put both places into one node net",
+    guard=_has_missed,
+)
+def missed_in_one_node_net(port: sym.SubscriberPort, index: Index) -> Outcome:
+    """The place of missed deadlines belongs to the node net that takes the messages."""
+    assert port.missed is not None
+    taking, told = index.node_net_of(port.place), index.node_net_of(port.missed)
+    return taking is told or in_two_node_nets(taking, told, "the place of its missed deadlines")
+
+
+@constraint(
+    "{it} has its place for missed deadlines on {found}, which a missed deadline does not begin",
+    fix="put the place on the callback page that takes the messages, or on none",
+    guard=lambda port, index: port.missed is not None and runs_callbacks(index.node_net_of(port.missed)),
+)
+def missed_begins_no_callback(port: sym.SubscriberPort, index: Index) -> Outcome:
+    """Where a node runs callbacks, a missed deadline begins none of them."""
+    page = callback_page_of(port.missed)
+    return page is None or page is callback_page_of(port.place) or describe(page)
+
+
+@constraint(
+    "{it} names a place for missed deadlines, which the rules of ros1 know nothing of",
+    fix="set the model's middleware to ros2, or name no place",
+    severity="warning",
+    guard=lambda port, index: (
+        port.missed is not None
+        and isinstance(index.net, sym.SystemModel)
+        and index.net.middleware == sym.Middleware.ros1
+    ),
+)
+def deadlines_of_ros2(port: sym.SubscriberPort, index: Index) -> Outcome:
+    """Only subscribers of ROS 2 have deadlines."""
+    return False
 
 
 @constraint(

@@ -96,7 +96,7 @@ def test_pieces_of_any_size_give_the_same_records(records: list[Record], cuts: l
 
 def test_every_event_is_known_by_its_name() -> None:
     assert all(kind.event == event for event, kind in EVENTS.items())
-    assert len(EVENTS) == 31
+    assert len(EVENTS) == 32
 
 
 def test_more_fields_than_known_are_passed_over() -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dineros.metamodel import sym
+from dineros.metamodel.build import flow
 from tests.support.broken.cases import Cases
 from tests.support.broken.small import Small, plain
 
 CASES = Cases()
+HEARD = "subscriber port 'Heard' of topic channel 'chatter'"
 
 
 @CASES.breaks(
@@ -126,3 +128,61 @@ def automatic_for_manual(small: Small) -> None:
 )
 def longer_lease(small: Small) -> None:
     _differ(small, "leaseDuration", 3.0, 2.0)
+
+
+def _watched(small: Small) -> sym.SubscriberPort:
+    """Return the subscriber, with a deadline and a place for missed ones."""
+    port: sym.SubscriberPort = small["chatter"].subscribers[0]
+    small.net.middleware = "ros2"
+    small["chatter"].qos = sym.QualityOfService(deadline=1.0)
+    net = small["chatter"].subscribers[0].place.page
+    port.missed = sym.Place(id="Missed", page=net)
+    flow(port.missed, sym.Transition(id="Complain", page=net))
+    return port
+
+
+@CASES.breaks(
+    "missed-has-deadline",
+    f"{HEARD} names the place 'Missed' for missed deadlines, and has no deadline",
+    "give its quality of service a deadline, or name no place",
+)
+def no_deadline_to_miss(small: Small) -> None:
+    _watched(small)
+    small["chatter"].qos = None
+
+
+@CASES.breaks(
+    "missed-in-one-node-net",
+    f"{HEARD} has its messages in node net 'listener' and the place of its missed deadlines "
+    "in node net 'talker'",
+    "put both places into one node net",
+)
+def another_node_misses(small: Small) -> None:
+    port = _watched(small)
+    port.missed = sym.Place(id="There", page=small["talker"])
+    flow(port.missed, sym.Transition(id="Wonder", page=small["talker"]))
+
+
+@CASES.breaks(
+    "missed-begins-no-callback",
+    f"{HEARD} has its place for missed deadlines on callback page 'later', "
+    "which a missed deadline does not begin",
+    "put the place on the callback page that takes the messages, or on none",
+)
+def another_callback_misses(small: Small) -> None:
+    port = _watched(small)
+    net = small["listener"]
+    net.execution = "callbacks"
+    page = sym.CallbackPage(id="later", kind="timer", timer=1.0, page=net)
+    port.missed = sym.Place(id="Late", page=page)
+    flow(sym.Transition(id="Also", page=page), port.missed, sym.Transition(id="Then", page=page))
+
+
+@CASES.breaks(
+    "deadlines-of-ros2",
+    f"{HEARD} names a place for missed deadlines, which the rules of ros1 know nothing of",
+    "set the model's middleware to ros2, or name no place",
+)
+def deadline_of_ros1(small: Small) -> None:
+    _watched(small)
+    small.net.middleware = "ros1"

@@ -1,0 +1,108 @@
+"""Deadlines of subscriptions of ROS 2 (rule D9): the node learns that no message came.
+
+The deadline runs from the first message that the node takes, and again from each further one. When it ends,
+the node gets one token, or as soon as its place has room, if no message comes before; the next token needs a
+message before it.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.matching import quality_of
+from dineros.metamodel.records import Miss
+from dineros.transformations.language.creation import New
+from dineros.transformations.language.datatypes import REAL
+from dineros.transformations.language.expressions import Path
+from dineros.transformations.language.functions import Query
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.rules.histories import R3
+from dineros.transformations.rules.notation import Bound, arc, place, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
+
+
+class Deadline(Query):
+    """The deadline of a subscription, in seconds."""
+
+    datatype = REAL
+    _words = "deadline of {}"
+
+    @staticmethod
+    def _answer(reader: sym.SubscriberPort) -> float | None:
+        return quality_of(reader).deadline
+
+
+def _restarts() -> Meaning:
+    return Meaning("the deadline of {subscriber} (topic {topic}) begins again", part="follow-up")
+
+
+class D9(StandardRule, phase=Phase.deliveries, middleware="ros2"):
+    """A node that has taken no message for the deadline of a subscription gets a token."""
+
+    channel = Node(sym.TopicChannel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    told = Node(pn.Place, of=reader.missed)
+    history = Made(R3.queue, of=reader)
+
+    taken = place(
+        "{channel.id}.deadline.{told.id}.taken",
+        means=Meaning("{subscriber} (topic {topic}) has just taken a message", part="watch"),
+    )
+    idle = place(
+        "{channel.id}.deadline.{told.id}.idle",
+        tokens=1,
+        means=Meaning("no deadline of {subscriber} (topic {topic}) runs", part="watch", rests=True),
+    )
+    runs = place(
+        "{channel.id}.deadline.{told.id}.runs",
+        means=Meaning("the deadline of {subscriber} (topic {topic}) runs", part="watch", rests=True),
+    )
+    room = Bound(
+        taken,
+        1,
+        Meaning("{subscriber} (topic {topic}) has not just taken a message", part="watch", rests=True),
+    )
+    over = place(
+        "{channel.id}.deadline.{told.id}.over",
+        means=Meaning("the deadline of {subscriber} (topic {topic}) is over", part="watch"),
+    )
+    begin = transition("{channel.id}.deadline.{told.id}.begin", means=_restarts(), at_once=True)
+    again = transition("{channel.id}.deadline.{told.id}.again", means=_restarts(), at_once=True)
+    late = transition("{channel.id}.deadline.{told.id}.late", means=_restarts(), at_once=True)
+    end = transition(
+        "{channel.id}.deadline.{told.id}.end",
+        means=Meaning("the deadline of {subscriber} (topic {topic}) ends", part="unrecorded"),
+    )
+    miss = transition(
+        "{channel.id}.deadline.{told.id}.miss",
+        means=Meaning("{subscriber} misses a message of topic {topic}", step=Miss, queue="subscriber"),
+        at_once=True,
+    )
+    arcs = [
+        arc(history.leave, taken),
+        arc(taken, begin),
+        arc(idle, begin),
+        arc(begin, runs),
+        arc(taken, again),
+        arc(runs, again),
+        arc(again, runs),
+        arc(taken, late),
+        arc(over, late),
+        arc(late, runs),
+        arc(runs, end),
+        arc(end, over),
+        arc(over, miss),
+        arc(miss, idle),
+        arc(miss, told),
+    ]
+
+
+class D9Time(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """The deadline ends after its time, not before."""
+
+    reader = Node(sym.SubscriberPort)
+    end = Made(D9.end, of=reader)
+
+    waits = New(
+        pn.TimeInterval, into=Path(end, "interval"), earliest=Deadline(reader), latest=Deadline(reader)
+    )
