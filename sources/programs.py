@@ -16,7 +16,9 @@ from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.machine import Activity, TooLong
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import Callback, Class, Frame, Function
+from dineros.sources.left_out import lines
 from dineros.sources.libraries.idioms import Idiom
+from dineros.sources.libraries.left_out import calls_of
 from dineros.sources.libraries.library import RosLibrary
 from dineros.sources.packages import Package
 
@@ -88,6 +90,7 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
                 nodes, _ = _run_class(path, name, modules, reading)
                 _add(facts, nodes, known)
     facts.files = len(modules.all)
+    folder.unread += lines(calls_of(modules.all.values()), modules.reached)
     facts.unread = sorted(dict.fromkeys(folder.unread))
     facts.nodes.sort(key=lambda node: (node.at.file, node.at.line))
     return facts

@@ -43,6 +43,12 @@ _OF_THIS = {"shared_from_this", "weak_from_this"}
 _LOCKS = {"lock_guard", "unique_lock", "scoped_lock", "shared_lock"}
 _GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
 
+_ADDS = {
+    *("push_back", "push_front", "push", "insert", "insert_or_assign"),
+    *("emplace_back", "emplace_front", "emplace", "try_emplace"),
+}
+"""Methods of lists that add an item."""
+
 
 class Ros(Ports):
     """What calls of rclcpp and the standard library mean.
@@ -308,8 +314,8 @@ class Ros(Ports):
         return "open"
 
     def _items(self, call: Call, on: Items) -> Value:
-        if call.last in ("push_back", "emplace_back", "insert", "emplace", "push", "push_front"):
-            value = copied(call.args[-1], call) if call.args else Open("an item")
+        if call.last in _ADDS:
+            value = self._item(call, on)
             if not any(is_same(each, value) for each in on.values):
                 on.values.append(value)
             on.is_open = on.is_open or isinstance(value, Open) or self.machine.when != "always"
@@ -324,6 +330,20 @@ class Ros(Ports):
         if call.last == "size" and not on.is_open:
             return Const(len(on.values))
         return Open(text_of(call.node)[:60])
+
+    def _item(self, call: Call, on: Items) -> Value:
+        """Return what a list gets: an object that is given, or one that is made of the arguments."""
+        args, cls = call.args, on.kind
+        if cls is not None and call.last.startswith("emplace"):
+            given = args[1:] if call.last in ("emplace", "try_emplace") and len(args) > 1 else args
+            is_made = any(
+                isinstance(each, Obj) and each.cls is not None and cls in self.machine.bases(each.cls)
+                for arg in given
+                for each in options(arg)
+            )
+            if not is_made or len(given) != 1:
+                return self.machine.construct(cls, given, [], call.node, call.frame)
+        return copied(args[-1], call) if args else Open("an item")
 
     def _unknown(self, call: Call, on: Value) -> Value | None:
         """Note what a method of something unknown may do."""

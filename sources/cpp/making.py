@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
-from dineros.sources.cpp.parsing import line_of, path_of, text_of
+from dineros.sources.cpp.parsing import end_of, line_of, path_of, text_of
 from dineros.sources.cpp.quality import USUAL, profile
 from dineros.sources.cpp.values import (
     Const,
@@ -31,7 +31,7 @@ from dineros.sources.facts import CallbackFact, Entity, NodeFact, Place, is_open
 if TYPE_CHECKING:
     from tree_sitter import Node
 
-_MAKES = {
+MAKES = {
     "create_publisher": "publishers",
     "create_generic_publisher": "publishers",
     "create_subscription": "subscriptions",
@@ -43,6 +43,7 @@ _MAKES = {
     "create_callback_group": "groups",
     "create_server": "action_servers",
 }
+"""Functions that make entities, by name, with what they make."""
 _ADAPTED = {
     "init_cli": "clients",
     "init_srv": "services",
@@ -80,6 +81,7 @@ class Maker:
         fact.home = place.file
         this.node = fact
         self.machine.nodes.append(fact)
+        self.machine.reach.classes.add(id(this.cls))
         if this.cls is None or not fact.managed:
             return
         for step in TRANSITIONS:
@@ -92,7 +94,10 @@ class Maker:
         """Return the entity that a call makes; None: it makes none."""
         if call.last in _ADAPTED:
             return self._adapted(call)
-        kind = _MAKES.get(call.last)
+        kind = MAKES.get(call.last)
+        if kind is not None and call.named is not None:
+            name = end_of(call.named)
+            self.machine.reach.reached.add((call.frame.path, line_of(name)))
         if kind is None or (call.on is None and call.path in self.machine.idioms):
             return None
         owner, args = self._owner(call)

@@ -133,6 +133,17 @@ def line_of(node: Node) -> int:
     return int(node.start_point[0]) + 1
 
 
+def end_of(node: Node) -> Node:
+    """Return the last part of a name, without arguments of templates: of ``a::b<c>`` the node of ``b``."""
+    while True:
+        inner = node.child_by_field_name("name")
+        if inner is None and node.type == "dependent_name":
+            inner = next(iter(node.named_children), None)
+        if inner is None:
+            return node
+        node = inner
+
+
 _TEMPLATED = {"template_type", "template_function", "template_method"}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,16 +15,17 @@ from dineros.sources.cpp.following.machine import TooLong
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.index import ClassInfo, Index, Routine
-from dineros.sources.cpp.parsing import parse
+from dineros.sources.cpp.left_out import calls_of
+from dineros.sources.cpp.parsing import Source, parse
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
 from dineros.sources.facts import CallbackFact, NodeFact, Place
 from dineros.sources.folders import CPP, SourceFolder
 from dineros.sources.launch.containers import THREADS
+from dineros.sources.left_out import is_test, lines
 from dineros.sources.libraries.idioms import Idiom, read_idioms
 from dineros.sources.packages import Package
 
 _DEEP = 12_000
-_TESTS = {"test", "tests", "benchmark", "mock"}
 
 
 @cache
@@ -52,13 +52,15 @@ class CppPrograms:
         self._packages = packages
         self._idioms = cpp_idioms() | dict(idioms)
         self.index = Index()
-        self.files = [path for path in folder.files if path.endswith(CPP) and not _is_test(path)]
+        self.files = [path for path in folder.files if path.endswith(CPP) and not is_test(path)]
+        self._sources: list[Source] = []
         with _deep():
             for path in self.files:
                 try:
                     source = parse(folder, path)
                     if source is not None:
                         self.index.add(source)
+                        self._sources.append(source)
                 except RecursionError:
                     folder.unread.append(f"{path}: it is nested too deeply")
         self.index.finish()
@@ -75,10 +77,9 @@ class CppPrograms:
             # Of programs that make the same nodes, the one counts whose executor is known.
             for nodes in sorted(programs, key=lambda each: any(node.threads == "open" for node in each)):
                 found += nodes
-            made = {each.cls for each in found}
             wanted = list(self._components())
             for cls in dict.fromkeys([*wanted, *self._classes()]):
-                if cls.name not in made:
+                if id(cls) not in self._reach.classes:
                     nodes = self._run(self._component_name(cls), None, cls, given or {})
                     found += nodes
                     if cls in wanted and not nodes:
@@ -86,6 +87,7 @@ class CppPrograms:
                             f"{cls.path}: the component {cls.full} is no node that can be read, so its ports "
                             "are not known"
                         )
+        self._folder.unread += lines(calls_of(self._sources), self._reach.reached)
         unique: dict[tuple[str, str], NodeFact] = {}
         for node in found:  # of several programs that make a node, the first is kept
             other = unique.setdefault((str(node.at), node.name), node)
@@ -114,7 +116,7 @@ class CppPrograms:
                 if self._full(name, routine.path) in names:
                     return self._run(name, routine, None, {self._full(name, routine.path): values})
             for plugin, path in self.index.components:
-                cls = self.index.find_class(plugin, path, "")
+                cls = self._class_of(plugin, path)
                 if cls is not None:
                     name = self._component_name(cls)
                     if {cls.full, self._full(name, cls.path)} & set(names):
@@ -146,13 +148,18 @@ class CppPrograms:
     def _components(self) -> Iterator[ClassInfo]:
         """Yield the classes of components; a line names those that are not there."""
         for name, path in self.index.components:
-            cls = self.index.find_class(name, path, "")
+            cls = self._class_of(name, path)
             if cls is not None:
                 yield cls
             else:
                 self._folder.unread.append(
                     f"{path}: the component {name} is not in the folder, so its ports are not known"
                 )
+
+    def _class_of(self, name: str, path: str) -> ClassInfo | None:
+        """Return the class of a component, which may be named by an alias."""
+        machine = Statements(self.index, "", {})
+        return machine.class_of(machine.type_text_of(name, Frame(path, "")), Frame(path, ""))
 
     def _classes(self) -> Iterator[ClassInfo]:
         """Yield the classes of nodes that no other class of the folder extends."""
@@ -280,9 +287,3 @@ def _deep() -> Iterator[None]:
         yield
     finally:
         sys.setrecursionlimit(before)
-
-
-def _is_test(path: str) -> bool:
-    return bool(_TESTS & set(PurePosixPath(path).parts[:-1])) or bool(
-        re.search(r"(?:^|/)(?:test_[^/]*|[^/]*_test)\.\w+$", path)
-    )

@@ -88,10 +88,11 @@ class Made(Value):
 
 @dataclass(eq=False)
 class Items(Value):
-    """A list of values; `is_open`: there may be others."""
+    """A list of values; `is_open`: there may be others. `kind`: the class of its items, if it is known."""
 
     values: list[Value] = field(default_factory=list)
     is_open: bool = False
+    kind: ClassInfo | None = None
 
 
 @dataclass(eq=False)

@@ -49,6 +49,8 @@ class Modules:
 
     def __init__(self, folder: SourceFolder, packages: Iterable[str]) -> None:
         self.all: dict[str, Module] = {}
+        self.reached: set[tuple[str, int]] = set()
+        """Path and line of the calls that make entities and that a program reached."""
         self._folder = folder
         files = set(folder.scripts)
         self._with_init = {

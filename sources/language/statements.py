@@ -146,6 +146,7 @@ class Statements(Assignments):
         before = dict(frame.names)
         after: list[dict[str, Value]] = []
         off: dict[str, Value] = {}
+        goes_on = False
         ends: set[str] = set()
         parts = [(True, node.body), (False, node.orelse)]
         if is_setting:
@@ -161,10 +162,13 @@ class Statements(Assignments):
                 off = dict(frame.names)  # of use where the same setting is asked again
                 if found != {FALLS}:
                     del frame.returns[count:]
+                goes_on = FALLS in found
                 continue
             ends |= found
             if FALLS in found:
                 after.append(dict(frame.names))
+        if ends == {RAISES} and goes_on:  # without the setting, the program only says that it is missing
+            ends, after = {FALLS}, [off]
         merge(frame, after, before)
         for name, value in off.items():
             frame.names.setdefault(name, value)
@@ -243,7 +247,7 @@ class Statements(Assignments):
             return self.execute(node.orelse, frame)
         if is_exact:
             return self._turns(node, values, frame)
-        value = join(values) if values else Open(ast.unparse(node.target))
+        value = join([*values, Open(ast.unparse(node.target))])
 
         def begin() -> None:
             self.assign(node.target, value, frame)

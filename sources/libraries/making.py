@@ -249,6 +249,8 @@ class Maker:
     ) -> Value:
         """Call a ``create_...`` method of a node."""
         call = Made(name, args, keys, self.machine.place(node, frame))
+        if isinstance(node, ast.Call):
+            self.machine.modules.reached.add((frame.module.path, node.func.end_lineno or 0))
         kind = name.removeprefix("create_").removeprefix("lifecycle_")
         entity, is_new = self.entity(_KINDS[kind], fact, node, frame)
         if not is_new:

@@ -137,7 +137,7 @@ FOLDERS = {
         "wheels",
     ],
     "sources": [
-        *("facts", "folders", "cmake", "packages", "language", "libraries", "launch", "cpp"),
+        *("facts", "left_out", "folders", "cmake", "packages", "language", "libraries", "launch", "cpp"),
         *("programs", "reading"),
     ],
     "sources/launch": [
@@ -145,7 +145,7 @@ FOLDERS = {
     ],
     "sources/cpp": [
         *("parsing", "index", "values", "operations", "following", "binding", "quality", "parameters"),
-        *("making", "ports", "doing", "programs"),
+        *("making", "left_out", "ports", "doing", "programs"),
     ],
     "sources/cpp/following": [
         *("reach", "machine", "expressions", "routines", "calls", "loops", "statements"),

@@ -13,6 +13,7 @@ from dineros.sources.cpp.values import (
     NO_VALUE,
     Either,
     Frame,
+    Items,
     Lambda,
     Made,
     Method,
@@ -65,6 +66,24 @@ _HARMLESS_SPACES = (
 )
 
 
+CONTAINERS = {
+    f"{space}{name}"
+    for space in ("std::", "")
+    for name in (
+        "vector",
+        "list",
+        "array",
+        "map",
+        "unordered_map",
+        "deque",
+        "set",
+        "multimap",
+        "forward_list",
+    )
+}
+"""Classes of the standard library that hold items."""
+
+
 class Call:
     """A call as it stands in the code: what is called, on what, with what."""
 
@@ -109,6 +128,8 @@ class Calls(Routines):
     def make(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
         """Return an object of a type."""
         name = self.type_text(kind, frame)
+        if name in CONTAINERS:
+            return self._container(kind, args, frame)
         cls = self.class_of(name, frame)
         if cls is not None:
             types = [self.template_text(each, frame) for each in arguments_of(kind)]
@@ -118,6 +139,15 @@ class Calls(Routines):
         if found is None:
             self.escapes(call)
         return found if found is not None else Made(name, args, node=kind if kind is not None else node)
+
+    def _container(self, kind: Node | None, args: list[Value], frame: Frame) -> Items:
+        """Return a list of the standard library; of a map, the class of its values counts."""
+        made = args[0] if len(args) == 1 and isinstance(args[0], Items) else Items(args)
+        inner = self.templated(kind, frame)
+        if inner and made.kind is None:
+            number = 1 if self.type_text(kind, frame).endswith("map") and len(inner) > 1 else 0
+            made.kind = self.class_of(self.type_text(inner[number], frame), frame)
+        return made
 
     def _call_expression(self, node: Node, frame: Frame) -> Value:
         function = node.child_by_field_name("function")

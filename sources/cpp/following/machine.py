@@ -170,7 +170,10 @@ class Machine:
 
     def type_text(self, node: Node | None, frame: Frame, depth: int = 0) -> str:
         """Return a type with its aliases and parameters of templates followed: ``std_msgs::msg::String``."""
-        path = path_of(node)
+        return self.type_text_of(path_of(node), frame, depth)
+
+    def type_text_of(self, path: str, frame: Frame, depth: int = 0) -> str:
+        """Return a type by its name, with its aliases and parameters of templates followed."""
         first, _, rest = path.partition("::")
         around: Frame | None = frame
         while around is not None:

@@ -136,9 +136,6 @@ class Statements(Loops):
         is_declared = node.type.endswith("declarator")
         if text_of(node).startswith("*") if is_declared else "*" in _TEMPLATE.sub("", text):
             return args[0] if args else Const(None)
-        name = path_of(kind) if "::" in text else self.type_text(kind, frame)
-        if name.rpartition("::")[2] in ("vector", "list", "array", "map", "deque", "set"):
-            return args[0] if len(args) == 1 and isinstance(args[0], Items) else Items(args)
         return self.make(kind, args, node, frame)
 
     # ------------------------------------------------------------------------------------ branches and loops
@@ -270,9 +267,8 @@ class Statements(Loops):
         for base in cls.bases:
             name = self.type_text(base, frame)
             last = path_of(base).rpartition("::")[2]
-            given = self.values(inits[last], frame) if last in inits else args
-            if last not in inits and name.rpartition("::")[2] in inits:
-                given = self.values(inits[name.rpartition("::")[2]], frame)
+            written = next((each for each in inits if self._names_base(each, cls, last, name)), None)
+            given = args if written is None else self.values(inits[written], frame)
             inner = self.class_of(name, frame)
             if is_node(name):
                 self.library.make_node(this, name, given, node, frame)
@@ -286,6 +282,13 @@ class Statements(Loops):
                     self.calls.pop()
             elif inner is None:
                 self.escapes(Call(node, frame, name, given))
+
+    def _names_base(self, init: str, cls: ClassInfo, last: str, name: str) -> bool:
+        """Tell whether an initialiser is that of a base class, by its name, what it means, or an alias."""
+        if init in (last, name.rpartition("::")[2]):
+            return True
+        alias = None if init in cls.fields else self.index.find_alias(init, cls.path, cls.full)
+        return alias is not None and path_of(alias).rpartition("::")[2] == last
 
     def _members(self, cls: ClassInfo, this: Obj, inits: dict[str, Node | None], frame: Frame) -> None:
         for name, (kind, default) in cls.fields.items():

@@ -1,0 +1,40 @@
+"""Calls in C++ that make entities, found by their names and not by what runs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+from dineros.sources.cpp.making import MAKES
+from dineros.sources.cpp.parsing import Source, line_of, text_of
+from dineros.sources.left_out import MakingCall
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+_NAME = re.compile(rf"\b(?:{'|'.join(MAKES)})\b(?=\s*[<(])".encode())
+
+
+def calls_of(sources: Iterable[Source]) -> Iterator[MakingCall]:
+    """Yield the calls of files that make entities, dead code among them."""
+    for source in sources:
+        for found in _NAME.finditer(source.text):
+            node = source.root.descendant_for_byte_range(found.start(), found.end())
+            if node is not None and _is_call(node):
+                yield MakingCall(source.path, line_of(node), found[0].decode())
+
+
+def _is_call(node: Node) -> bool:
+    """Tell whether a name is that of a function that is called; actions are those of ``rclcpp_action``."""
+    if node.type not in ("identifier", "field_identifier"):
+        return False
+    name, inner, outer = node, node, node.parent
+    while outer is not None and outer.type in (
+        *("template_function", "template_method", "field_expression", "qualified_identifier"),
+        *("dependent_name", "dependent_field_identifier"),
+    ):
+        inner, outer = outer, outer.parent
+    if outer is None or outer.type != "call_expression" or outer.child_by_field_name("function") != inner:
+        return False
+    return text_of(name) != "create_server" or "rclcpp_action" in text_of(inner)

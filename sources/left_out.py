@@ -1,0 +1,54 @@
+"""Calls that make entities and that no program was found to run: a line for each file of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+from pathlib import PurePosixPath
+from re import search
+from typing import NamedTuple
+
+from dineros.metamodel.errors import counted
+
+_TESTS = {"test", "tests", "testing", "benchmark", "mock"}
+_MOST_LINES = 6
+"""Line numbers that are shown of a file."""
+
+
+class MakingCall(NamedTuple):
+    """A call that makes an entity, at the line of its name."""
+
+    path: str
+    line: int
+    name: str
+
+
+def is_test(path: str) -> bool:
+    """Tell whether a file is one of tests, by its name or a folder around it."""
+    return bool(_TESTS & set(PurePosixPath(path).parts[:-1])) or bool(
+        search(r"(?:^|/)(?:test_[^/]*|[^/]*_test|conftest)\.\w+$", path)
+    )
+
+
+def lines(calls: Iterable[MakingCall], reached: set[tuple[str, int]]) -> Iterator[str]:
+    """Yield a line for each file with calls that no program reached.
+
+    Parameters
+    ----------
+    calls : iterable of Call
+        All calls of the files that were read.
+    reached : set of (str, int)
+        Path and line of those that a program reached.
+    """
+    left = sorted(
+        {each for each in calls if (each.path, each.line) not in reached and not is_test(each.path)}
+    )
+    for path, found in groupby(left, key=lambda each: each.path):
+        inside = list(found)
+        names = ", ".join(dict.fromkeys(each.name for each in inside))
+        more = [str(each.line) for each in inside[1:_MOST_LINES]]
+        if len(inside) > _MOST_LINES:
+            more.append(f"{len(inside) - _MOST_LINES} more")
+        also = f" (also line{'s' if len(inside) > 2 else ''} {', '.join(more)})" if more else ""
+        what = f"{counted(len(inside), 'call')} of {names}{also}"
+        yield f"{path}:{inside[0].line}: {what} in code that no node was found to run; the model lacks them"

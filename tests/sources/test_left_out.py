@@ -1,0 +1,72 @@
+"""Entities that are easily missed: in loops, after checks of settings, in code that nothing runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.sources.support import facts_of, node_of
+
+
+def test_a_loop_goes_through_what_is_not_known_too(tmp_path: Path) -> None:
+    """One key is known and left out; others come from parameters."""
+    node = node_of(
+        tmp_path,
+        """
+        def __init__(self):
+            super().__init__("robot")
+            self.names = {"all": "all"}
+            for each in self._parameters:
+                self.names[each] = each
+            for name in self.names:
+                if name == "all":
+                    continue
+                self.create_service(Trigger, name + "/land", self.land)
+        def land(self, request, response): return response
+        """,
+    )
+    assert len(node["services"]) == 1
+
+
+def test_a_program_that_ends_without_a_setting_is_read_as_if_it_had_one(tmp_path: Path) -> None:
+    node = node_of(
+        tmp_path,
+        """
+        def __init__(self):
+            super().__init__("robot")
+            self.declare_parameter("path", "")
+            if not self.get_parameter("path").value:
+                print("no path")
+                sys.exit(1)
+            self.pub = self.create_publisher(String, "out", 1)
+        """,
+    )
+    assert [each["name"] for each in node["publishers"]] == ["out"]
+
+
+def test_calls_in_code_that_nothing_runs_are_named(tmp_path: Path) -> None:
+    facts = facts_of(
+        tmp_path,
+        """
+        def main():
+            rclpy.init()
+            rclpy.spin(Node("robot"))
+
+        if __name__ == "__main__":
+            main()
+        """,
+        plugin="""
+        class Plugin:
+            def init(self, node):
+                node.create_publisher(String, "out", 1)
+                node.create_subscription(
+                    String, "in", print, 1)
+        """,
+        test_plugin="""
+        def test_it(node):
+            node.create_client(Trigger, "x")
+        """,
+    )
+    assert facts.unread == [
+        "plugin.py:4: 2 calls of create_publisher, create_subscription (also line 5) in code that no node "
+        "was found to run; the model lacks them"
+    ]
