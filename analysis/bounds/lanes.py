@@ -49,7 +49,6 @@ from dineros.analysis.bounds.curves import Curve
 from dineros.analysis.bounds.tasks import Lane, Task
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import threads_of
-from dineros.metamodel.times.orders import keeps_order
 
 MOST_STEPS = 20_000
 """Steps of an iteration towards a bound."""
@@ -116,7 +115,7 @@ def waited(task: Task, around: Around) -> Waited | None:
     curve = around.curves[task]
     if curve is not None and not curve.terms:
         return _waited(task, 0, 0)
-    if keeps_order(lane.node):
+    if lane.keeps_order:
         found.append(_in_turn(task, around))
     if (shared := _shared(task, around)) is not None:
         others = [each for each in lane.tasks if each is not task and each.most]

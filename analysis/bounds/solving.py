@@ -27,7 +27,6 @@ from dineros.analysis.bounds.tasks import Lane, Source, Task, Tasks
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import threads_of
 from dineros.metamodel.elements import label
-from dineros.metamodel.times.orders import keeps_order
 
 MOST_ROUNDS = 400
 """Rounds towards bounds that fit together."""
@@ -122,7 +121,7 @@ class _Solver:
             self._solve_cluster(part, cluster, cluster.within)
             return
         # Bounds by wait results are there, whatever comes; so the others are given up first.
-        for given_up in ([task for task in part if not keeps_order(task.lane.node)], part):
+        for given_up in ([task for task in part if not task.lane.keeps_order], part):
             for _ in range(MOST_ROUNDS):
                 if not self._round(part):
                     return

@@ -17,7 +17,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import (
     callback_page_of,
     group_or_node,
-    members_of,
+    has_clients,
     readers_of,
     runs_callbacks,
     threads_of,
@@ -25,6 +25,7 @@ from dineros.metamodel.callbacks.groups import (
 from dineros.metamodel.elements import channels, label, node_net_of, node_nets, resolve
 from dineros.metamodel.matching import are_matched
 from dineros.metamodel.times.given import latency_between, period_of
+from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.rates import seconds_of
 
 
@@ -40,12 +41,15 @@ class Lane:
         Whether one of them at a time runs.
     reason : str
         Why nothing bounds when they run; empty if their works and arrivals do.
+    keeps_order : bool
+        Whether the rules take the callbacks of the node in an order that is known.
     """
 
     node: sym.NodeNet
     is_exclusive: bool = True
     tasks: list[Task] = field(default_factory=list)
     reason: str = ""
+    keeps_order: bool = False
 
 
 @dataclass(frozen=True)
@@ -158,13 +162,14 @@ class Tasks:
         pages = [each for each in node.eAllContents() if isinstance(each, sym.CallbackPage)]
         reason = _why_not_followed(node, pages)
         lanes: dict[object, Lane] = {}
+        is_ordered = keeps_order(node)
         for page in pages:
             group = None if threads_of(node) == 1 else group_or_node(page)
             is_reentrant = (
                 isinstance(group, sym.CallbackGroup) and group.kind == sym.CallbackGroupKind.reentrant
             )
             key: object = page if is_reentrant else group
-            lane = lanes.setdefault(key, Lane(node, not is_reentrant, reason=reason))
+            lane = lanes.setdefault(key, Lane(node, not is_reentrant, reason=reason, keeps_order=is_ordered))
             if page.kind == sym.CallbackKind.timer:
                 self._read_task(page, None, lane)
             else:
@@ -277,8 +282,7 @@ def _why_not_followed(node: sym.NodeNet, pages: list[sym.CallbackPage]) -> str:
     for page in pages:
         if page.kind not in (sym.CallbackKind.timer, sym.CallbackKind.subscriber):
             return f"{name} has callback {label(page)}, which is called neither by a timer nor by messages"
-    groups = [node, *node.callbackGroups]
-    if any(not isinstance(each, sym.CallbackPage) for group in groups for each in members_of(group)):
+    if has_clients(node):
         return f"{name} has clients of services or actions"
     return ""
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from dineros.analysis.latencies.stores import Stored, stored_values
-from dineros.metamodel import sym
+from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of, readers_of
-from dineros.metamodel.elements import channels, pages, resolve
+from dineros.metamodel.elements import arcs, channels, pages, resolve
 from dineros.metamodel.matching import are_matched
 
 MOST_PATHS = 16
@@ -25,6 +27,8 @@ class Hop:
 
 Way = Hop | Stored
 """How data comes from a callback to the next one."""
+Fillers: TypeAlias = dict[pn.Node | None, list[sym.CallbackPage]]
+"""By place the callbacks that put tokens there."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,16 @@ def hops_of(model: sym.SystemModel) -> list[Hop]:
     return found
 
 
+def pages_that_fill(model: sym.SystemModel) -> Fillers:
+    """Return the callbacks that put tokens on each place; several may share the place of a publisher."""
+    found: Fillers = defaultdict(list)
+    for arc in arcs(model):
+        filler, place = callback_page_of(arc.source), resolve(arc.target)
+        if filler is not None and isinstance(place, pn.Place) and filler not in found[place]:
+            found[place].append(filler)
+    return found
+
+
 def responses_of(page: sym.CallbackPage) -> list[Path]:
     """Return the paths of a callback alone: one for each history that it reads."""
     if page.kind == sym.CallbackKind.subscriber:
@@ -103,7 +117,7 @@ def paths_between(
     last: sym.CallbackPage | sym.TopicChannel,
 ) -> list[Path]:
     """Return the paths between two callbacks or topics that pass no callback twice."""
-    hops = hops_of(model)
+    hops, fillers = hops_of(model), pages_that_fill(model)
     ways: list[Way] = [*hops, *stored_values(model)]
     if isinstance(first, sym.CallbackPage):
         starts = responses_of(first)
@@ -111,37 +125,38 @@ def paths_between(
         starts = [
             Path((page,), (hop,))
             for hop in hops
-            if hop.writer.channel is first and (page := callback_page_of(hop.reader.place)) is not None
+            if hop.writer.channel is first
+            and (page := callback_page_of(resolve(hop.reader.place))) is not None
         ]
     found = []
     for start in starts:
-        for path in _longer(start, ways):
-            for whole in _ended(model, path, last):
+        for path in _longer(start, ways, fillers):
+            for whole in _ended(path, last, fillers):
                 found.append(whole)
                 if len(found) == MOST_PATHS:
                     return found
     return found
 
 
-def _longer(path: Path, ways: list[Way]) -> Iterator[Path]:
+def _longer(path: Path, ways: list[Way], fillers: Fillers) -> Iterator[Path]:
     yield path
     for way in ways:
-        writer, page = _ends(way)
-        if writer is path.callbacks[-1] and page is not None and page not in path.callbacks:
-            yield from _longer(Path((*path.callbacks, page), (*path.hops, way), path.reader), ways)
+        page = way.reader if isinstance(way, Stored) else callback_page_of(resolve(way.reader.place))
+        if page is not None and page not in path.callbacks and _begins(way, path.callbacks[-1], fillers):
+            longer = Path((*path.callbacks, page), (*path.hops, way), path.reader)
+            yield from _longer(longer, ways, fillers)
 
 
-def _ends(way: Way) -> tuple[sym.CallbackPage | None, sym.CallbackPage | None]:
-    if isinstance(way, Stored):
-        return way.writer, way.reader
-    return callback_page_of(way.writer.place), callback_page_of(way.reader.place)
+def _begins(way: Way, page: sym.CallbackPage, fillers: Fillers) -> bool:
+    """Tell whether data goes from a callback in some way."""
+    return way.writer is page if isinstance(way, Stored) else page in fillers[resolve(way.writer.place)]
 
 
-def _ended(model: sym.SystemModel, path: Path, last: sym.CallbackPage | sym.TopicChannel) -> Iterator[Path]:
+def _ended(path: Path, last: sym.CallbackPage | sym.TopicChannel, fillers: Fillers) -> Iterator[Path]:
     if isinstance(last, sym.CallbackPage):
         if path.callbacks[-1] is last:
             yield path
         return
     for writer in last.publishers:
-        if callback_page_of(writer.place) is path.callbacks[-1]:
+        if path.callbacks[-1] in fillers[resolve(writer.place)]:
             yield Path(path.callbacks, path.hops, path.reader, writer)

@@ -142,11 +142,22 @@ def place_of(asking: Asking) -> EObject:
 
 def members_of(group: EObject) -> list[Asking]:
     """Return the callback pages and ports in a callback group, or in the one of a node net."""
-    node = node_net_of(group)
+    return [each for each in _askings(node_net_of(group)) if group_or_node(each) is group]
+
+
+def has_clients(node: sym.NodeNet) -> bool:
+    """Tell whether clients of services or actions are in callback groups of a node, or in its own."""
+    groups = {node, *node.callbackGroups}
+    ports = (each for each in _askings(node) if not isinstance(each, sym.CallbackPage))
+    return any(group_or_node(each) in groups for each in ports)
+
+
+def _askings(node: sym.NodeNet | None) -> list[Asking]:
+    """Return the callback pages and ports of a node net, whatever group they are in."""
     ports: list[Asking] = [*clients_beside(node)]
     for action in _actions_beside(node):
         ports.extend(action.clients)
     asking = [port for port in ports if node_net_of(place_of(port)) is node]
     if node is not None:
         asking.extend(each for each in node.eAllContents() if isinstance(each, sym.CallbackPage))
-    return [each for each in asking if group_or_node(each) is group]
+    return asking

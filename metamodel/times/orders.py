@@ -7,9 +7,11 @@ that is ready can begin. Otherwise all orders are explored, which is safe.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.callbacks.bodies import Body
-from dineros.metamodel.callbacks.groups import members_of, readers_of, runs_callbacks, threads_of
+from dineros.metamodel.callbacks.groups import has_clients, readers_of, runs_callbacks, threads_of
 from dineros.metamodel.elements import nodes, resolve, system_model_of
 
 _KINDS = (sym.CallbackKind.timer, sym.CallbackKind.subscriber)
@@ -35,18 +37,18 @@ def why_any(node: sym.NodeNet) -> str:
     model = system_model_of(node)
     if model is None:
         return "it belongs to no system model"
+    away = {resolve(each) for each in nodes(model) if isinstance(each, pn.ReferencePlace)}
     for page in (each for each in node.eAllContents() if isinstance(each, sym.CallbackPage)):
         if page.kind not in _KINDS:
             return f"{page.id} is called neither by a timer nor by messages"
-        if reason := _why_not_at_once(page, model):
+        if reason := _why_not_at_once(page, away):
             return reason
-    groups = [node, *node.callbackGroups]
-    if any(not isinstance(each, sym.CallbackPage) for group in groups for each in members_of(group)):
+    if has_clients(node):
         return "it has clients of services or actions"
     return ""
 
 
-def _why_not_at_once(page: sym.CallbackPage, model: sym.SystemModel) -> str:
+def _why_not_at_once(page: sym.CallbackPage, away: Collection[pn.Node | None]) -> str:
     """Return why a callback that is ready may be unable to begin on a free thread; empty if it always can."""
     readers = readers_of(page)
     if page.kind == sym.CallbackKind.timer:
@@ -60,7 +62,6 @@ def _why_not_at_once(page: sym.CallbackPage, model: sym.SystemModel) -> str:
     (reader,) = readers
     place = reader.place
     takes = [each for each in place.outgoing if each.kind == pn.ArcKind.normal]
-    away = [each for each in nodes(model) if isinstance(each, pn.ReferencePlace) and resolve(each) is place]
     puts = [each for each in place.incoming if not isinstance(each.page, pnm.Sheet)]
     is_plain = (
         reader.inHand is None
@@ -69,6 +70,6 @@ def _why_not_at_once(page: sym.CallbackPage, model: sym.SystemModel) -> str:
         and takes
         and all(each.weight == 1 for each in place.outgoing)
         and not puts
-        and not away
+        and place not in away
     )
     return "" if is_plain else f"what {page.id} holds of messages is not one at a time"

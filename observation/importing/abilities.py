@@ -96,7 +96,7 @@ class Abilities:
     def _is_open(self) -> bool:
         """Tell whether nothing is said of what a callback of the node does."""
         node = self._node
-        names = [each.topic for each in node.subscribers]
+        names = [each.given_as for each in node.subscribers]
         for endpoints in (node.servers, node.action_servers, node.action_clients):
             names += [each.name for each in endpoints]
         names += [TIMER] if self._said.timers is None else self._said.timers

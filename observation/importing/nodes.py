@@ -117,27 +117,28 @@ class NodeBuilder(Abilities):
     # --------------------------------------------------------------------------------------------- callbacks
 
     def _subscription(self, endpoint: TopicEndpoint) -> None:
-        name = endpoint.topic
-        body = self._page(name, f"on_{flat(name)}", "subscriber", at=endpoint.at)
+        name = endpoint.given_as
+        word = f"on_{flat(name.replace(' of /', '_of_'))}"
+        body = self._page(name, word, "subscriber", at=endpoint.at)
         place, begin = body.place("message", sourceLine=endpoint.at or None), body.transition("begins")
         flow(place, begin)
         state = body.run(begin, self._steps(name))
-        body.end(body.store(state, self._possible.waits.get(Step("wait", name))))
+        body.end(body.store(state, self._possible.waits.get(Step("wait", endpoint.topic))))
         limit, is_taken = self._depth(endpoint)
         port = self._channels.subscribe(endpoint, place, limit)
         if is_taken:
-            self._assume_depth(port, name, limit)
+            self._assume_depth(port, endpoint.topic, limit)
         self._newest(port, endpoint, limit)
 
     def _newest(self, port: sym.SubscriberPort, endpoint: TopicEndpoint, limit: int) -> None:
         """Decide whether a reader needs the newest message only: if nothing is given, its QoS suggests it."""
-        given = self._said.newest.get(endpoint.topic)
+        given = self._said.newest.get(endpoint.given_as)
         if given is not None:
             port.newestOnly = given
         elif not self._is_unseen and (limit == 1 or endpoint.quality.durability == "transientLocal"):
             port.newestOnly = True
             key, words = (
-                f"newest.{quoted(endpoint.topic)}",
+                f"newest.{quoted(endpoint.given_as)}",
                 f"needs only the newest message of {endpoint.topic}",
             )
             self._assume(port, "newestOnly", key, "true", words)
@@ -300,8 +301,9 @@ class NodeBuilder(Abilities):
 
     def _refuse_unknown(self) -> None:
         """Refuse what is given of callbacks and topics that the node does not have."""
-        read = [endpoint.topic for endpoint in self._node.subscribers]
-        topics = [*(endpoint.topic for endpoint in self._node.publishers), *read]
+        read = [endpoint.given_as for endpoint in self._node.subscribers]
+        ends = (*self._node.publishers, *self._node.subscribers)
+        topics = [endpoint.topic for endpoint in ends]
         named = sorted(self._asked | {client.name for client in self._node.clients})
         for key, given, known in (
             ("callback", self._said.callbacks, named),

@@ -47,16 +47,38 @@ def _regrouped(
     )
 
 
+def _heard(names: list[str], nodes: Mapping[str, ObservedNode]) -> dict[str, ObservedNode] | None:
+    """Return nodes whose subscriptions have keys of their own where several read a topic; None: none do."""
+    read: set[str] = set()
+    found: dict[str, ObservedNode] = {}
+    for name in names:
+        ports = nodes[name].subscribers
+        keyed = tuple(
+            replace(port, key=f"{port.topic} of {name}") if port.topic in read else port for port in ports
+        )
+        read |= {port.topic for port in ports}
+        if any(port.key for port in keyed):
+            found[name] = replace(nodes[name], subscribers=keyed)
+    return found or None
+
+
+def _waits(names: list[str], given: Mapping[str, GivenNode]) -> bool:
+    """Tell whether a callback waits for the message of a topic: which subscription takes it then counts."""
+    callbacks = (each for name in names for each in given[name].callbacks.values())
+    return any(step.verb == "wait" for each in callbacks for step in each.does or ())
+
+
 def _join(
     names: list[str], nodes: dict[str, ObservedNode], given: dict[str, GivenNode], taken: list[str]
 ) -> None:
-    heard = [port.topic for name in names for port in nodes[name].subscribers]
     asked = [port.name for name in names for port in (*nodes[name].clients, *nodes[name].action_clients)]
-    if len(heard) != len(set(heard)) or len(asked) != len(set(asked)):
+    heard = _heard(names, nodes)
+    if len(asked) != len(set(asked)) or (heard is not None and _waits(names, given)):
         taken.append(f"nodes {', '.join(names)} share an executor; they are taken for nodes with one each")
         given.update({name: replace(given[name], order=None) for name in names})
         return
     first = names[0]
+    nodes |= heard or {}
     ports: dict[str, Any] = {
         role: tuple(port for name in names for port in getattr(nodes[name], role))
         for role in ("publishers", "subscribers", "servers", "clients", "action_servers", "action_clients")
@@ -76,9 +98,11 @@ def _join(
     for name in names:
         own = free_name(f"of_{name.strip('/').replace('/', '_')}", groups)
         groups[own] = "exclusive"
+        keys = {port.topic: port.key for port in nodes[name].subscribers if port.key}
         renamed = {group: free_name(group, groups) for group in given[name].groups}
         groups |= {renamed[group]: kind for group, kind in given[name].groups.items()}
-        for key, callback in given[name].callbacks.items():
+        for topic, callback in given[name].callbacks.items():
+            key = keys.get(topic, topic)
             group = own if callback.group is None else renamed.get(callback.group, callback.group)
             at = key if key.startswith("/") else free_name(key, timers)
             if at in callbacks and key.startswith("/"):  # one serves what another calls
@@ -93,7 +117,7 @@ def _join(
                 if key in given[name].open_timers:
                     open_timers.add(at)
             callbacks[at] = replace(callback, group=group, does=_regrouped(callback.does, own, renamed))
-        newest |= given[name].newest
+        newest |= {keys.get(topic, topic): each for topic, each in given[name].newest.items()}
     given[first] = replace(
         joined,
         groups=groups,

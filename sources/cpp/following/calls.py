@@ -41,6 +41,7 @@ _HARMLESS = {
     *("declare_parameter_if_not_declared", "declare_parameter", "get_logger", "weak_ptr", "Bond", "Rate"),
     *("setCreateTimerInterface", "TransportHints", "setMouseCallback"),
     *("emplace", "emplace_back", "push_back", "insert", "swap", "get_child", "set_parameter", "what"),
+    "assert",
     *(
         "RequiredInterfaces",
         "NodeInterfaces",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from fractions import Fraction
 from pathlib import Path
 from textwrap import dedent
 from typing import Any
@@ -10,10 +11,14 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
+from dineros.analysis.bounds.answers import Bounds
+from dineros.analysis.latencies.answers import end_of
+from dineros.analysis.latencies.paths import callback_pages
 from dineros.cli.main import main
 from dineros.metamodel import sym
+from dineros.metamodel.build import seconds
 from dineros.metamodel.constraints import validate
-from dineros.metamodel.elements import elements, node_nets
+from dineros.metamodel.elements import channels, elements, node_net_of, node_nets
 from dineros.metamodel.files import load
 from dineros.observation.importing.building import to_model
 from dineros.observation.importing.coded import Coded, coded
@@ -234,6 +239,52 @@ def test_nodes_that_share_an_executor_are_one_node_net(tmp_path: Path) -> None:
         "tick": "of_monitor",
     }
     assert any("share an executor" in line for line in found.taken)
+
+
+def test_nodes_that_share_an_executor_may_read_one_topic(tmp_path: Path) -> None:
+    """Each keeps its own callback of the topic, and one thread takes both."""
+    source = files(
+        tmp_path,
+        two="""
+        class Camera(Node):
+            def __init__(self):
+                super().__init__("camera")
+                self.out = self.create_publisher(String, "image", 3)
+                self.create_timer(0.1, self.tick)
+            def tick(self): self.out.publish(String())
+        class Reader(Node):
+            def __init__(self, name):
+                super().__init__(name)
+                self.found = self.create_publisher(String, name + "/found", 3)
+                self.create_subscription(String, "image", self.look, 3)
+            def look(self, message): self.found.publish(message)
+        def main():
+            rclpy.init()
+            e = SingleThreadedExecutor()
+            for n in (Camera(), Reader("left"), Reader("right")): e.add_node(n)
+            e.spin()
+        if __name__ == "__main__": main()
+        """,
+    )
+    found = read(source)
+    (node,) = found.system.nodes
+    assert steps(found, node.name) == {
+        "tick": ["publish /image"],
+        "/image": ["publish /left/found"],
+        "/image of /right": ["publish /right/found"],
+    }
+    model = to_model(found.system, found.given).model
+    assert [each for each in validate(model) if each.severity == "error"] == []
+    (topic,) = [each for each in channels(model, sym.TopicChannel) if each.topic == "/image"]
+    assert len(topic.subscribers) == 2
+    assert len({node_net_of(each.place) for each in topic.subscribers}) == 1
+    for page in callback_pages(model):
+        page.duration = seconds(0.01, 0.01)
+    for each in channels(model, sym.TopicChannel):
+        each.latency = seconds(0, 0)
+    bounds = Bounds(model)
+    greatest = bounds.between(end_of(model, "/image"), end_of(model, "/right/found")).greatest
+    assert greatest is not None and greatest.value >= Fraction(2, 100), "the left one may go first"
 
 
 def test_what_is_open_in_the_code_is_open_in_the_model(tmp_path: Path) -> None:
