@@ -27,6 +27,10 @@ def is_open(value: object) -> bool:
     return isinstance(value, str) and (value == OPEN or value.startswith(_OPEN_WITH) or "{" in value)
 
 
+HELD = "held already"
+"""How a lock is taken that the same callback holds, and that can be held only once."""
+
+
 @dataclass(frozen=True)
 class Place:
     """A line of a file.

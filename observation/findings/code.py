@@ -8,7 +8,7 @@ from dataclasses import replace
 from dineros.analysis.witnesses.findings import Fault, Finding, Severity
 from dineros.observation.findings.losing import FAULTS as OF_LOSSES
 from dineros.observation.findings.losing import losses, said
-from dineros.sources.facts import CallbackFact, Effect, Facts, NodeFact, Place, is_open, located
+from dineros.sources.facts import HELD, CallbackFact, Effect, Facts, NodeFact, Place, is_open, located
 
 LONG = 1.0
 """Seconds of a sleep that is reported."""
@@ -134,30 +134,44 @@ def _locks(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
     """Yield waits under a lock that another callback of the node wants, too."""
     if node.threads in (1, "not spun") and not any(each.kind == "thread" for each in node.callbacks):
         return  # no two callbacks run at once
-    users: dict[str, set[str]] = {}
+    users: dict[str, list[CallbackFact]] = {}
+    orders: dict[tuple[str, str], list[CallbackFact]] = {}
     for callback in node.callbacks:
         for effect in callback.effects:
             if effect.do == "lock":
-                users.setdefault(effect.what, set()).add(callback.name)
+                users.setdefault(effect.what, []).append(callback)
+                for lock in effect.holding:
+                    orders.setdefault((lock, effect.what), []).append(callback)
     for callback in node.callbacks:
-        who = f"{callback.name} of {node.name}"
         for effect in callback.effects:
             waits = (
                 (effect.do == "call" and effect.how.startswith(("blocks", "spin", "waits", "polled")))
                 or effect.do in ("wait_for_service", "wait_for_server", "spin_until", "spin")
                 or (effect.do == "sleep" and (effect.timeout or 0) >= LONG)
             )
-            for lock in effect.holding if waits else ():
-                others = sorted(users.get(lock, set()) - {callback.name})
-                if others:
-                    found = HOLDS.found(
-                        *(node.name, callback.name),
-                        who=who,
-                        does=effect.do,
-                        lock=lock,
-                        others=", ".join(others),
-                    )
-                    yield effect.at, found
+            for lock in effect.holding:
+                if waits:
+                    others = {each.name for each in users.get(lock, ()) if each.name != callback.name}
+                    yield from _held(effect, callback, node, effect.do, lock, others)
+                elif effect.do == "lock":  # a fault if another callback takes the two in the other order
+                    group = _group(callback, node)
+                    found = [each for each in orders.get((effect.what, lock), ()) if each is not callback]
+                    others = {each.name for each in found if group is None or _group(each, node) != group}
+                    yield from _held(effect, callback, node, f"for {effect.what}", lock, others)
+
+
+def _held(
+    effect: Effect, callback: CallbackFact, node: NodeFact, does: str, lock: str, others: set[str]
+) -> Iterator[tuple[Place, Finding]]:
+    """Yield the finding that a callback waits under a lock, if others want it."""
+    if others:
+        who, names = f"{callback.name} of {node.name}", ", ".join(sorted(others))
+        if effect.do == "lock":
+            names += f" (holding {effect.what})"
+        yield (
+            effect.at,
+            HOLDS.found(node.name, callback.name, who=who, does=does, lock=lock, others=names),
+        )
 
 
 def _own(
@@ -166,10 +180,15 @@ def _own(
     """Yield waits of a callback for an event or a rate that its own thread or group would have to serve."""
     who = said(callback, node)
     for effect in callback.effects:
-        if (effect.do, effect.how) == ("sleep", "rate") and _may_be_one(node):
+        is_rate = (effect.do, effect.how) == ("sleep", "rate") and effect.at.file.endswith(".py")
+        if is_rate and _may_be_one(node):  # in C++, a rate needs no timer
             words = "sleeps by a rate, whose timer needs the only thread, and never wakes"
             found = OWN.found(node.name, callback.name, who=who, words=f"{words}{_if_one(node)}")
             yield effect.at, found if node.threads == 1 else replace(found, severity="warning")
+        elif effect.do == "lock" and effect.how == HELD:
+            words = f"locks {effect.what}, which it holds already: it waits for itself forever"
+            found = OWN.found(node.name, callback.name, who=who, words=words)
+            yield effect.at, found if effect.when == "always" else replace(found, severity="warning")
         elif effect.do == "wait" and (why := _never_meanwhile(callback, node, effect.what, nodes)):
             found = OWN.found(node.name, callback.name, who=who, words=f"waits for {effect.what}, {why}")
             ends = (

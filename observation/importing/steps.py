@@ -12,6 +12,9 @@ _TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
 _WAITS = ("blocks", "await", "spin-until", "polled", "waits for")
 """How effects begin that wait for an answer."""
 
+USUAL_TIMEOUT = 1.0
+"""Seconds that a callback waits for a response if the code has a time-out that is not known."""
+
 
 class Behaviour:
     """Turns effects into steps.
@@ -57,6 +60,9 @@ class Behaviour:
                 self._taken.append(
                     f"{at}: waits for {effect.what} ({effect.how}); in the model it continues at once"
                 )
+            if effect.do == "respond":
+                words = "gets its response here; in the model, when its callback ends"
+                self._taken.append(f"{at}: a request of {effect.what} {words}")
             if verb is None:
                 continue
             if effect.entity is None:
@@ -66,12 +72,19 @@ class Behaviour:
                 if effect.entity not in self._own:  # else it is said where the entity is left out
                     self._taken.append(f"{at}: uses {effect.what} of another node; left out of the model")
                 continue
-            timeout = effect.timeout if verb == "call" else None
+            timeout = self._timeout(effect, at) if verb == "call" else None
             step = Step(verb, name, _TIMES[effect.when], at, timeout, self._groups.get(effect.entity))
             if effect.entity.details.get("instances") and step.times == "":
                 step = replace(step, times="?")
             found.append(step)
         return tuple(found)
+
+    def _timeout(self, effect: Effect, at: str) -> float | None:
+        """Return how long a callback waits for a response; without this time, a deadlock would be found."""
+        if effect.timeout is not None or "open" not in effect.how:
+            return effect.timeout
+        self._taken.append(f"{at}: {effect.what} is waited for with a time-out that is open; 1 s is taken")
+        return USUAL_TIMEOUT
 
     @staticmethod
     def _verb(effect: Effect) -> str | None:

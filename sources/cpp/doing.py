@@ -29,6 +29,7 @@ from dineros.sources.cpp.values import (
     part,
     shown,
 )
+from dineros.sources.cpp.waiting import Waiting
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -40,7 +41,6 @@ _SAME = {
 _RESOLVE = {"resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"}
 _OF_THIS = {"shared_from_this", "weak_from_this"}
 """Methods of a node that return it; so do those for its interfaces."""
-_LOCKS = {"lock_guard", "unique_lock", "scoped_lock", "shared_lock"}
 _GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
 
 _ADDS = {
@@ -61,6 +61,7 @@ class Ros(Ports):
 
     def __init__(self, machine: Statements) -> None:
         super().__init__(machine)
+        self.waiting = Waiting(machine)
         self._pools = 0
 
     def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
@@ -127,6 +128,8 @@ class Ros(Ports):
             return found
         if path in ("rclcpp::sleep_for", "std::this_thread::sleep_for", "this_thread::sleep_for"):
             return self._sleep(call, args[0] if args else None)
+        if path in ("std::this_thread::sleep_until", "this_thread::sleep_until"):
+            return self._sleep(call, Open("until a time"))
         if path in ("sleep", "usleep") and args:
             seconds = constant(args[0])
             unit = 1.0 if path == "sleep" else 1e-6
@@ -147,12 +150,8 @@ class Ros(Ports):
             return Const(None)
         if last in ("thread", "jthread", "async") and args:
             return self._thread(call, [each for each in args if "launch::" not in getattr(each, "path", "")])
-        if last in _LOCKS and args:
-            what = text_of(call.nodes[0]) if call.nodes else "a mutex"
-            what = what if len(what) < 60 else "a mutex"
-            self.machine.does("lock", what, call.node, call.frame)
-            self.machine.holding.append(what)
-            return Made("std::unique_lock", args)
+        if self.waiting.is_guard(call) and args:
+            return self.waiting.guard(call)
         if last in PRESETS or path in ("rclcpp::QoS", "rclcpp::KeepLast", "rclcpp::KeepAll"):
             return Made(path, args)
         if is_node(path):
@@ -230,6 +229,9 @@ class Ros(Ports):
             if last in ("get", "wait", "wait_for", "wait_until") and self.machine.role != "done callback":
                 return self._await(call, on, call.args if last != "get" else [], "blocks")
             return on
+        found = self.waiting.method(call, on)
+        if found is not None:
+            return found
         if path.endswith("Rate") and last == "sleep":
             rate = constant(on.args[0]) if on.args else None
             if isinstance(on.args[0] if on.args else None, Seconds):
@@ -242,15 +244,6 @@ class Ros(Ports):
             return self._subscribes(call, on)
         if "ynchronizer" in path:
             return self._synchronizes(call, on)
-        if "condition_variable" in path and last.startswith("wait"):
-            how = "without time-out" if last == "wait" else "time-out"
-            self.machine.does(
-                "wait", text_of(call.node)[:40], call.node, call.frame, f"condition variable, {how}"
-            )
-            return Open("a wait")
-        if path.endswith("_lock") and last == "unlock" and self.machine.holding:
-            self.machine.holding.pop()
-            return Const(None)
         if path.endswith("Node") and last == "make_shared":
             return self._library_object(path, call.args, call)
         return None
@@ -348,6 +341,8 @@ class Ros(Ports):
     def _unknown(self, call: Call, on: Value) -> Value | None:
         """Note what a method of something unknown may do."""
         machine, last, what = self.machine, call.last, text_of(call.node.child_by_field_name("function"))[:60]
+        if last in ("sleep_for", "sleep_until") and call.args:  # of a clock
+            return self._sleep(call, call.args[0] if last == "sleep_for" else Open("until a time"))
         if last in _GOALS and machine.role in ("execute", "accepted", "thread"):
             machine.does(last, what, call.node, call.frame)
         elif last == "publish" and len(call.args) == 1 and isinstance(on, Open):

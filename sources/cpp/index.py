@@ -212,6 +212,10 @@ class Index:
             self._function(node, path, space, cls, templates)
         elif kind in ("alias_declaration", "type_definition"):
             self._alias(node, path, cls.full if cls else space)
+        elif kind == "using_declaration" and cls is None:
+            other = used(node)
+            if other is not None:
+                self._name(self.aliases, path_of(other).rpartition("::")[2], space, path, other)
         elif kind == "preproc_include":
             header = text_of(node.child_by_field_name("path")).strip('<>"')
             self.includes.setdefault(path, []).append(header)
@@ -292,6 +296,15 @@ class Index:
                     path,
                     value,
                 )
+
+
+def used(node: Node) -> Node | None:
+    """Return what ``using std_msgs::msg::String`` names; None: a namespace, or of the standard library."""
+    name = node.named_children[0] if node.named_children else None
+    is_space = any(each.type == "namespace" for each in node.children)
+    if name is None or is_space or "::" not in path_of(name) or path_of(name).startswith("std::"):
+        return None
+    return name
 
 
 def name_of(node: Node | None) -> str:

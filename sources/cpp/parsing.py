@@ -144,6 +144,12 @@ def end_of(node: Node) -> Node:
         node = inner
 
 
+def on_text(call: Node) -> str:
+    """Return what a method is called on, as it stands in the code: of ``a->b()`` the text ``a``."""
+    function = call.child_by_field_name("function")
+    return text_of(function.child_by_field_name("argument")) if function is not None else ""
+
+
 _TEMPLATED = {"template_type", "template_function", "template_method"}
 
 

@@ -6,10 +6,10 @@ from dineros.sources.cpp.binding import bound
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.making import Maker
-from dineros.sources.cpp.parsing import text_of
+from dineros.sources.cpp.parsing import on_text, text_of
 from dineros.sources.cpp.quality import PRESETS
 from dineros.sources.cpp.values import Const, Made, Obj, Open, Port, Value, constant, options
-from dineros.sources.facts import CallbackFact
+from dineros.sources.facts import CallbackFact, Effect
 
 SELF = {
     *(
@@ -66,6 +66,8 @@ class Ports:
             return on
         if entity.kind == "publishers" and last == "publish":
             machine.does("publish", entity.port, call.node, call.frame, entity=entity)
+        elif entity.kind == "services" and last == "send_response":
+            machine.does("respond", entity.port, call.node, call.frame, entity=entity)
         elif entity.kind == "clients" and last in ("async_send_request", "call_async", "prune_requests"):
             return self._request(call, on) if last != "prune_requests" else Const(None)
         elif entity.kind == "clients" and last == "call":  # rclcpp has none: helpers of libraries wait
@@ -82,7 +84,7 @@ class Ports:
             machine.does("cancel_goal", entity.port, call.node, call.frame, entity=entity)
         elif entity.kind == "action_clients" and last == "async_get_result":
             effect = machine.does("get_result", entity.port, call.node, call.frame, "async", entity)
-            return Made("future", effect=effect)
+            return self._future(effect)
         return Open(f"{entity.port}.{last}")
 
     def _listens(self, call: Call, on: Port) -> Value:
@@ -118,8 +120,11 @@ class Ports:
         effect = self.machine.does("call", on.entity.port, call.node, call.frame, "async", on.entity)
         if len(call.args) > 1:
             effect.then = self._done(call.args[1], on, call)
+        return self._future(effect)
+
+    def _future(self, effect: Effect) -> Made:
         future = Made("future", effect=effect)
-        future.fields["future"] = future
+        future.fields |= {"future": future, "loops": Const(self.machine.loops)}
         return future
 
     def _done(self, target: Value, on: Port, call: Call) -> CallbackFact:
@@ -136,17 +141,26 @@ class Ports:
                 fact = self.maker.callback(holder, "callback", "done callback", target, on.owner)
                 if name == "result_callback" or effect.then is None:
                     effect.then = fact
-        future = Made("future", effect=effect)
-        future.fields["future"] = future
-        return future
+        return self._future(effect)
 
     def _await(self, call: Call, future: Value | None, rest: list[Value], how: str) -> Value:
         seconds = constant(rest[0]) if rest else None
+        name = next(
+            (text_of(node) for node, arg in zip(call.nodes, call.args, strict=False) if arg is future), ""
+        )
+        name = name or on_text(call.node)
+        is_ready = not rest and name in self.machine.asked and self.machine.when != "always"
+        self.machine.asked |= {name} if rest else set()
+        if is_ready or seconds == 0:  # it was asked before, or is only asked now
+            return Open("a result")
         bound = f"time-out {seconds} s" if seconds is not None else "without time-out"
         bound = "time-out that is open" if rest and seconds is None else bound
-        found = [
-            each.effect for each in options(future) if isinstance(each, Made) and each.effect is not None
-        ]
+        futures = [each for each in options(future) if isinstance(each, Made)]
+        found = [each.effect for each in futures if each.effect is not None]
+        loops = max((constant(each.fields.get("loops")) or 0 for each in futures), default=0)
+        if seconds is not None and found and self.machine.loops > loops:  # it waits again and again
+            ends = any(self.machine.ways_out[loops:])
+            bound, seconds = "time-out that is open" if ends else "without time-out", None
         for effect in found:
             if effect in self.machine.fact.effects:
                 effect.how, effect.timeout = f"{how}, {bound}", seconds

@@ -237,6 +237,7 @@ def _read(machine: Statements, todo: Todo) -> None:
     machine.owner, machine.entity = todo.owner, todo.entity
     machine.cond = machine.loops = machine.off = 0
     machine.calls, machine.frames, machine.holding = [], [], []
+    machine.ways_out, machine.asked = [], set()
     todo.fact.effects = []
     node = _node_of(todo.target)
     if node is None:

@@ -145,7 +145,7 @@ FOLDERS = {
     ],
     "sources/cpp": [
         *("parsing", "index", "values", "operations", "following", "binding", "quality", "parameters"),
-        *("making", "left_out", "ports", "doing", "programs"),
+        *("making", "left_out", "ports", "waiting", "doing", "programs"),
     ],
     "sources/cpp/following": [
         *("reach", "machine", "expressions", "routines", "calls", "loops", "statements"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from dineros.sources.cpp.values import Const, Frame, Items, Open, Value
 if TYPE_CHECKING:
     from tree_sitter import Node
 
+_ASKS = re.compile(r"\bok\s*\(|wait_for|wait_until|future_status|FutureReturnCode")
 _MOST_TURNS = 100
 """Items of a list that are followed one by one."""
 
@@ -33,10 +35,12 @@ class Loops(Calls):
                 if name in frame.values and isinstance(frame.values[name], Const):
                     frame.values[name] = Open(name)
         self.loops += 1
+        self.ways_out.append(_may_give_up(node))
         try:
             yield
         finally:
             self.loops -= 1
+            self.ways_out.pop()
 
     def _do_for_statement(self, node: Node, frame: Frame) -> None:
         self.run_block(node.child_by_field_name("initializer"), frame)
@@ -113,3 +117,29 @@ def _leaves(body: Node | None) -> bool:
             return True
         todo += each.named_children
     return False
+
+
+def _may_give_up(loop: Node) -> bool:
+    """Tell whether a loop may end while the future that it asks is not ready, and the program goes on."""
+    asked = text_of(loop.child_by_field_name("condition"))
+    if loop.type == "for_range_loop" or any(not _waits(part) for part in asked.split("&&")):
+        return True
+    todo = [loop.child_by_field_name("body")]
+    while todo:
+        each = todo.pop()
+        if each is None:
+            continue
+        if each.type in ("break_statement", "return_statement", "throw_statement", "goto_statement"):
+            return True
+        if each.type == "lambda_expression":
+            continue
+        if each.type == "if_statement" and _waits(text_of(each.child_by_field_name("condition"))):
+            todo.append(each.child_by_field_name("alternative"))
+        else:
+            todo += each.named_children
+    return False
+
+
+def _waits(condition: str) -> bool:
+    """Tell whether a condition only asks a future, or whether the program is to end."""
+    return condition.strip(" ()") in ("true", "1", "") or bool(_ASKS.search(condition))

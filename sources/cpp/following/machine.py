@@ -71,6 +71,10 @@ class Machine:
         self.sites: list[tuple[str, Node, Frame | None, Frame]] = []
         """Of routines that run: name, the call, the frame of the caller, the own frame."""
         self.holding: list[str] = []
+        self.ways_out: list[bool] = []
+        """Of each loop around what runs now: whether it may end though what it waits for is not there."""
+        self.asked: set[str] = set()
+        """Futures that were asked whether they are ready."""
         self.owner: Obj | None = None
         self.entity: Entity | None = None
         self.unread: list[str] = []
@@ -129,7 +133,8 @@ class Machine:
         effect = Effect(do, what, self.place(node, frame), self.when, how, entity, timeout=timeout)
         effect.holding = tuple(self.holding)
         for each in self.fact.effects:
-            if (each.do, each.at, each.entity, each.when) == (do, effect.at, entity, effect.when):
+            is_same = entity is not None or each.what == what  # two locks may be in one line
+            if is_same and (each.do, each.at, each.entity, each.when) == (do, effect.at, entity, effect.when):
                 return each
         self.fact.effects.append(effect)
         return effect

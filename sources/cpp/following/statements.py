@@ -9,7 +9,7 @@ from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.loops import Loops
 from dineros.sources.cpp.following.machine import MOST_CALLS, coerced, is_node
-from dineros.sources.cpp.index import ClassInfo, function_of, name_of
+from dineros.sources.cpp.index import ClassInfo, function_of, name_of, used
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Obj, Open, Value, joined, options
 
@@ -21,7 +21,7 @@ _INSIDE = {
     *("else_clause", "labeled_statement", "ERROR", "case_statement", "translation_unit"),
 }
 _NOTHING = {
-    *("comment", "using_declaration", "break_statement"),
+    *("comment", "break_statement"),
     *("continue_statement", "goto_statement", "static_assert_declaration", "class_specifier"),
     *("struct_specifier", "preproc_def", "preproc_call", "preproc_include", "enum_specifier"),
 }
@@ -77,6 +77,11 @@ class Statements(Loops):
             frame.types[text_of(name)] = self.type_text(kind, frame)
 
     _do_type_definition = _do_alias_declaration
+
+    def _do_using_declaration(self, node: Node, frame: Frame) -> None:
+        name = used(node)
+        if name is not None:
+            frame.types[path_of(name).rpartition("::")[2]] = self.type_text(name, frame)
 
     def _do_return_statement(self, node: Node, frame: Frame) -> None:
         found = named(node)

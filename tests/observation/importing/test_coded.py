@@ -386,6 +386,17 @@ def test_a_call_that_gives_up_hangs_nothing(tmp_path: Path) -> None:
     assert "callback-deadlock" not in found
 
 
+def test_a_time_out_that_is_not_known_is_one(tmp_path: Path) -> None:
+    """Without it, a deadlock would be found that the code cannot have."""
+    model = tmp_path / "robot.sym.xmi"
+    text = MONITOR.replace("GROUP", "").replace("Trigger.Request())", "Trigger.Request(), timeout_sec=limit)")
+    source = files(tmp_path, battery=BATTERY, monitor=text)
+    words = ["import", "-v", "--source", str(source), "-o", str(model)]
+    result = CliRunner().invoke(main, words)
+    assert 'timeout="1"' in model.read_text()
+    assert "with a time-out that is open; 1 s is taken" in result.stderr
+
+
 def test_what_the_main_function_does_belongs_to_the_node_whose_ports_it_uses(tmp_path: Path) -> None:
     source = files(
         tmp_path,

@@ -1,0 +1,147 @@
+"""Locks, condition variables and semaphores of C++: who holds, waits and notifies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.statements import Statements
+from dineros.sources.cpp.parsing import on_text, text_of
+from dineros.sources.cpp.values import Const, Items, Made, Open, Value, constant, part
+from dineros.sources.facts import HELD
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+_GUARDS = {"lock_guard", "unique_lock", "scoped_lock", "shared_lock"}
+_MUTEXES = ("mutex", "shared_mutex", "timed_mutex")
+_HELD_ONCE = ("std::mutex", "std::timed_mutex", "mutex")
+_NOT_NOW = ("defer_lock", "try_to_lock", "adopt_lock")
+"""Arguments of a guard that do not wait for the lock; with the first, it does not hold it either."""
+_SIGNALS = ("condition_variable", "condition_variable_any", "semaphore", "latch", "barrier", "promise")
+"""What one callback waits for, and another one sets."""
+_WAITS = ("wait", "wait_for", "wait_until", "acquire", "try_acquire_for", "arrive_and_wait")
+_NOTIFIES = ("notify_one", "notify_all", "release", "count_down", "set_value", "set_exception")
+_LONGEST = 60
+"""Characters of an expression that names a lock."""
+
+
+class Waiting:
+    """What methods of locks and of signals between threads mean.
+
+    Parameters
+    ----------
+    machine : Statements
+        The interpreter.
+    """
+
+    def __init__(self, machine: Statements) -> None:
+        self.machine = machine
+        self._labels: dict[int, tuple[Value, str]] = {}
+
+    def is_guard(self, call: Call) -> bool:
+        """Tell whether a call makes an object that holds locks while it lives."""
+        return call.last in _GUARDS
+
+    def guard(self, call: Call) -> Value:
+        """Take the locks that are given to a guard."""
+        made = Made("std::unique_lock", call.args)
+        given = list(zip(call.args, _texts(call.node), strict=False)) or [(value, "") for value in call.args]
+        how = next((each for each in _NOT_NOW for _, text in given if text.endswith(each)), "")
+        names = [
+            (self._label(value, text, call), value) for value, text in given if not text.endswith(_NOT_NOW)
+        ]
+        made.fields["locks"] = Items([value for _, value in names])
+        for name, value in names:
+            if not how:
+                self._lock(name, call, value)
+            elif how != "defer_lock":
+                self.machine.holding.append(name)
+        return made
+
+    def method(self, call: Call, on: Made) -> Value | None:
+        """Return what a method of a lock or a signal returns; None: it is none of them."""
+        kind = on.path.rpartition("::")[2]
+        if kind == "unique_lock" and call.last in ("lock", "unlock"):
+            held = on.fields.get("locks")
+            for each in held.values if isinstance(held, Items) else ():
+                self._take(self._label(each, "", call), call, each)
+            return Const(None)
+        if kind.endswith(_MUTEXES) and call.last.startswith(("lock", "unlock")):
+            self._take(self._label(on, on_text(call.node), call), call, on)
+            return Const(None)
+        if kind.endswith(_SIGNALS):
+            return self._signal(call, on, kind)
+        if kind == "thread" and call.last in ("join", "get", "wait"):
+            return self._join(call)
+        return None
+
+    def _signal(self, call: Call, on: Made, kind: str) -> Value | None:
+        name = self._label(on, on_text(call.node), call)
+        if call.last in _NOTIFIES:
+            if self.machine.role not in ("main", "constructor"):
+                self.machine.does("notify", name, call.node, call.frame)
+            return Const(None)
+        if call.last not in _WAITS and (kind, call.last) != ("promise", "get"):
+            return None
+        is_variable = kind.startswith("condition")
+        rest = call.args[1:] if is_variable else call.args
+        seconds = constant(rest[0]) if rest and call.last.endswith("_for") else None
+        bound = "without time-out"
+        if call.last.endswith(("_for", "_until")):
+            bound = f"time-out {seconds} s" if seconds is not None else "time-out that is open"
+        if seconds == 0:
+            return Open("a wait")
+        words = "condition variable" if is_variable else kind
+        held = list(self.machine.holding)
+        if is_variable and held:
+            self.machine.holding.pop()  # the lock that it is given is free while it waits
+        self.machine.does("wait", name, call.node, call.frame, f"{words}, {bound}", timeout=seconds)
+        self.machine.holding[:] = held
+        return Open("a wait")
+
+    def _join(self, call: Call) -> Value:
+        if self.machine.role not in ("main", "constructor"):
+            what = f"the thread {on_text(call.node)}"
+            self.machine.does("wait", what, call.node, call.frame, "blocks, without time-out")
+        return Open("a result")
+
+    def _take(self, name: str, call: Call, lock: Value) -> None:
+        if call.last.startswith("lock"):
+            self._lock(name, call, lock)
+        elif name in self.machine.holding:
+            self.machine.holding.remove(name)
+
+    def _lock(self, name: str, call: Call, lock: Value) -> None:
+        is_held = name in self.machine.holding and isinstance(lock, Made) and lock.path in _HELD_ONCE
+        self.machine.does("lock", name, call.node, call.frame, HELD if is_held else "")
+        self.machine.holding.append(name)
+
+    def _label(self, value: Value, text: str, call: Call) -> str:
+        """Return the name of a lock or signal: one for each object, by the expression that first names it."""
+        if id(value) in self._labels:
+            return self._labels[id(value)][1]
+        name = text.removeprefix("this->").lstrip("*&")
+        this = call.frame.this
+        if not name or len(name) > _LONGEST:
+            name = part(value)[:_LONGEST] if isinstance(value, Open) else "a mutex"
+        elif this is not None and this.node is None and this.cls is not None and name in this.cls.fields:
+            name = f"{this.cls.name}::{name}"
+        if isinstance(value, Made):
+            taken = sum(each == name or each.startswith(f"{name} (") for _, each in self._labels.values())
+            name = f"{name} ({taken + 1})" if taken else name
+        self._labels[id(value)] = value, name
+        return name
+
+
+def _texts(node: Node) -> Iterator[str]:
+    """Yield the arguments as they stand in the code, also of a variable that looks like a function."""
+    inner = node.child_by_field_name("value") or node.child_by_field_name("arguments")
+    if inner is None:
+        inner = node.child_by_field_name("parameters")
+    if inner is not None and inner.type == "call_expression":
+        inner = inner.child_by_field_name("arguments")
+    for each in inner.named_children if inner is not None else ():
+        if each.type != "comment":
+            yield text_of(each)
