@@ -34,7 +34,8 @@ timer's callback, of which one tick waits, after W + the work of the other timer
 **Several threads.** A callback that could run waits for a thread only while all m threads work on other
 lanes. What they work on in a window of the length S was released at most their response time before it. So
 this takes at most ``sum within_j(S + R_j) * C_j / m`` of the window, for j in other lanes; it takes nothing
-if less than m runs of other lanes can overlap at all. A reentrant callback waits for nothing else.
+if less than m runs of other lanes can overlap at all. A lane of which nothing is known may always have a
+thread. A reentrant callback waits for nothing else.
 """
 
 from __future__ import annotations
@@ -178,22 +179,32 @@ def _shared(task: Task, around: Around) -> _Shared | None:
         return _ALONE
     others: list[tuple[Curve, int, int, int]] = []
     at_once = 0
-    for lane in around.nodes[task.lane.node]:
+    is_known = True
+    for lane in lanes:
         if lane is task.lane and lane.is_exclusive:
             continue
+        is_open = any(each.work is None for each in lane.tasks)
+        if is_open and not lane.is_exclusive:
+            return None
         taking = [each for each in lane.tasks if each.most]
         if lane.is_exclusive:
-            at_once += bool(taking)
+            at_once += is_open or bool(taking)
         for each in taking:
             response, curve = around.responses[each], around.curves[each]
             if response is None or curve is None:
+                is_open = True
+                if lane.is_exclusive:
+                    continue
                 return None
             itself = int(each is task)
             others.append((curve, response, each.most, itself))
             if not lane.is_exclusive:
                 at_once += max(0, curve.within(response) - itself)
+        is_known = is_known and not is_open
     if at_once < threads:
         return _ALONE
+    if not is_known:
+        return None
 
     def taken(window: int) -> int:
         work = sum(

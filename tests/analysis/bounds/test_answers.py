@@ -221,3 +221,21 @@ def test_a_value_that_is_kept_does_not_stop_a_run() -> None:
     busy_elsewhere = callback(node, "steals")
     step(busy_elsewhere, "steal", [busy])
     assert "can have to wait" in open_reason(model, "filter")
+
+
+@pytest.mark.parametrize(
+    ("threads", "group", "is_bounded"), [(2, "{}", False), (3, "{}", True), (3, "reentrant", False)]
+)
+def test_callbacks_of_unknown_durations_can_take_all_threads(
+    threads: int, group: str, is_bounded: bool
+) -> None:
+    rows = [_row(name, "n", 1, [], period=10, offset=0, group=group.format(name)) for name in ("a", "b")]
+    rows.append(_row("c", "n", 1, [], period=10, offset=0, group="c"))
+    model = model_of({**_system(rows), "nodes": {"n": {"threads": threads}}}, 0.01)
+    for name in ("a", "b"):
+        page = find(model, name)
+        assert isinstance(page, sym.CallbackPage)
+        page.duration = None
+    found = Bounds(model).everything()
+    assert (greatest(found.callbacks["c"]) is not None) is is_bounded
+    assert (found.timers["c"] is False) is is_bounded
