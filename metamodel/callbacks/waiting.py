@@ -155,8 +155,10 @@ class Waiting:
     model : sym.SystemModel
         The model, whose references lead somewhere.
     runs_overlap : bool
-        Whether a run of a callback may begin before the last one ends, if group and threads allow it. Goals
-        are counted so. Requests are not: each callback counts as one that has one run at a time.
+        Whether runs of a callback may overlap on the threads of its node, if its group allows it. Goals are
+        counted so. Of requests, one for each callback is under way: each further run holds a thread and
+        waits for it, so that nothing but the number of requests in a history differs. Runs of a callback
+        that awaits overlap in any case, as they hold no thread: nothing bounds their requests.
     """
 
     def __init__(self, model: sym.SystemModel, runs_overlap: bool = False) -> None:
@@ -231,10 +233,8 @@ class Waiting:
         is_reentrant = isinstance(group, sym.CallbackGroup) and str(group.kind) == "reentrant"
         if group is not None and not is_reentrant:
             turn: Key = ("turn", group)
-        elif (
-            self._runs_overlap
-            and not self._is_copied(page)
-            and (page.awaits or node is None or threads_of(node) > 1)
+        elif not self._is_copied(page) and (
+            page.awaits or (self._runs_overlap and (node is None or threads_of(node) > 1))
         ):
             return []
         else:

@@ -60,6 +60,9 @@ def _waits(play: ExecutorInterpreter, client: sym.ClientPort) -> bool:
     slots = len(play.start_values)
     at_rest: dict[object, list[int]] = defaultdict(list)
     for callback in play._callbacks.values():
+        is_free = callback.group is None and callback.awaiting is not None
+        if is_free and str(callback.page.kind) in ("timer", "subscriber"):
+            continue  # it gives its thread back: the next run may begin
         turn = callback.group or (callback.page, callback.copy)
         at_rest[turn] += [each for each in (callback.running, callback.awaiting) if each is not None]
     for key, slot in play._slots.items():
