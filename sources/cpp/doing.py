@@ -156,6 +156,8 @@ class Ros(Ports):
             return Made(path, args)
         if is_node(path):
             return self._library_object(path, args, call)
+        if last == "ImageTransport":
+            return Made(path, args, node=call.node)
         found = self.maker.idiom(call)
         if found is None and path.startswith(("rclcpp::", "std::", "rclcpp_", "rcl_", "RCLCPP_", "builtin")):
             if path.startswith("std::function") and args:
@@ -238,6 +240,8 @@ class Ros(Ports):
                 return self._sleep(call, on.args[0], "rate")
             period = Seconds(1.0 / rate) if isinstance(rate, (int, float)) and rate > 0 else None
             return self._sleep(call, period, "rate")
+        if path.endswith("ImageTransport"):
+            return self.images(call, on)
         if "xecutor" in path:
             return self._executor(call, on)
         if path in self.machine.idioms and last in ("subscribe", "registerCallback") and call.args:

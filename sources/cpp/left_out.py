@@ -13,16 +13,32 @@ from dineros.sources.left_out import MakingCall
 if TYPE_CHECKING:
     from tree_sitter import Node
 
-_NAME = re.compile(rf"\b(?:{'|'.join(MAKES)})\b(?=\s*[<(])".encode())
+_METHODS = ("advertiseCamera", "subscribeCamera")
+"""Methods of ``image_transport::ImageTransport`` whose names tell it."""
 
 
-def calls_of(sources: Iterable[Source]) -> Iterator[MakingCall]:
-    """Yield the calls of files that make entities, dead code among them."""
+def calls_of(sources: Iterable[Source], idioms: Iterable[str]) -> Iterator[MakingCall]:
+    """Yield the calls of files that make entities, dead code among them.
+
+    Parameters
+    ----------
+    sources : iterable of Source
+        The files.
+    idioms : iterable of str
+        Classes and functions of libraries that make entities.
+    """
+    ends = {path.rpartition("::")[2] for path in idioms}
+    functions = [*MAKES, *_METHODS, *(each for each in ends if each[0].islower())]
+    classes = [each for each in ends if each[0].isupper()]
+    call = rf"\b(?:{'|'.join(functions)})\b(?=\s*[<(])"
+    made = rf"\bmake_(?:shared|unique)\s*<\s*(?:\w+::)*(?P<cls>{'|'.join(classes)})\b"
+    name = re.compile(f"{call}|{made}".encode())
     for source in sources:
-        for found in _NAME.finditer(source.text):
-            node = source.root.descendant_for_byte_range(found.start(), found.end())
-            if node is not None and _is_call(node):
-                yield MakingCall(source.path, line_of(node), found[0].decode())
+        for found in name.finditer(source.text):
+            which = "cls" if found["cls"] is not None else 0
+            node = source.root.descendant_for_byte_range(*found.span(which))
+            if node is not None and (node.type == "type_identifier" if which else _is_call(node)):
+                yield MakingCall(source.path, line_of(node), found[which].decode())
 
 
 def _is_call(node: Node) -> bool:

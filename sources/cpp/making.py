@@ -276,6 +276,8 @@ class Maker:
         known = self.machine.idioms.get(call.path)
         if known is None or not known.makes:
             return None
+        begin, end = line_of(call.node), call.node.end_point[0] + 1
+        self.machine.reach.reached |= {(call.frame.path, line) for line in range(begin, end + 1)}
         if len(call.args) == 1 and isinstance(call.args[0], Port):  # a copy
             return call.args[0]
         owner = next((each for each in map(node_in, call.args) if each is not None), None)

@@ -32,6 +32,13 @@ SELF = {
     *("to_chrono", "at", "front", "period", "get_rmw_qos_profile"),
 }
 """Methods that return what they are called on, for this reader."""
+_IMAGES = {
+    "advertise": "image_transport::Publisher",
+    "advertiseCamera": "image_transport::CameraPublisher",
+    "subscribe": "image_transport::Subscriber",
+    "subscribeCamera": "image_transport::CameraSubscriber",
+}
+"""Methods of ``image_transport::ImageTransport``, and what they make."""
 
 
 class Ports:
@@ -86,6 +93,16 @@ class Ports:
             effect = machine.does("get_result", entity.port, call.node, call.frame, "async", entity)
             return self._future(effect)
         return Open(f"{entity.port}.{last}")
+
+    def images(self, call: Call, on: Made) -> Value | None:
+        """Return the port that a method of ``image_transport::ImageTransport`` makes; None: none."""
+        path = _IMAGES.get(call.last)
+        if path is None or not on.args or not call.args:
+            return None
+        topic, rest = call.args[0], call.args[1:]
+        depth = rest[0] if rest else Open("a depth")
+        heard = [bound(rest[1:]), Open("the transport")] if path.endswith("Subscriber") and rest[1:] else []
+        return self.maker.idiom(Call(call.node, call.frame, path, [on.args[0], topic, *heard, depth]))
 
     def _listens(self, call: Call, on: Port) -> Value:
         """Give a callback to what a library hears: a filter of messages, or events of parameters."""

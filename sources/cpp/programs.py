@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -87,13 +87,11 @@ class CppPrograms:
                             f"{cls.path}: the component {cls.full} is no node that can be read, so its ports "
                             "are not known"
                         )
-        self._folder.unread += lines(calls_of(self._sources), self._reach.reached)
-        unique: dict[tuple[str, str], NodeFact] = {}
-        for node in found:  # of several programs that make a node, the first is kept
-            other = unique.setdefault((str(node.at), node.name), node)
-            if other is not node and other.program != node.program:
-                other.also_in = list(dict.fromkeys([*other.also_in, node.program]))
-        return sorted(unique.values(), key=lambda node: (node.at.file, node.at.line))
+        self._folder.unread += lines(calls_of(self._sources, self._made()), self._reach.reached)
+        return sorted(_different(found), key=lambda node: (node.at.file, node.at.line))
+
+    def _made(self) -> list[str]:
+        return [path for path, each in self._idioms.items() if each.makes]
 
     def run(self, names: Sequence[str], values: Mapping[str, Any]) -> list[NodeFact] | None:
         """Return the nodes of a program, or of a component, with values of its parameters.
@@ -278,6 +276,20 @@ def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None, componen
         node.threads = "open"
         words = "a component: its container decides" if cls is not None else "no spin was seen"
         node.executor = f"open: {words}"
+
+
+def _different(nodes: Iterable[NodeFact]) -> list[NodeFact]:
+    """Return the nodes, each once: of several programs that make one with equal ports, the first counts."""
+    found: dict[tuple[str, str, str], list[NodeFact]] = {}
+    for node in nodes:
+        same = found.setdefault((str(node.at), node.name, node.cls), [])
+        places = {each.at for each in node.entities}
+        other = next((each for each in same if places <= {one.at for one in each.entities}), None)
+        if other is None:
+            same.append(node)
+        elif other.program != node.program:
+            other.also_in = list(dict.fromkeys([*other.also_in, node.program]))
+    return [node for each in found.values() for node in each]
 
 
 @contextmanager

@@ -29,6 +29,8 @@ _NOTHING = {
 
 _TEMPLATE = re.compile(r"<.*>", re.DOTALL)
 """Arguments of a template: a list of pointers is a list."""
+_OWN = ("Broadcaster", "Listener", "Updater", "ImageTransport")
+"""Parts of names of classes of libraries that are more than the node that they get."""
 
 
 class Statements(Loops):
@@ -325,7 +327,7 @@ class Statements(Loops):
         is_plain = len(args) == 1 and any(isinstance(each, (Obj, Made)) for each in options(args[0]))
         if is_plain and isinstance(args[0], Obj) and not arguments_of(kind):
             cls = self.class_of(self.type_text(kind, frame), frame)
-            if cls is None and "Broadcaster" not in text and "Listener" not in text and "Updater" not in text:
+            if cls is None and not any(each in text for each in _OWN):
                 return args[0]
             if cls is not None and args[0].cls is not None and cls in self.bases(args[0].cls):
                 return args[0]

@@ -117,3 +117,97 @@ def test_calls_in_code_that_nothing_runs_are_named(tmp_path: Path) -> None:
         "plugin.cpp:4: 3 calls of create_publisher, create_subscription, create_server (also lines 8, 9) "
         "in code that no node was found to run; the model lacks them"
     ]
+
+
+def test_calls_of_libraries_in_code_that_nothing_runs_are_named(tmp_path: Path) -> None:
+    plugin = """
+    void Plugin::init(rclcpp::Node::SharedPtr node) {
+      sub_ = std::make_shared<message_filters::Subscriber<std_msgs::msg::Bool>>(node, "in");
+      tf_ = std::make_unique<tf2_ros::TransformListener>(buffer_, node);
+      // old_ = std::make_unique<tf2_ros::TransformListener>(buffer_, node);
+      cam_ = images_->subscribeCamera("image", 1, on_image);
+      list_ = std::make_shared<Listener>();
+    }
+    """
+    facts = _read(tmp_path, mux=MUX, plugin=plugin)
+    assert facts.unread == [
+        "plugin.cpp:3: 3 calls of Subscriber, TransformListener, subscribeCamera (also lines 4, 6) "
+        "in code that no node was found to run; the model lacks them"
+    ]
+
+
+def test_objects_of_libraries_that_a_node_makes_are_not_named(tmp_path: Path) -> None:
+    node = """
+    class Robot : public rclcpp::Node {
+     public:
+      Robot() : Node("robot") {
+        buffer_ = std::make_unique<tf2_ros::Buffer>(get_clock());
+        own_ = std::make_shared<tf2_ros::TransformListener>(*buffer_);
+        sub_ = std::make_shared<message_filters::Subscriber<std_msgs::msg::Bool>>(
+          this, "in");
+      }
+    };
+    int main() { rclcpp::spin(std::make_shared<Robot>()); }
+    """
+    assert _read(tmp_path, robot=node).unread == []
+
+
+def test_programs_whose_nodes_have_one_name_and_other_ports_are_all_in_the_facts(tmp_path: Path) -> None:
+    """By a class that adds a port, or by the main function; equal ones are there once."""
+    facts = _read(
+        tmp_path,
+        base="""
+        class Base : public rclcpp::Node {
+         public:
+          Base() : Node("server") { pub_ = create_publisher<std_msgs::msg::Bool>("out", 1); }
+        };
+        int main() { rclcpp::spin(std::make_shared<Base>()); }
+        """,
+        more="""
+        class More : public Base {
+         public:
+          More() { sub_ = create_subscription<std_msgs::msg::Bool>("in", 1, [](auto) {}); }
+        };
+        int main() { rclcpp::spin(std::make_shared<More>()); }
+        """,
+        timed="""
+        int main() {
+          auto node = std::make_shared<Base>();
+          auto timer = node->create_wall_timer(1s, []() {});
+          rclcpp::spin(node);
+        }
+        """,
+        again="int main() { rclcpp::spin(std::make_shared<Base>()); }",
+    )
+    kinds = sorted(sorted(each.kind for each in node.entities) for node in facts.nodes)
+    assert kinds == [["publishers"], ["publishers", "subscriptions"], ["publishers", "timers"]]
+
+
+def test_image_transport_makes_ports_by_its_methods(tmp_path: Path) -> None:
+    facts = _read(
+        tmp_path,
+        camera="""
+        class Camera : public rclcpp::Node {
+         public:
+          Camera() : Node("camera"), it_(std::shared_ptr<rclcpp::Node>(this, [](auto *) {})) {
+            pub_ = it_.advertise("image", 1);
+            sub_ = it_.subscribe("in", 2, &Camera::onImage, this);
+            auto other = std::make_shared<image_transport::ImageTransport>(shared_from_this());
+            cam_ = other->subscribeCamera("cam", 3, [](const auto &, const auto &) {});
+          }
+          void onImage(const sensor_msgs::msg::Image::ConstSharedPtr & image) { pub_.publish(image); }
+          image_transport::ImageTransport it_;
+          image_transport::Publisher pub_;
+        };
+        int main() { rclcpp::spin(std::make_shared<Camera>()); }
+        """,
+    )
+    (node,) = facts.nodes
+    assert facts.unread == []
+    assert [(each.kind, each.name, each.details["depth"]) for each in node.entities] == [
+        ("publishers", "image", 1),
+        ("subscriptions", "in", 2),
+        ("subscriptions", "cam", 3),
+    ]
+    (callback,) = [each for each in node.callbacks if each.name == "onImage"]
+    assert [each.do for each in callback.effects] == ["publish"]
