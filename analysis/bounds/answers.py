@@ -180,7 +180,7 @@ class Bounds:
         tasks = [self._task(page, reader) for page, reader in zip(path.callbacks, readers, strict=True)]
         known = [task for task in tasks if task is not None]
         ways = [self._time_of(path, known, since_strike=False)]
-        if known[0].reader is None and all(task.lane.is_exclusive for task in known):
+        if known[0].is_timer and all(task.lane.is_exclusive for task in known):
             ways.append(self._time_of(path, known, since_strike=True))
         return min(ways)
 
@@ -218,7 +218,13 @@ class Bounds:
         output of the release before is the newest one. A run of each callback must publish.
         """
         first = self._task(path.callbacks[0], None)
-        if path.reader is not None or path.begins_with_message or first is None or found.greatest is None:
+        if (
+            path.reader is not None
+            or path.begins_with_message
+            or first is None
+            or not first.is_timer
+            or found.greatest is None
+        ):
             return found
         writers = [hop.writer for hop in path.topics] + ([] if path.last is None else [path.last])
         publishes = [
@@ -235,7 +241,7 @@ class Bounds:
     def _why(self, page: sym.CallbackPage, task: Task | None) -> str:
         if task is not None:
             return self._solved.reasons[task]
-        return f"callback {label(page)} is called neither by a timer nor by messages"
+        return f"callback {label(page)} is called neither by a timer nor by messages nor by requests"
 
 
 def _is_managed(port: sym.TopicPort) -> bool:

@@ -23,7 +23,8 @@ that overtake one another, the n-th counts as that of the n-th moment.)
 
 **Full histories.** Whatever is released, no more waits than the histories hold, and a tick of each timer. So
 from r on, the lane works at most on the run that is under way, on what waited at r, and on what is released
-of the other tasks until x begins. This bounds x even if its own messages come too often to be taken.
+of the other tasks until x begins. This bounds x even if its own messages come too often to be taken. Clients
+that wait hold as many requests as they have outstanding; the one that a server works on is among them.
 
 **Wait results.** An executor with a wait result takes each callback that was ready once, before it looks
 again (Tang et al. 2020, Blass et al. 2021). So the rest of the result in which x arrives takes at most the
@@ -141,10 +142,10 @@ def _in_turn(task: Task, around: Around) -> Waited:
     """Return bounds by wait results."""
     tasks = task.lane.tasks
     whole = sum(each.most for each in tasks)
-    if task.reader is None:
-        timers = sum(each.most for each in tasks if each.reader is None)
+    if task.is_timer:
+        timers = sum(each.most for each in tasks if each.is_timer)
         return _waited(task, whole + timers - task.most, 1)
-    depth = int(task.reader.limit)
+    depth = task.held
     start = depth * whole + whole - task.most
     curve = around.curves[task]
     longest = depth + 1
@@ -232,12 +233,7 @@ def _reentrant(task: Task, around: Around, shared: _Shared) -> Waited | None:
     if start is None:
         return None
     curve = around.curves[task]
-    return _waited(task, start, _held(task) + 1 if curve is None else curve.within(start))
-
-
-def _held(task: Task) -> int:
-    """Return how many instances of a task wait at most."""
-    return 1 if task.reader is None else int(task.reader.limit)
+    return _waited(task, start, task.held + 1 if curve is None else curve.within(start))
 
 
 _Others = list[tuple[Curve, Task]]
@@ -245,8 +241,8 @@ _Others = list[tuple[Curve, Task]]
 
 def _with_full_histories(task: Task, around: Around, others: _Others, shared: _Shared) -> Waited | None:
     """Return bounds that hold however often the task is released."""
-    running = max(each.most for each in task.lane.tasks)
-    waiting = (_held(task) - 1) * task.most + sum(_held(other) * other.most for _, other in others)
+    running = max((each.most for each in task.lane.tasks if not each.is_held), default=0)
+    waiting = (task.held - 1) * task.most + sum(other.held * other.most for _, other in others)
 
     def need(window: int) -> int:
         released = sum(curve.within(window) * other.most for curve, other in others)
@@ -256,7 +252,7 @@ def _with_full_histories(task: Task, around: Around, others: _Others, shared: _S
     if start is None:
         return None
     curve = around.curves[task]
-    return _waited(task, start, _held(task) + 1 if curve is None else curve.within(start))
+    return _waited(task, start, task.held + 1 if curve is None else curve.within(start))
 
 
 def _in_any_order(task: Task, around: Around, others: _Others, shared: _Shared) -> Waited | None:

@@ -139,7 +139,7 @@ class _Solver:
             known = [each for each in arrivals if each is not None]
             if len(known) < len(arrivals):
                 return None
-            events[task] = Curve(((1, task.period, task.jitter),)) if task.reader is None else added(known)
+            events[task] = Curve(((1, task.period, task.jitter),)) if task.is_timer else added(known)
         cluster = Cluster(part, events)
         return cluster if cluster.has_chains else None
 
@@ -201,7 +201,7 @@ class _Solver:
         return ""
 
     def _curve(self, task: Task) -> Curve | None:
-        if task.reader is None:
+        if task.is_timer:
             return Curve(((1, task.period, task.jitter),)) if task.period else None
         if task.reason:
             return None
@@ -217,7 +217,7 @@ class _Solver:
     def _runs(self, source: Source, is_in_circle: bool) -> Curve | None:
         """Return the curve of runs that publish."""
         task = source.task
-        if task in self.found.clusters and task.reader is not None:
+        if task in self.found.clusters and not task.is_timer:
             return self.found.clusters[task].publications(source, self.found.waited[task].delay)
         released = self.curves.get(task)
         if released is not None and not is_in_circle:
@@ -226,7 +226,7 @@ class _Solver:
                 known = self.found.waited.get(task)
                 delay = 0 if known is None else known.delay
                 spread = delay - (task.least if source.only_at_end else 0)
-            if task.reader is None:
+            if task.is_timer:
                 at_once = 1 if task.lane.is_exclusive else threads_of(task.lane.node)
                 under_way = (1 + at_once) * task.period
                 if spread is None or spread > under_way:

@@ -1,8 +1,15 @@
 """The tasks of a system model, and which threads work on them.
 
-A task is a callback with what releases it: its timer, or one of its reader histories. Tasks that exclude each
-other are in one lane: those of a node with one thread, or of an exclusive callback group. Times are counted
-in units of their greatest common divisor, so that all arithmetic is exact in whole numbers.
+A task is a callback with what releases it: its timer, one of its reader histories, or the requests to a
+service. Tasks that exclude each other are in one lane: those of a node with one thread, or of an exclusive
+callback group. Times are counted in units of their greatest common divisor, so that all arithmetic is exact
+in whole numbers.
+
+A callback that waits for responses has no bound, and so has no other one of its lane. But a timer runs at
+most once for a tick, however long that takes; so what it publishes and asks for is bounded. Requests are
+followed where the client waits for each response and never gives up: then it has at most as many under way as
+it may have outstanding. A request waits for an instance of its server only while the server's lane works, as
+an instance is free at once when its run has ended, and each run gives one response.
 """
 
 from __future__ import annotations
@@ -14,19 +21,20 @@ from fractions import Fraction
 
 from dineros.analysis.bounds.work import NotBoundedError, Work, Works
 from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import (
     callback_page_of,
     group_or_node,
-    has_clients,
     readers_of,
     runs_callbacks,
     threads_of,
 )
 from dineros.metamodel.elements import channels, label, node_net_of, node_nets, resolve
 from dineros.metamodel.matching import are_matched
-from dineros.metamodel.times.given import latency_between, period_of
+from dineros.metamodel.times.given import latency_between, latency_of_calls, period_of, runs_at_once, waits
 from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.rates import seconds_of
+from dineros.metamodel.times.runs import most_put
 
 
 @dataclass(eq=False, repr=False)
@@ -59,8 +67,8 @@ class Source:
     Attributes
     ----------
     task : Task
-        What publishes them.
-    writer : sym.PublisherPort
+        What publishes them, or asks for them.
+    writer : sym.PublisherPort or sym.ClientPort
     most : int
         Messages of one run.
     separation : int
@@ -72,7 +80,7 @@ class Source:
     """
 
     task: Task
-    writer: sym.PublisherPort
+    writer: sym.PublisherPort | sym.ClientPort
     most: int
     separation: int
     only_at_end: bool
@@ -87,7 +95,7 @@ class Task:
     ----------
     page : sym.CallbackPage
     reader : sym.SubscriberPort or None
-        The history that releases it; None of a timer.
+        The history that releases it; None of a timer and a server.
     lane : Lane
     work : Work or None
         None if nothing bounds what a run does; then `reason` says why.
@@ -98,7 +106,12 @@ class Task:
     period, jitter : int
         Of a timer.
     sources : list of Source
-        Of a subscription.
+        Of a subscription and a server.
+    server : sym.ServerPort or None
+        What gets the requests that release it.
+    is_held : bool
+        Whether what it works on counts among those that it holds: a client has its response not before the
+        run has ended.
     """
 
     page: sym.CallbackPage
@@ -111,6 +124,20 @@ class Task:
     period: int = 0
     jitter: int = 0
     sources: list[Source] = field(default_factory=list)
+    server: sym.ServerPort | None = None
+    is_held: bool = False
+
+    @property
+    def is_timer(self) -> bool:
+        """Whether a timer releases it."""
+        return self.page.kind == sym.CallbackKind.timer
+
+    @property
+    def held(self) -> int:
+        """How many of its messages, requests or ticks wait at once, at most; or are under way (`is_held`)."""
+        if self.server is not None:
+            return sum(max(1, each.outstanding or 0) for each in _clients(self.server))
+        return 1 if self.reader is None else int(self.reader.limit)
 
     @property
     def name(self) -> str:
@@ -145,6 +172,8 @@ class Tasks:
         for task in self.all:
             if task.reader is not None and not task.reason:
                 task.reason = self._read_sources(task, task.reader)
+            if task.server is not None and not task.reason:
+                task.reason = self._read_requests(task, task.server)
 
     def of(self, page: sym.CallbackPage) -> list[Task]:
         """Return the tasks of a callback."""
@@ -160,24 +189,25 @@ class Tasks:
 
     def _read_node(self, node: sym.NodeNet) -> None:
         pages = [each for each in node.eAllContents() if isinstance(each, sym.CallbackPage)]
-        reason = _why_not_followed(node, pages)
+        is_managed = node.lifecycle is not None
+        reason = f"node {label(node)} is managed: its callbacks run only in some states" if is_managed else ""
+        servers = {each.server.page: each.server for each in channels(self.model, sym.ServiceChannel)}
         lanes: dict[object, Lane] = {}
         is_ordered = keeps_order(node)
         for page in pages:
             group = None if threads_of(node) == 1 else group_or_node(page)
-            is_reentrant = (
-                isinstance(group, sym.CallbackGroup) and group.kind == sym.CallbackGroupKind.reentrant
-            )
-            key: object = page if is_reentrant else group
-            lane = lanes.setdefault(key, Lane(node, not is_reentrant, reason=reason, keeps_order=is_ordered))
-            if page.kind == sym.CallbackKind.timer:
-                self._read_task(page, None, lane)
-            else:
+            is_exclusive = runs_at_once(page) == 1
+            key: object = group if is_exclusive else page
+            lane = lanes.setdefault(key, Lane(node, is_exclusive, reason=reason, keeps_order=is_ordered))
+            lane.reason = lane.reason or _why_not_followed(page, is_exclusive, page in servers)
+            if page.kind == sym.CallbackKind.subscriber:
                 for reader in readers_of(page):
-                    self._read_task(page, reader, lane)
+                    self._read_task(Task(page, reader, lane))
+            else:
+                self._read_task(Task(page, None, lane, server=servers.get(page)))
 
-    def _read_task(self, page: sym.CallbackPage, reader: sym.SubscriberPort | None, lane: Lane) -> None:
-        task = Task(page, reader, lane)
+    def _read_task(self, task: Task) -> None:
+        page, lane = task.page, task.lane
         self.all.append(task)
         lane.tasks.append(task)
         if page.kind == sym.CallbackKind.timer and readers_of(page):
@@ -186,12 +216,21 @@ class Tasks:
         if page.kind == sym.CallbackKind.timer and period_of(page) is None:
             task.reason = f"the period of {task.name} is not given"
         try:
-            message = None if reader is None else resolve(reader.place)
-            assert message is None or isinstance(message, pn.Place)
+            if page.kind not in (sym.CallbackKind.timer, sym.CallbackKind.subscriber) and task.server is None:
+                raise NotBoundedError(lane.reason)
+            if task.server is not None:
+                _require_held(task.server)
+            message = _message_of(task)
             for each in () if message is None else self.works.around[message]:
                 if callback_page_of(each) is not page:
                     raise NotBoundedError(f"transition {label(each)} changes what releases {task.name}")
-            task.work = self.works.of(page, message)
+            work = self.works.of(page, message)
+            if task.server is not None:
+                answers = work.publishes.get(_place(task.server.exit))
+                if answers is None or (answers.fewest, answers.most) != (1, 1):
+                    raise NotBoundedError(f"{task.name} does not give one response to each request")
+                task.is_held = answers.only_at_end
+            task.work = work
         except NotBoundedError as error:
             task.reason = str(error)
 
@@ -209,10 +248,10 @@ class Tasks:
         for topic in channels(self.model, sym.TopicChannel):
             for writer in topic.publishers:
                 for reader in topic.subscribers:
-                    latency = latency_between(writer, reader)
-                    if latency is not None and latency.latest is not None:
-                        yield seconds_of(latency.earliest or 0.0)
-                        yield seconds_of(latency.latest)
+                    yield from _bounds_of(latency_between(writer, reader))
+        for service in channels(self.model, sym.ServiceChannel):
+            for client in service.clients:
+                yield from _bounds_of(latency_of_calls(client))
 
     def _scale(self) -> None:
         for task in self.all:
@@ -240,11 +279,29 @@ class Tasks:
             node = node_net_of(port.place)
             if node is not None and node.lifecycle is not None:
                 return f"node {label(node)} of {topic} is managed: it comes and goes"
-        latency = latency_between(writer, reader)
+        return self._read_port(task, writer, writer.place, topic, latency_between(writer, reader))
+
+    def _read_requests(self, task: Task, server: sym.ServerPort) -> str:
+        """Fill in where requests come from; return why nothing bounds when they come, in words."""
+        for client in _clients(server):
+            service = f"service {'' if server.channel is None else server.channel.service}"
+            latency = latency_of_calls(client)
+            if reason := self._read_port(task, client, client.request, service, latency):
+                return reason
+        return ""
+
+    def _read_port(
+        self,
+        task: Task,
+        writer: sym.PublisherPort | sym.ClientPort,
+        port: pn.Place,
+        topic: str,
+        latency: pn.TimeInterval | None,
+    ) -> str:
+        """Fill in what puts tokens on the place of a port."""
         if latency is None or latency.latest is None:
             return f"the latency of {topic} is not given"
-        place = resolve(writer.place)
-        assert isinstance(place, pn.Place)
+        place = _place(port)
         if place.tokens:
             return f"messages of {topic} are there at the start"
         span = self.units(seconds_of(latency.earliest or 0.0)), self.units(seconds_of(latency.latest))
@@ -263,9 +320,15 @@ class Tasks:
             known = self.of(page)
             if not known:
                 return f"nothing bounds how often {topic} is published: by callback {label(page)}"
+            if isinstance(writer, sym.ClientPort) and place not in Body(page).requests:
+                return f"callback {label(page)} does not wait for the response of {topic}"
             for other in known:
                 if other.work is None:
-                    return other.reason
+                    most = most_put(page, place) if _runs_once_a_tick(other) else None
+                    if most is None:
+                        return other.reason
+                    task.sources.append(Source(other, writer, most, 0, False, span))
+                    continue
                 publishes = other.work.publishes.get(place)
                 if publishes is not None:
                     separation = other.least if other.lane.is_exclusive else 0
@@ -274,17 +337,57 @@ class Tasks:
         return ""
 
 
-def _why_not_followed(node: sym.NodeNet, pages: list[sym.CallbackPage]) -> str:
-    """Return why nothing bounds when a node runs its callbacks, in words; empty if it can be bounded."""
-    name = f"node {label(node)}"
-    if node.lifecycle is not None:
-        return f"{name} is managed: its callbacks run only in some states"
-    for page in pages:
-        if page.kind not in (sym.CallbackKind.timer, sym.CallbackKind.subscriber):
-            return f"{name} has callback {label(page)}, which is called neither by a timer nor by messages"
-    if has_clients(node):
-        return f"{name} has clients of services or actions"
-    return ""
+def _why_not_followed(page: sym.CallbackPage, is_exclusive: bool, is_server: bool) -> str:
+    """Return why nothing bounds when a callback runs, in words; empty if that can be bounded."""
+    name = f"callback {label(page)}"
+    if page.awaits:
+        return f"{name} gives its thread back while it waits"
+    if page.kind in (sym.CallbackKind.timer, sym.CallbackKind.subscriber):
+        return ""
+    if not is_server:
+        return f"{name} is called neither by a timer nor by messages nor by requests"
+    return "" if is_exclusive else f"runs of {name} overlap, and each needs an instance of its server"
+
+
+def _require_held(server: sym.ServerPort) -> None:
+    """Refuse a service whose clients can have more requests under way than they may have outstanding."""
+    service = f"service {'' if server.channel is None else server.channel.service}"
+    for client in _clients(server):
+        node = node_net_of(client.request)
+        if node is not None and node.lifecycle is not None:
+            raise NotBoundedError(f"node {label(node)} asks {service}, and is managed: it comes and goes")
+        if client.timeout or client.timedOut is not None:
+            raise NotBoundedError(f"client {client.client} of {service} can give up, and ask again")
+
+
+def _runs_once_a_tick(task: Task) -> bool:
+    """Tell whether a callback, however long it waits, runs once for a tick, and not twice at a time."""
+    page = task.page
+    is_plain = task.is_timer and waits(page) and not page.awaits and not readers_of(page)
+    return is_plain and task.lane.is_exclusive and task.period > 0
+
+
+def _message_of(task: Task) -> pn.Place | None:
+    """Return the place of what releases a task; None of a timer."""
+    if task.server is not None:
+        return _place(task.server.entry)
+    return None if task.reader is None else _place(task.reader.place)
+
+
+def _place(place: pn.Place) -> pn.Place:
+    found = resolve(place)
+    assert isinstance(found, pn.Place)
+    return found
+
+
+def _clients(server: sym.ServerPort) -> list[sym.ClientPort]:
+    return [] if server.channel is None else list(server.channel.clients)
+
+
+def _bounds_of(interval: pn.TimeInterval | None) -> Iterable[Fraction]:
+    if interval is not None and interval.latest is not None:
+        yield seconds_of(interval.earliest or 0.0)
+        yield seconds_of(interval.latest)
 
 
 def _unit(times: Iterable[Fraction]) -> Fraction:
