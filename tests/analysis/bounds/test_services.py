@@ -117,7 +117,8 @@ def asked(change: str) -> str | Fraction:
             page.group = sym.CallbackGroup(id="free", name="free", kind="reentrant")
             node.callbackGroups.append(page.group)
         case "period":
-            (caller,) = (each for each in model.eAllContents() if getattr(each, "id", "") == "ask")
+            caller = find(model, "ask")
+            assert isinstance(caller, sym.CallbackPage)
             caller.timer = None
         case "tokens":
             service.server.exit.incoming[0].weight = 2
