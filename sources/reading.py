@@ -16,6 +16,7 @@ from dineros.sources.language.modules import Modules
 from dineros.sources.launch.containers import ALONE, container_of, executor_in
 from dineros.sources.launch.description import Started, full
 from dineros.sources.launch.reading import LaunchFiles
+from dineros.sources.launch.vendors import vendor_node
 from dineros.sources.libraries.idioms import known_idioms, read_idioms
 from dineros.sources.packages import packages_of
 from dineros.sources.programs import Reading, read_programs, run_program
@@ -148,6 +149,8 @@ def _launched(
         nodes = run_program(program, replace(reading, given={program: values}, is_launched=True), modules)
         if nodes is None and cpp is not None:
             nodes = cpp.run([each.plugin or program], values)
+        if nodes is None and (vendor := vendor_node(each, reading.idioms)) is not None:
+            nodes = [vendor]
         if nodes is None:
             reading.folder.unread.append(f"{each.at}: {each.plugin or program} is not in this folder")
         for node in nodes or ():

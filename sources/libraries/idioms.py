@@ -30,6 +30,7 @@ _KEYS = {
     "how",
     "synchronizes",
     "quality",
+    "managed",
 }
 
 
@@ -55,6 +56,8 @@ class Idiom:
         Argument that has the subscriptions whose messages one callback takes together.
     quality : mapping
         Quality of service that a call of the function returns: ``depth``, ``reliability``, ``durability``.
+    managed : bool
+        Whether the node has a lifecycle.
     """
 
     path: str
@@ -65,6 +68,7 @@ class Idiom:
     does: Mapping[str, Any] = field(default_factory=dict)
     synchronizes: str | None = None
     quality: Mapping[str, Any] = field(default_factory=dict)
+    managed: bool = False
 
 
 def read_idioms(path: Path) -> dict[str, Idiom]:
@@ -97,6 +101,7 @@ def read_idioms(path: Path) -> dict[str, Idiom]:
             {key: entry[key] for key in ("do", "what", "how") if key in entry},
             entry.get("synchronizes"),
             entry.get("quality", {}),
+            bool(entry.get("managed")),
         )
         for name in (idiom.path, *entry.get("also", ())):
             found[name] = idiom

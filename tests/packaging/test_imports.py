@@ -141,7 +141,8 @@ FOLDERS = {
         *("programs", "reading"),
     ],
     "sources/launch": [
-        *("yaml_text", "parameters", "substitutions", "description", "containers", "markup", "reading")
+        *("yaml_text", "parameters", "substitutions", "description", "containers", "markup"),
+        *("reading", "vendors"),
     ],
     "sources/cpp": [
         *("parsing", "index", "values", "operations", "following", "binding", "quality", "parameters"),
