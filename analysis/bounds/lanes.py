@@ -185,11 +185,13 @@ def _shared(task: Task, around: Around) -> _Shared | None:
         if lane is task.lane and lane.is_exclusive:
             continue
         is_open = any(each.work is None for each in lane.tasks)
-        if is_open and not lane.is_exclusive:
+        if is_open and lane.most_at_once is None:
             return None
         taking = [each for each in lane.tasks if each.most]
-        if lane.is_exclusive:
-            at_once += is_open or bool(taking)
+        if is_open:
+            at_once += lane.most_at_once or 0
+        elif lane.is_exclusive:
+            at_once += bool(taking)
         for each in taking:
             response, curve = around.responses[each], around.curves[each]
             if response is None or curve is None:

@@ -19,6 +19,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from dineros.analysis.bounds.followed import clients_of, require_held, slots_of, why_not_followed
 from dineros.analysis.bounds.work import NotBoundedError, Work, Works
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.bodies import Body
@@ -51,6 +52,8 @@ class Lane:
         Why nothing bounds when they run; empty if their works and arrivals do.
     keeps_order : bool
         Whether the rules take the callbacks of the node in an order that is known.
+    most_at_once : int or None
+        How many threads its runs take at once, whatever comes; None if that is any number.
     """
 
     node: sym.NodeNet
@@ -58,6 +61,7 @@ class Lane:
     tasks: list[Task] = field(default_factory=list)
     reason: str = ""
     keeps_order: bool = False
+    most_at_once: int | None = None
 
 
 @dataclass(frozen=True)
@@ -136,7 +140,7 @@ class Task:
     def held(self) -> int:
         """How many of its messages, requests or ticks wait at once, at most; or are under way (`is_held`)."""
         if self.server is not None:
-            return sum(max(1, each.outstanding or 0) for each in _clients(self.server))
+            return sum(max(1, each.outstanding or 0) for each in clients_of(self.server))
         return 1 if self.reader is None else int(self.reader.limit)
 
     @property
@@ -199,7 +203,8 @@ class Tasks:
             is_exclusive = runs_at_once(page) == 1
             key: object = group if is_exclusive else page
             lane = lanes.setdefault(key, Lane(node, is_exclusive, reason=reason, keeps_order=is_ordered))
-            lane.reason = lane.reason or _why_not_followed(page, is_exclusive, page in servers)
+            lane.most_at_once = 1 if is_exclusive else slots_of(page)
+            lane.reason = lane.reason or why_not_followed(page, is_exclusive, page in servers)
             if page.kind == sym.CallbackKind.subscriber:
                 for reader in readers_of(page):
                     self._read_task(Task(page, reader, lane))
@@ -219,7 +224,7 @@ class Tasks:
             if page.kind not in (sym.CallbackKind.timer, sym.CallbackKind.subscriber) and task.server is None:
                 raise NotBoundedError(lane.reason)
             if task.server is not None:
-                _require_held(task.server)
+                require_held(task.server)
             message = _message_of(task)
             for each in () if message is None else self.works.around[message]:
                 if callback_page_of(each) is not page:
@@ -283,7 +288,7 @@ class Tasks:
 
     def _read_requests(self, task: Task, server: sym.ServerPort) -> str:
         """Fill in where requests come from; return why nothing bounds when they come, in words."""
-        for client in _clients(server):
+        for client in clients_of(server):
             service = f"service {'' if server.channel is None else server.channel.service}"
             latency = latency_of_calls(client)
             if reason := self._read_port(task, client, client.request, service, latency):
@@ -337,29 +342,6 @@ class Tasks:
         return ""
 
 
-def _why_not_followed(page: sym.CallbackPage, is_exclusive: bool, is_server: bool) -> str:
-    """Return why nothing bounds when a callback runs, in words; empty if that can be bounded."""
-    name = f"callback {label(page)}"
-    if page.awaits:
-        return f"{name} gives its thread back while it waits"
-    if page.kind in (sym.CallbackKind.timer, sym.CallbackKind.subscriber):
-        return ""
-    if not is_server:
-        return f"{name} is called neither by a timer nor by messages nor by requests"
-    return "" if is_exclusive else f"runs of {name} overlap, and each needs an instance of its server"
-
-
-def _require_held(server: sym.ServerPort) -> None:
-    """Refuse a service whose clients can have more requests under way than they may have outstanding."""
-    service = f"service {'' if server.channel is None else server.channel.service}"
-    for client in _clients(server):
-        node = node_net_of(client.request)
-        if node is not None and node.lifecycle is not None:
-            raise NotBoundedError(f"node {label(node)} asks {service}, and is managed: it comes and goes")
-        if client.timeout or client.timedOut is not None:
-            raise NotBoundedError(f"client {client.client} of {service} can give up, and ask again")
-
-
 def _runs_once_a_tick(task: Task) -> bool:
     """Tell whether a callback, however long it waits, runs once for a tick, and not twice at a time."""
     page = task.page
@@ -378,10 +360,6 @@ def _place(place: pn.Place) -> pn.Place:
     found = resolve(place)
     assert isinstance(found, pn.Place)
     return found
-
-
-def _clients(server: sym.ServerPort) -> list[sym.ClientPort]:
-    return [] if server.channel is None else list(server.channel.clients)
 
 
 def _bounds_of(interval: pn.TimeInterval | None) -> Iterable[Fraction]:

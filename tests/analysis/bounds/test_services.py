@@ -9,8 +9,11 @@ from typing import Any
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.bounds.answers import Bounds
+from dineros.analysis.latencies.answers import Latencies
 from dineros.metamodel import sym
+from dineros.metamodel.build import callback, node_net, place, seconds, step
 from dineros.metamodel.elements import channels, find
 from tests.analysis.bounds.test_no_bound_is_too_low import require_above, require_kept
 from tests.support.timed_systems.callers import THEN, Callers
@@ -134,3 +137,43 @@ def test_what_is_not_bounded_is_named() -> None:
 
 def test_a_client_that_waits_has_one_request_under_way() -> None:
     assert asked("") == asked("latency") == asked("period") == 4
+
+
+def with_goals(threads: int, slots: int) -> sym.SystemModel:
+    """Return a node that works on goals without end and has a timer, and a node that sends goals."""
+    model = sym.SystemModel(id="robot", middleware="ros2")
+    server = node_net(model, "server", execution="callbacks", threads=threads)
+    page = callback(server, "work", "goal")
+    page.group = sym.CallbackGroup(id="free", name="free", kind="reentrant")
+    server.callbackGroups.append(page.group)
+    page.duration = seconds(0.03, 0.03)
+    entry, done = place(page, "entry"), place(page, "done")
+    step(page, "do", [entry], [done])
+    tick = callback(server, "tick", "timer")
+    tick.timer, tick.offset, tick.duration = 0.05, seconds(0, 0), seconds(0.01, 0.02)
+    step(tick, "ticks", [], [])
+    action = sym.ActionChannel(id="go", action="/go", instances=slots, latency=seconds(0, 0), model=model)
+    action.server = sym.ActionServerPort(page=page, entry=entry, succeeded=done)
+    for number in range(2):
+        client = node_net(model, f"client{number}", execution="callbacks")
+        asks = callback(client, f"asks{number}", "timer")
+        asks.timer, asks.offset, asks.duration = 0.1, seconds(0.04, 0.04), seconds(0, 0)
+        goal, result = place(asks, f"goal{number}"), place(asks, f"result{number}")
+        step(asks, f"sends{number}", [], [goal])
+        step(asks, f"takes{number}", [result], [])
+        action.clients.append(sym.ActionClientPort(client=f"c{number}", goal=goal, succeeded=result))
+    return model
+
+
+@pytest.mark.parametrize(("threads", "slots", "most"), [(2, 1, 2), (2, 2, None), (3, 2, 2), (1, 1, None)])
+def test_what_works_on_goals_has_a_thread_for_each_of_its_slots(
+    threads: int, slots: int, most: int | None
+) -> None:
+    model = with_goals(threads, slots)
+    found = Bounds(model).everything().callbacks["tick"].greatest
+    assert (found and found.value * 100) == most
+    searched = Latencies(model, Budget(seconds=60)).everything().callbacks["tick"].greatest
+    if most is None:
+        assert searched is None or searched.value * 100 > 2
+    else:
+        assert searched is not None and searched.value * 100 == most
