@@ -23,7 +23,8 @@ from dineros.analysis.logic.language.syntax import (
     Not,
 )
 from dineros.metamodel import pn, sym
-from dineros.metamodel.elements import transitions
+from dineros.metamodel.base import EObject
+from dineros.metamodel.elements import label, pages, transitions
 from dineros.metamodel.errors import counted
 from dineros.metamodel.files.exact import exact_text, fraction_of
 
@@ -41,21 +42,24 @@ _ALL_MARKINGS = "no interval has a latest time, so the markings are those with t
 
 @dataclass(frozen=True)
 class LeftOutTimes:
-    """Firing intervals of a net that its analysis does not know.
+    """Times of a net that its analysis does not know: firing intervals, or those of nodes and channels.
 
     Attributes
     ----------
     count : int
-        How many transitions have an interval that says something.
+        How many transitions have an interval that says something; of other times: how many are declared.
     example : str
         One of them, with its interval.
     changes_runs : bool
         Whether some interval has a latest time; if none has, all answers hold with times.
+    is_of_transitions : bool
+        Whether they are firing intervals.
     """
 
     count: int
     example: str
     changes_runs: bool
+    is_of_transitions: bool = True
 
     def survives(self, is_universal: bool) -> bool:
         """Return whether an answer holds with times; `is_universal` if it speaks of all runs without them."""
@@ -72,6 +76,10 @@ class LeftOutTimes:
         return _OF_COUNTS if self.changes_runs else _ALL_MARKINGS
 
     def __str__(self) -> str:
+        if not self.is_of_transitions:
+            return (
+                f"declared times are left out ({self.count}, such as {self.example}); --time asks with them"
+            )
         return f"firing intervals are left out ({counted(self.count, 'transition')}, such as {self.example})"
 
 
@@ -113,10 +121,29 @@ def left_out_times(net: pn.Net) -> LeftOutTimes | None:
         if (interval := transition.interval) is not None and _says_something(interval)
     ]
     bounded = [pair for pair in timed if pair[1].latest is not None]
-    if not timed or (isinstance(net, sym.SystemModel) and not bounded):
+    if isinstance(net, sym.SystemModel) and not bounded:
+        return _declared(net)
+    if not timed:
         return None
     transition, interval = (bounded or timed)[0]
     return LeftOutTimes(len(timed), f"{transition.id} {_text(interval)}", bool(bounded))
+
+
+def _declared(model: sym.SystemModel) -> LeftOutTimes | None:
+    """Return the latest times that a model of ROS 2 declares for callbacks, messages and engines."""
+    if model.middleware != sym.Middleware.ros2:
+        return None
+    owners: list[tuple[str, EObject]] = [("", model.times)] if model.times is not None else []
+    owners += [(f" of {label(page)}", page) for page in pages(model)]
+    for channel in model.channels:
+        owners += [(f" of {label(channel)}", each) for each in (channel, *channel.eContents)]
+    found = [
+        (f"{name}{whose} {_text(interval)}", interval)
+        for whose, owner in owners
+        for name in ("duration", "latency", "reaction")
+        if (interval := getattr(owner, name, None)) is not None and interval.latest is not None
+    ]
+    return LeftOutTimes(len(found), found[0][0], True, is_of_transitions=False) if found else None
 
 
 def _says_something(interval: pn.TimeInterval) -> bool:

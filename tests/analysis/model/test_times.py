@@ -38,6 +38,27 @@ def test_intervals_that_say_something(text: str, said: str | None, changes_runs:
         assert times.survives(is_universal=False) is not changes_runs
 
 
+def test_declared_times_of_a_model_of_ros2_count() -> None:
+    """Those of callbacks, messages, engines and defaults, not the period of a timer."""
+    model = sym.SystemModel(id="robot", middleware="ros2")
+    node = sym.NodeNet(id="camera", net=model, execution="callbacks")
+    page = sym.CallbackPage(id="OnTimer", kind="timer", timer=0.1, page=node)
+    assert left_out_times(model) is None
+    page.duration = pn.TimeInterval(earliest=0.5)
+    assert left_out_times(model) is None, "it can take any time, as without times"
+    page.duration = pn.TimeInterval(earliest=0.01, latest=0.02)
+    topic = sym.TopicChannel(id="Images", topic="/images", model=model)
+    topic.latency = pn.TimeInterval(latest=0.001)
+    said = left_out_times(model)
+    assert said is not None and said.changes_runs
+    assert (
+        str(said)
+        == "declared times are left out (2, such as duration of OnTimer [0.01,0.02]); --time asks with them"
+    )
+    model.middleware = "ros1"  # type: ignore[assignment]
+    assert left_out_times(model) is None
+
+
 @pytest.mark.parametrize(("latest", "is_said"), [(None, False), (2.0, True)])
 def test_of_a_system_model_only_latest_times_count(latest: float | None, is_said: bool) -> None:
     step = sym.Transition(id="t", interval=pn.TimeInterval(earliest=1.0, latest=latest))
