@@ -20,7 +20,6 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of, resolve
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.guards.using import require_no_guards
 from dineros.metamodel.matching import is_best_effort
 from dineros.metamodel.times.given import latency_between, period_of, require_known
 from dineros.metamodel.times.rates import on_the_way, seconds_of
@@ -40,12 +39,11 @@ class Bounds:
     Raises
     ------
     DinerosError
-        The model says something of time that no rule obeys, or has guards: what a guard holds back waits.
+        The model says something of time that no rule obeys.
     """
 
     def __init__(self, model: sym.SystemModel) -> None:
         require_known(model)
-        require_no_guards(model, "an analysis of latencies")
         self._model = model
         self._tasks = Tasks(model)
         self._solved = solve(self._tasks)

@@ -2,10 +2,10 @@
 
 A bound of times holds only if no run of a callback can get stuck. A run is explored with all orders of its
 steps. Places that other callbacks or nodes change may hold anything, so at each moment of the run one step
-must be possible whatever they hold: it needs only tokens of the run itself, and places that no firing
-changes. Or the steps that are left need a token of one of several places, which form a marked trap: each
-firing that takes from them puts a token there, so that one of them is always marked (T. Murata, Proc. IEEE
-77(4), 1989, Sect. VI).
+must be possible whatever they hold: it has no guard, and needs only tokens of the run itself, and places that
+no firing changes. Or the steps that are left need a token of one of several places, which form a marked trap:
+each firing that takes from them puts a token there, so that one of them is always marked (T. Murata, Proc.
+IEEE 77(4), 1989, Sect. VI).
 """
 
 from __future__ import annotations
@@ -312,6 +312,8 @@ class _WorkRun:
             return
         wanted: set[pn.Place] = set()
         for each in steps:
+            if _is_guarded(each):
+                continue
             move = self.works.moves[each]
             foreign = [
                 place
@@ -324,7 +326,9 @@ class _WorkRun:
             raise NotBoundedError(f"{self.name} can have to wait for what others do")
 
     def _is_free(self, step: pn.Transition) -> bool:
-        """Tell whether a step that the run's tokens allow is possible whatever others do."""
+        """Tell whether a step that the run's tokens allow is possible whatever others do and tokens hold."""
+        if _is_guarded(step):
+            return False
         move = self.works.moves[step]
         return all(self._is_there(each, step) for each in {*move.takes, *move.reads} if each not in self.own)
 
@@ -342,3 +346,7 @@ class _WorkRun:
             if place in self.own:
                 after[place] += move.effect(place)
         return after
+
+
+def _is_guarded(step: pn.Transition) -> bool:
+    return isinstance(step, sym.Transition) and step.guard is not None

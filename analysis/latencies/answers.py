@@ -129,15 +129,23 @@ class Everything:
         }
 
 
-def require_times(model: sym.SystemModel) -> None:
+def require_times(model: sym.SystemModel, *, with_guards: bool = False) -> None:
     """Refuse a model whose times cannot be asked for.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model.
+    with_guards : bool
+        Whether it may have guards: bounds follow them, and exact times do not.
 
     Raises
     ------
     DinerosError
         It runs on another middleware, does not say how long anything takes, or has guards.
     """
-    require_no_guards(model, "an analysis of latencies")
+    if not with_guards:
+        require_no_guards(model, "an analysis of exact latencies")
     if model.middleware != sym.Middleware.ros2:
         hint = "set middleware to ros2"
         raise DinerosError("latencies are those of ROS 2", hint=hint, element=model.id)

@@ -82,6 +82,7 @@ def latency(
     from dineros.analysis.latencies.answers import Everything, Latencies, Latency, end_of, require_times
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.guards.using import guarded
     from dineros.metamodel.times.rates import TooManyOnTheWayError
 
     net = load_valid(model, settings)
@@ -93,7 +94,7 @@ def latency(
     run.stage("bounding times")
     reason, asked = "", None
     try:
-        require_times(net)
+        require_times(net, with_guards=not depths and output is None)
         if depths:
             from dineros.analysis.latencies.depths import least_depths
 
@@ -103,7 +104,9 @@ def latency(
         ends = None if first is None or last is None else (end_of(net, first), end_of(net, last))
         safe = Bounds(net)
         found = bound = safe.everything() if ends is None else safe.between(*ends)
-        if not bounds:
+        if guarded(net):
+            reason = "it does not follow guards yet"
+        elif not bounds:
             run.draft(partial(saying.all, bound))
             run.stage("measuring times")
             try:

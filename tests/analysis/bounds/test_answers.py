@@ -239,3 +239,26 @@ def test_callbacks_of_unknown_durations_can_take_all_threads(
     found = Bounds(model).everything()
     assert (greatest(found.callbacks["c"]) is not None) is is_bounded
     assert (found.timers["c"] is False) is is_bounded
+
+
+def with_guard(is_always_possible: bool) -> sym.SystemModel:
+    """Return system 1, whose log works 2 to 5, with a guard on a step or on a shorter way beside it."""
+    model = model_of(COUNTED[1].system, 0.01)
+    model.tokenType = sym.TokenType(id="Value", fields=[sym.TokenField(name="wide", kind="boolean")])
+    page = find(model, "log")
+    does = find(model, "log.do")
+    assert isinstance(page, sym.CallbackPage) and isinstance(does, sym.Transition)
+    does.guard = "wide = true"
+    if is_always_possible:
+        heard = find(model, "log.heard")
+        assert isinstance(heard, sym.Place)
+        step(page, "log.else", [heard], [])
+    return model
+
+
+def test_a_guard_can_keep_a_run_back() -> None:
+    bounds = Bounds(with_guard(is_always_possible=False)).everything().callbacks["log"]
+    assert bounds.greatest is None and bounds.reason == "callback log can have to wait for what others do"
+    assert greatest(Bounds(with_guard(is_always_possible=True)).everything().callbacks["log"]) == Fraction(
+        5, 100
+    )
