@@ -292,6 +292,9 @@ class Maker:
         args = dict(zip(known.arguments, others, strict=False))
         if "remote" in known.arguments and owner.node is not None:
             args.setdefault("remote", Const(owner.node.name))
+        topic = shown(args["topic"]) if "topic" in args else ""
+        if topic and not is_open(topic):  # image_transport: a camera has two topics of one namespace
+            args["info"] = Const(f"{topic.rpartition('/')[0]}/camera_info" if "/" in topic else "camera_info")
         made: list[Entity] = []
         for entry in known.makes:
             port = f"{self._port(call.node)}{'' if not made else f'#{len(made)}'}"

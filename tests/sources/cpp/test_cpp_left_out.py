@@ -193,7 +193,7 @@ def test_image_transport_makes_ports_by_its_methods(tmp_path: Path) -> None:
             pub_ = it_.advertise("image", 1);
             sub_ = it_.subscribe("in", 2, &Camera::onImage, this);
             auto other = std::make_shared<image_transport::ImageTransport>(shared_from_this());
-            cam_ = other->subscribeCamera("cam", 3, [](const auto &, const auto &) {});
+            cam_ = other->subscribeCamera("left/image", 3, [](const auto &, const auto &) {});
           }
           void onImage(const sensor_msgs::msg::Image::ConstSharedPtr & image) { pub_.publish(image); }
           image_transport::ImageTransport it_;
@@ -207,7 +207,8 @@ def test_image_transport_makes_ports_by_its_methods(tmp_path: Path) -> None:
     assert [(each.kind, each.name, each.details["depth"]) for each in node.entities] == [
         ("publishers", "image", 1),
         ("subscriptions", "in", 2),
-        ("subscriptions", "cam", 3),
+        ("subscriptions", "left/image", 3),
+        ("subscriptions", "left/camera_info", 3),
     ]
     (callback,) = [each for each in node.callbacks if each.name == "onImage"]
     assert [each.do for each in callback.effects] == ["publish"]

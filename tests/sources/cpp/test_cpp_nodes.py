@@ -167,7 +167,8 @@ def test_code_that_is_not_there_and_gets_the_node_is_named(tmp_path: Path) -> No
 
 def test_a_camera_is_heard_and_its_callback_read(tmp_path: Path) -> None:
     (node,) = _read(tmp_path, STATES + HELPERS).nodes
-    (heard,) = node.of("subscriptions")
+    heard, info = node.of("subscriptions")
+    assert info.type == "sensor_msgs/msg/CameraInfo"
     assert (heard.name, heard.type) == ("image", "sensor_msgs/msg/Image")
     seen = next(fact for fact in node.callbacks if fact.name == "seen")
     assert [each.do for each in seen.effects] == ["thread", "throw", "destroy"]
