@@ -222,10 +222,11 @@ def _set_attribute(owner: EObject, name: str, text: str) -> None:
     if not isinstance(feature, EAttribute) or feature.iD:
         known = _known(owner)
         problem = "cannot be set" if feature is not None else f"is not a feature of {_kind(owner)}"
-        raise UnknownFeatureError(
-            f"{name!r} {problem}",
-            hint=near_matches(name, known) or f"known here: {', '.join(known) or 'none'}",
-        )
+        hint = near_matches(name, known) or f"known here: {', '.join(known) or 'none'}"
+        if feature is not None and name in _PARTS:
+            inner = features_of(_PARTS[name])  # type: ignore[arg-type]
+            hint = "set " + " or ".join(f"{name}.{each}" for each in list(inner)[:2])
+        raise UnknownFeatureError(f"{name!r} {problem}", hint=hint)
     value = _value(feature, text)
     setattr(owner, name, value)
     if name == "tokens" and isinstance(owner, sym.Place) and isinstance(value, int) and value >= 0:

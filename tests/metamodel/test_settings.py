@@ -290,3 +290,10 @@ def test_an_action_is_found_by_its_name() -> None:
     (channel,) = model.channels
     assert isinstance(channel, sym.ActionChannel)
     assert channel.depth == 3
+
+
+def test_the_hint_names_what_of_a_part_can_be_set() -> None:
+    model = sym.SystemModel(id="robot", pages=[sym.NodeNet(id="listener")])
+    with pytest.raises(UnknownFeatureError) as refused:
+        apply(model, "listener.reaction=0.1")
+    assert "set reaction.earliest or reaction.latest" in str(refused.value)
