@@ -268,7 +268,7 @@ def _note(client: _Client, link: Link) -> None:
         elif meaning.part == "over":
             client.overs.append((id, outcome_words(link)))
         return
-    if meaning.queue in ("goal", "result") and meaning.part == "drop":
+    if meaning.queue in ("goal", "result") and meaning.part in ("drop", "instead"):
         client.losses.append(id)
     if meaning.part == "too late":
         client.late.append(id)

@@ -61,7 +61,12 @@ def test_figures(name: str, overflow: OverflowVariant) -> None:
         ((".accept[", ".reject"), {"goals.drop"}),
         (
             ("Know", "take", ".learn", ".refused", ".result."),
-            {"answers.accepted.drop", "answers.rejected.drop", "results.At.drop", "results.Lost.drop"},
+            {
+                *("answers.accepted.drop", "answers.accepted.instead"),
+                *("answers.rejected.drop", "answers.rejected.instead"),
+                *("results.At.drop", "results.At.instead.Lost"),
+                *("results.Lost.drop", "results.Lost.instead.At"),
+            },
         ),
     ],
 )

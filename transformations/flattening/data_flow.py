@@ -191,6 +191,8 @@ class DataFlow:
         sources = [place for place in takes if self.key(place) not in self._apart]
         if len(sources) > 1:  # a new request takes the place of one whose client has given up
             sources = [place for place in sources if self._links[place].rule != "R6"]
+        if self._role(transition) == "instead":  # what comes is kept, and what waited is lost
+            sources = [place for place in sources if place in self._entries]
         copies: dict[pn.Place, pn.Place] = {}
         maker = self._links[transition].maker
         is_standard = maker is not None and issubclass(maker, StandardRule)  # others may do anything

@@ -11,7 +11,7 @@ told before the goal is over.
 
 A client that does not wait sends whatever is to be sent. Then each goal comes to a history of the action that
 keeps ten, whoever sent it, and is lost where that is full; so are results and answers for that client, where
-ten of them wait for it. What it asks to cancel may be a goal that is over.
+ten of them wait for it, or one of another kind that waits is lost in the place of the one that comes. What it asks to cancel may be a goal that is over.
 """
 
 from __future__ import annotations
@@ -143,6 +143,10 @@ class ActionPlayer:
             )
         if action.server.mayReject:
             to = self._answer(f"{prefix}.answers.rejected", answers, refused) if is_free else refused
+            if is_free and client.accepted is not None:
+                (told,) = news
+                self._replace(f"{prefix}.answers.accepted.instead", told, answers, learned, refused)
+                self._replace(f"{prefix}.answers.rejected.instead", to, answers, refused, learned)
             play._happens(f"{prefix}.reject", lambda s: s[sent] > 0, {sent: -1, to: 1})
             noted = {} if client.rejected is None else {play._place(client.rejected, 0): 1}
             play._happens(
@@ -169,6 +173,11 @@ class ActionPlayer:
             for number in self.phase:
                 self._end(prefix, client, count, number, outcome, place, comes)
             self.comes[count, outcome] = comes
+        for (outcome, place), kept in zip(self.ends, results, strict=False):
+            for (_, other), lost in zip(self.ends, results, strict=False):
+                if kept != lost:
+                    name = f"{prefix}.results.{place.id}.instead.{other.id}"
+                    self._replace(name, self.comes[count, outcome], results, kept, lost)
         if client.cancel is not None:
             self._ask(prefix, client, count, ready, knows)
         if action.server.feedback is not None:
@@ -223,6 +232,14 @@ class ActionPlayer:
         """Let answers of one kind come to a history of a client; return where they come."""
         all_kept.append(kept)
         return self._enter(name, ("come", name), all_kept, kept, {})
+
+    def _replace(self, name: str, come: int, all_kept: list[int], kept: int, lost: int) -> None:
+        """Let one that comes take the place of one of another kind in a full history."""
+        self.play._happens(
+            name,
+            lambda s: s[come] > 0 and s[lost] > 0 and sum(s[each] for each in all_kept) == 10,
+            {come: -1, lost: -1, kept: 1},
+        )
 
     def _enter(self, name: str, key: object, all_kept: list[int], kept: int, gone: dict[int, int]) -> int:
         play = self.play

@@ -1,17 +1,22 @@
 """Clients of actions that do not wait for the end of a goal (rules G1 to G4).
 
 Such a client (`dineros.metamodel.callbacks.waiting`) sends as many goals as its node asks for. An action of
-ROS 2 is made of services, whose histories keep 10 messages: what comes to a full one is lost, be it a goal
-that waits for the server, or an answer or a result that waits for the client.
+ROS 2 is made of services, whose histories keep 10 messages. What comes to a full one is lost, or takes the
+place of a message that waits there: of a goal that waits for the server, or of an answer or a result that
+waits for the client. The histories do not say which message is the oldest, so that any of them can be the one
+that is lost. Between messages of one kind this makes no difference; results and answers are of several kinds
+(OMG, Data Distribution Service 1.4, 2015, Sect. 2.2.3.18).
 """
 
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.calls import UNLIMITED
-from dineros.transformations.language.creation import New
+from dineros.metamodel.records import Drop
+from dineros.transformations.language.creation import Fragment, New
 from dineros.transformations.language.datatypes import TRUTH
 from dineros.transformations.language.errors import LANGUAGE
+from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import Query
 from dineros.transformations.language.meaning import Meaning, QueueKind
 from dineros.transformations.language.patterns import Index, Made, Node
@@ -19,7 +24,7 @@ from dineros.transformations.rules.actions.goals import A1, A2, A1Result, A2Reje
 from dineros.transformations.rules.actions.outcomes import Exits
 from dineros.transformations.rules.actions.slots import slots
 from dineros.transformations.rules.clients.acceptances import A9
-from dineros.transformations.rules.notation import Bound, arc, place
+from dineros.transformations.rules.notation import Bound, arc, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.requests import Entrance, entering
 
@@ -64,6 +69,48 @@ def _capacity(id: str, kind: QueueKind, called: str) -> New:
     words = "{queue}: free capacity"
     means = Meaning(words, queue=kind, called=called, part="capacity", rests=True)
     return place(f"{id}.Capacity", tokens=DEPTH, means=means)
+
+
+class Replaced(Fragment):
+    """A message that comes to a full history takes the place of one of another kind, which is lost.
+
+    Parameters
+    ----------
+    id : str
+        Id of its transition; may hold placeholders.
+    means : Meaning
+        What it does.
+    source, kept : Expression
+        The places of what comes: where it arrives, and where it waits in the history.
+    lost : Expression
+        The place of the history for what is lost.
+    load : Expression
+        The place that counts the messages of the history.
+    """
+
+    def __init__(
+        self,
+        id: str,
+        means: Meaning,
+        *,
+        source: Expression,
+        kept: Expression,
+        lost: Expression,
+        load: Expression,
+    ) -> None:
+        super().__init__()
+        self.instead = transition(id, means=means)
+        self.arcs = [
+            arc(source, self.instead),
+            arc(lost, self.instead),
+            arc(load, self.instead, weight=DEPTH),
+            arc(self.instead, load, weight=DEPTH),
+            arc(self.instead, kept),
+        ]
+
+
+def _replaces(kind: QueueKind, called: str, words: str) -> Meaning:
+    return Meaning(words, step=Drop, queue=kind, called=called, part="instead")
 
 
 class G1(StandardRule, phase=Phase.goals, middleware="ros2"):
@@ -200,6 +247,35 @@ class G2Result(StandardRule, phase=Phase.goals, middleware="ros2"):
     rhs = [action, client, exit, load, capacity, result, answer, learn, kept, *queue, *takes, *sending]
 
 
+class G2Instead(StandardRule, phase=Phase.goals, middleware="ros2"):
+    """A full history may lose a result of another kind, instead of the one that comes."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    exit = Node(pn.Place, of=Exits(action.server))
+    other = Node(pn.Place, of=Exits(action.server))
+    load = Made(G2.load, of=client)
+    result = Made(A1Result.result, of=[client, exit])
+    kept = Made(G2Result.kept, of=[client, exit])
+    lost = Made(G2Result.kept, of=[client, other])
+
+    replaced = Replaced(
+        "{action.id}.client.{client.client}.results.{exit.id}.instead.{other.id}",
+        _replaces(
+            "result",
+            RESULTS,
+            "{queue} takes a result, and loses one of another outcome: a result for {client} of action {action} "
+            "is lost",
+        ),
+        source=result,
+        kept=kept,
+        lost=lost,
+        load=load,
+    )
+
+    where = [exit != other]
+
+
 class G3(StandardRule, phase=Phase.outcomes, middleware="ros2"):
     """History of the answers to its goals, where it hears whether they are accepted."""
 
@@ -281,6 +357,43 @@ class G3Refused(StandardRule, phase=Phase.outcomes, middleware="ros2"):
 
     lhs = [action, client, load, capacity, refused, answer, learn, past]
     rhs = [action, client, load, capacity, refused, answer, learn, kept, *queue, *takes, *sending]
+
+
+class G3Instead(StandardRule, phase=Phase.outcomes, middleware="ros2"):
+    """A full history may lose an answer of the other kind, instead of the one that comes."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    load = Made(G3.load, of=client)
+    told = Made(A9.told, of=client)
+    refused = Made(A2Reject.refused, of=client)
+    acceptance = Made(G3Accepted.kept, of=client)
+    refusal = Made(G3Refused.kept, of=client)
+
+    accepts = Replaced(
+        "{action.id}.client.{client.client}.answers.accepted.instead",
+        _replaces(
+            "answer",
+            ANSWERS,
+            "{queue} takes an acceptance, and loses a refusal for {client} of action {action}",
+        ),
+        source=told,
+        kept=acceptance,
+        lost=refusal,
+        load=load,
+    )
+    refuses = Replaced(
+        "{action.id}.client.{client.client}.answers.rejected.instead",
+        _replaces(
+            "answer",
+            ANSWERS,
+            "{queue} takes a refusal, and loses an acceptance for {client} of action {action}",
+        ),
+        source=refused,
+        kept=refusal,
+        lost=acceptance,
+        load=load,
+    )
 
 
 class G4(StandardRule, phase=Phase.forgetting, middleware="ros2"):
