@@ -11,7 +11,7 @@ from dineros.analysis.model.subject import base_subject
 from dineros.analysis.questions.state_space import state_space
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, flow, place, read, step
-from dineros.metamodel.elements import find
+from dineros.metamodel.elements import arcs, find, transitions
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.phases import OverflowVariant
 from tests.support.equal_behaviour import compare
@@ -91,6 +91,24 @@ def test_full_histories_of_goals_answers_and_results(rare: tuple[str, ...], full
             marking, state = in_net[name], in_model[name]
             fired.add(name.removeprefix("Delivery.client.hasty."))
     assert full <= fired
+
+
+def test_a_result_that_takes_the_place_of_another_keeps_its_data() -> None:
+    """What waits for the client is what came, whatever the result was that is lost."""
+    model, _ = hasty()
+    model.tokenType = sym.TokenType(id="Token", fields=[sym.TokenField(name="ok", kind="boolean")])
+    find(model, "Hasty.take", sym.Transition).guard = "ok = true"
+    net = flatten(model, "none").net
+    prefix, colours = "Delivery.client.hasty.", set()
+    for each in transitions(net):
+        if each.id.startswith(f"{prefix}results.At.instead.Lost"):
+            taken = {arc.source.id for arc in arcs(net) if arc.target is each}
+            put = {arc.target.id for arc in arcs(net) if arc.source is each}
+            (came,) = (id for id in taken if id.startswith(f"{prefix}over.At["))
+            (lost,) = (id for id in taken if id.startswith(f"{prefix}kept.Lost["))
+            assert came.replace("over", "kept") in put
+            colours.add((came[-5:], lost[-5:]))
+    assert colours == {(one, other) for one in ("true]", "alse]") for other in ("true]", "alse]")}
 
 
 def thorough_office() -> sym.SystemModel:

@@ -264,8 +264,7 @@ class G2Instead(StandardRule, phase=Phase.goals, middleware="ros2"):
         _replaces(
             "result",
             RESULTS,
-            "{queue} takes a result, and loses one of another outcome: a result for {client} of action {action} "
-            "is lost",
+            "{queue} takes a result, and loses one of another outcome",
         ),
         source=result,
         kept=kept,
@@ -375,7 +374,7 @@ class G3Instead(StandardRule, phase=Phase.outcomes, middleware="ros2"):
         _replaces(
             "answer",
             ANSWERS,
-            "{queue} takes an acceptance, and loses a refusal for {client} of action {action}",
+            "{queue} takes an acceptance, and loses a refusal",
         ),
         source=told,
         kept=acceptance,
@@ -387,7 +386,7 @@ class G3Instead(StandardRule, phase=Phase.outcomes, middleware="ros2"):
         _replaces(
             "answer",
             ANSWERS,
-            "{queue} takes a refusal, and loses an acceptance for {client} of action {action}",
+            "{queue} takes a refusal, and loses an acceptance",
         ),
         source=refused,
         kept=refusal,
