@@ -11,7 +11,8 @@ told before the goal is over.
 
 A client that does not wait sends whatever is to be sent. Then each goal comes to a history of the action that
 keeps ten, whoever sent it, and is lost where that is full; so are results and answers for that client, where
-ten of them wait for it, or one of another kind that waits is lost in the place of the one that comes. What it asks to cancel may be a goal that is over.
+ten of them wait for it, or one of another kind that waits is lost in the place of the one that comes. What
+it asks to cancel may be a goal that is over.
 """
 
 from __future__ import annotations
