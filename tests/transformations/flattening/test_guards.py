@@ -160,7 +160,6 @@ def test_variants_of_one_transition_are_refused_before_any_is_left_out() -> None
 
 
 def test_models_with_guards_are_refused_where_guards_would_be_ignored() -> None:
-    from dineros.analysis.bounds.answers import Bounds
     from dineros.analysis.latencies.answers import Latencies
     from dineros.analysis.model.subject import subject_of
     from dineros.transformations.flattening.split import split
@@ -170,7 +169,6 @@ def test_models_with_guards_are_refused_where_guards_would_be_ignored() -> None:
     part = next(each for each in split(model) if each.node.id == "node")
     refusing: list[Callable[[], object]] = [
         lambda: subject_of(part),
-        lambda: Bounds(model),
         lambda: Latencies(model, Budget()),
     ]
     for refuse in refusing:
