@@ -22,6 +22,25 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class ModelOfCode:
+    """The model of source code.
+
+    Attributes
+    ----------
+    model : sym.SystemModel
+        The model.
+    findings : list of Finding
+        What the code and its names show to be wrong.
+    left_out : int
+        How much of the code the model lacks: ports, nodes, and what could not be read.
+    """
+
+    model: sym.SystemModel
+    findings: list[Finding]
+    left_out: int
+
+
+@dataclass(frozen=True)
 class Code:
     """Folders of source code.
 
@@ -103,9 +122,7 @@ class Code:
         return coded(read, ", ".join(folder for folder, _ in read)), code_findings(read)
 
 
-def model_of_code(
-    code: Code, given: Path | None, settings: Sequence[str]
-) -> tuple[sym.SystemModel, list[Finding]]:
+def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> ModelOfCode:
     """Return the model of source code, and what the code and its names show to be wrong.
 
     Parameters
@@ -139,7 +156,12 @@ def model_of_code(
         note(f"assumed: {assumed}")
     change(imported.model, folder, settings)
     refuse_invalid(imported.model, folder)
-    return imported.model, [*found, *of_part(mismatches(read.system))]
+    absent = read.left_out + len(imported.left_out)
+    if absent:
+        warn(
+            f"the model lacks what could not be read ({absent}): what is proved holds if that changes nothing"
+        )
+    return ModelOfCode(imported.model, [*found, *of_part(mismatches(read.system))], absent)
 
 
 def faults_of_code() -> Mapping[str, Fault]:

@@ -38,12 +38,15 @@ class Coded:
         What the code does not decide, and how it is taken, a line each.
     apart : ObservedSystem
         The nodes before those that share an executor are joined.
+    left_out : int
+        How much the model lacks: lines of what could not be read, ports and nodes that are left out.
     """
 
     system: ObservedSystem
     given: Given
     taken: tuple[str, ...]
     apart: ObservedSystem
+    left_out: int = 0
 
     def with_people(self, said: Given) -> Given:
         """Return what the code says, corrected by what people say."""
@@ -64,6 +67,7 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     given: dict[str, GivenNode] = {}
     taken: list[str] = []
     kept: list[tuple[NodeFact, str]] = []
+    read = list(read)
     for folder, fact in [(folder, fact) for folder, facts in read for fact in facts.nodes]:
         one = _CodedNode(fact, taken, folder)
         if one.name in nodes:
@@ -77,7 +81,9 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     share_executors(kept, nodes, given, taken)
     ordered = tuple(nodes[name] for name in sorted(nodes))
     system = ObservedSystem(source, ordered, is_partial=True)
-    return Coded(system, Given(given), tuple(dict.fromkeys(taken)), apart)
+    absent = sum("left out" in line for line in dict.fromkeys(taken))
+    absent += sum(len(facts.unread) for _, facts in read)
+    return Coded(system, Given(given), tuple(dict.fromkeys(taken)), apart, absent)
 
 
 def merged(code: Given, people: Given) -> Given:

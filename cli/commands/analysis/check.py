@@ -177,9 +177,11 @@ def check(
     run, report = search(), Report()
     net: pn.Net
     of_code: list[Finding] = []
+    left_out = 0
     if folders:
         _refuse_with_source(output, certificate)
-        net, of_code = model_of_code(code, given, settings)
+        made = model_of_code(code, given, settings)
+        net, of_code, left_out = made.model, made.findings, made.left_out
         model, orders, faults = folders[0], None, faults_of_code()
     elif model is None or given is not None:
         raise click.UsageError("say what is checked: MODEL, or --source FOLDER; --given goes with the latter")
@@ -191,6 +193,8 @@ def check(
 
     def accepted(report: Report) -> Report:
         found = replace(report, findings=[*report.findings, *of_code])
+        if left_out:  # what the model lacks may do anything
+            found = replace(found, proved=[], assumed=[*report.assumed, *report.proved])
         return acceptance.apply(about_seen(net, left_to_durations(net, found)))
 
     def so_far(ending: str) -> int:

@@ -189,3 +189,20 @@ def test_bad_input_is_said_in_one_line(
     monkeypatch.chdir(tmp_path)
     found = check(*arguments)
     assert found.exit_code == 2 and said in found.stderr and len(found.stderr.splitlines()) == 1
+
+
+def test_proofs_about_code_that_is_not_wholly_read_are_under_an_assumption(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A port whose name or type is open may change everything: the model lacks it."""
+    monkeypatch.chdir(tmp_path)
+    quiet = TALKER.replace("HERE", "pass").replace("        self.pub.publish(String())\n", "", 2)
+    Path("talker.py").write_text(quiet)
+    whole = json.loads(check("--source", ".", "--format", "json").stdout)
+    assert whole["proved"] and "assumed" not in whole
+    more = 'self.other = self.create_client(sys.argv[1], "other")'
+    Path("talker.py").write_text(quiet.replace("pass", more, 1))
+    result = check("--source", ".", "--format", "json")
+    part = json.loads(result.stdout)
+    assert part["proved"] == [] and part["assumed"]
+    assert "the model lacks what could not be read (1)" in result.stderr
