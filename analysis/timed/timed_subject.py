@@ -12,9 +12,10 @@ from dineros.analysis.nets.bounds import flows_and_bounds
 from dineros.analysis.timed.nets import Interval, TimedNet, compile_timed_net
 from dineros.analysis.timed.schedules import schedule
 from dineros.metamodel import pn, sym
-from dineros.metamodel.elements import transitions
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.elements import pages, transitions
 from dineros.metamodel.errors import GuardError
-from dineros.metamodel.times.given import says_times
+from dineros.metamodel.times.given import duration_of, says_times
 from dineros.transformations.flattening.bounding import bounded
 from dineros.transformations.flattening.coloured import RULE
 
@@ -113,7 +114,12 @@ def timed_base_subject(
     if signals_matter(model):
         return timed_subject_of(model, "fully-enabled", overflow)
     has_times = says_times(model) if times is None else times
-    flattened, blocked = flattened_without_signals(model, overflow, has_times)
+    try:
+        flattened, blocked = flattened_without_signals(model, overflow, has_times)
+    except GuardError:
+        if has_times:
+            _require_unguarded_beginnings(model)
+        raise
     timed = compile_timed_net(flattened.net)
     require_one_clock(timed, flattened)
     return TimedSubject(model, timed.untimed, flattened, blocked, timed=timed)
@@ -173,3 +179,23 @@ def require_one_clock(timed: TimedNet, flattened: Flattened) -> None:
             element=str(id),
             hint="give the places that it takes tokens from a capacity of 1",
         )
+
+
+def _require_unguarded_beginnings(model: pn.Net) -> None:
+    """Refuse a guard on what begins the callback of a timer that has a duration.
+
+    Such a callback takes its tokens before the transition fires, so that a guard would ask about none.
+    """
+    for page in pages(model):
+        if not isinstance(page, sym.CallbackPage) or page.kind != sym.CallbackKind.timer:
+            continue
+        if duration_of(page) is None:
+            continue
+        for start in Body(page).beginnings():
+            if isinstance(start, sym.Transition) and start.guard is not None:
+                raise GuardError(
+                    f"transition {start.id} begins the callback of timer {page.id}, which has a duration, "
+                    "and has a guard, which questions with time do not support",
+                    element=start.id,
+                    hint="put the guard on a later transition of the callback",
+                )
