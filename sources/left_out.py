@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from dineros.metamodel.errors import counted
 
-_TESTS = {"test", "tests", "testing", "benchmark", "mock"}
+_TESTS = {"test", "tests", "benchmark", "mock"}
 _MOST_LINES = 6
 """Line numbers that are shown of a file."""
 
