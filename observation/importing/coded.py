@@ -192,6 +192,8 @@ class _CodedNode:
         )
 
     def _kept(self, kind: str) -> Iterable[tuple[Entity, str]]:
+        chosen: dict[str, Entity] = {}
+        """By name what is made in a branch: of alternatives with different types, a run makes one."""
         for entity in self.fact.of(kind):
             if not entity.is_enabled:
                 continue
@@ -207,6 +209,11 @@ class _CodedNode:
             elif is_open(entity.type):
                 self._taken.append(
                     f"{self.at(entity.at)}: left out of the model, as its type is {entity.type}"
+                )
+            elif entity.details.get("conditional") and (chosen.setdefault(name, entity).type != entity.type):
+                line = chosen[name].at.line
+                self._taken.append(
+                    f"{self.at(entity.at)}: left out of the model: {name} of line {line} is taken instead"
                 )
             else:
                 yield entity, name

@@ -313,6 +313,28 @@ def test_what_is_open_in_the_code_is_open_in_the_model(tmp_path: Path) -> None:
     assert len(to_model(found.system, found.given).assumed) == 2
 
 
+def test_of_alternatives_with_different_types_one_is_taken(tmp_path: Path) -> None:
+    source = files(
+        tmp_path,
+        robot="""
+        class Robot(Node):
+            def __init__(self):
+                super().__init__("robot")
+                if unknown():
+                    self.out = self.create_publisher(String, "out", 3)
+                else:
+                    self.out = self.create_publisher(Other, "out", 3)
+        def main():
+            rclpy.init(); rclpy.spin(Robot())
+        if __name__ == "__main__": main()
+        """.replace("class Robot", "from std_msgs.msg import Bool as Other\n        class Robot"),
+    )
+    found = read(source)
+    (node,) = found.system.nodes
+    assert [each.type for each in node.publishers] == ["std_msgs/msg/String"]
+    assert any("left out of the model: /out of line" in line for line in found.taken)
+
+
 def test_a_launch_file_says_which_nodes_there_are(tmp_path: Path) -> None:
     source = files(tmp_path, battery=BATTERY)
     (tmp_path / "package.xml").write_text("<package><name>cell</name></package>")
