@@ -22,8 +22,8 @@ from tests.support.timed_systems.models import model_of
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
 
-def asked(model: sym.SystemModel) -> Latencies:
-    return Latencies(model, Budget(seconds=100))
+def asked(model: sym.SystemModel, seconds: float = 100) -> Latencies:
+    return Latencies(model, Budget(seconds=seconds))
 
 
 def units(found: Latency) -> tuple[object, object]:
@@ -103,14 +103,14 @@ def test_what_is_missing_is_named() -> None:
     page = find(model, "filter")
     assert isinstance(page, sym.CallbackPage)
     page.duration = None
-    found = asked(model).between(end_of(model, "sense"), end_of(model, "act"))
+    found = asked(model, 12).between(end_of(model, "sense"), end_of(model, "act"))
     assert found.greatest is None and found.least is not None and found.least.value == Fraction(2, 100)
     assert found.reason == "the duration of callback filter is not given"
     assert found.is_lost is not False, "what takes longer than the clock runs is not followed"
     model = model_of(COUNTED[11].system, 0.01)
     (scan,) = [each for each in channels(model, sym.TopicChannel) if each.topic == "scan"]
     scan.latency = None
-    found = asked(model).between(end_of(model, "sense"), end_of(model, "act"))
+    found = asked(model, 12).between(end_of(model, "sense"), end_of(model, "act"))
     assert found.reason == "the latency of topic scan is not given"
 
 
@@ -120,7 +120,7 @@ def test_a_publisher_that_waits_for_room_is_followed() -> None:
     assert isinstance(model, sym.SystemModel)
     for page in callback_pages(model):
         page.duration = seconds(0, 0.001)
-    found = asked(model).between(end_of(model, "OnTimer"), end_of(model, "OnScan"))
+    found = asked(model, 12).between(end_of(model, "OnTimer"), end_of(model, "OnScan"))
     assert found.least is not None and found.reason == "the latency of topic scans is not given"
 
 
