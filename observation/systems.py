@@ -42,8 +42,8 @@ class TopicEndpoint:
         Depth of the history; None: not told (Fast DDS announces none). 0: all messages are kept.
     at : str
         The line of the code that makes it, as ``file:line``; empty where no code was read.
-    key : str
-        What is given of its callback stands under this name; empty: under that of the topic.
+    reader : str
+        The node of the code that reads it, if several nodes of one executor read the topic; else empty.
     """
 
     topic: str
@@ -51,12 +51,12 @@ class TopicEndpoint:
     quality: Quality = USUAL
     depth: int | None = None
     at: str = field(default="", compare=False)
-    key: str = field(default="", compare=False)
+    reader: str = field(default="", compare=False)
 
     @property
     def given_as(self) -> str:
         """The name under which something is given of its callback."""
-        return self.key or self.topic
+        return f"{self.topic} of {self.reader}" if self.reader else self.topic
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,7 @@ def to_sarif(
                             }
                             for unknown in report.unknown
                         ]
-                        + _times(report, model),
+                        + _notes(report, model),
                     }
                 ],
                 "artifacts": [{"location": {"uri": _uri(path)}}],
@@ -85,10 +85,12 @@ def to_sarif(
     }
 
 
-def _times(report: Report, model: pn.Net) -> list[dict[str, Any]]:
-    """Return the notification of what a report says of times, if it says anything."""
-    text = report.text_of_times(left_out_times(model))
-    return [{"level": "note", "message": {"text": text}}] if text else []
+def _notes(report: Report, model: pn.Net) -> list[dict[str, Any]]:
+    """Return the notifications of what the proofs assume, and of what a report says of times."""
+    texts = [f"assumes: {each}" for each in report.assumes]
+    if (times := report.text_of_times(left_out_times(model))) is not None:
+        texts.append(times)
+    return [{"level": "note", "message": {"text": text}} for text in texts]
 
 
 def _rule(rule: str, severity: str, faults: Mapping[str, Fault]) -> dict[str, Any]:
@@ -222,7 +224,8 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
 
     A note passes, with its message as output: as for the exit status of `dineros check`. What is suppressed
     or stands in the baseline is skipped, too, with the reason. The property ``times`` of the suite says that
-    firing intervals are taken into account, or left out, and which answers hold all the same.
+    firing intervals are taken into account, or left out, and which answers hold all the same. Each property
+    ``assumes`` is an assumption of all proofs.
 
     Parameters
     ----------
@@ -249,9 +252,13 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
     root = etree.Element("testsuites", {"name": name, **counts})
     suite = etree.SubElement(root, "testsuite", {"name": _clean(str(path)), **counts})
 
+    stated = [("assumes", each) for each in report.assumes]
     if (times := report.text_of_times(left_out_times(model))) is not None:
-        value = _clean(times)
-        etree.SubElement(etree.SubElement(suite, "properties"), "property", {"name": "times", "value": value})
+        stated.append(("times", times))
+    if stated:
+        properties = etree.SubElement(suite, "properties")
+        for key, text in stated:
+            etree.SubElement(properties, "property", {"name": key, "value": _clean(text)})
 
     code = CodeLines(model)
 

@@ -299,6 +299,8 @@ class Report:
         The firing intervals that the answers take into account; None if they leave times out.
     assumed : list of str
         What is proved only under an assumption, which `unknown` names. Then `proved` is empty.
+    assumes : list of str
+        What all proofs assume besides, because the net is simpler than ROS 2 there.
     """
 
     findings: list[Finding] = field(default_factory=list)
@@ -315,6 +317,7 @@ class Report:
     open_rules: set[str] = field(default_factory=set, compare=False, repr=False)
     times: UsedTimes | None = None
     assumed: list[str] = field(default_factory=list)
+    assumes: list[str] = field(default_factory=list)
 
     def with_accepted(
         self, findings: list[Finding], suppressed: list[Suppressed], known: list[Finding]
@@ -356,5 +359,6 @@ class Report:
             **({"gone": self.gone} if self.has_baseline else {}),
             "proved": self.proved,
             **({"assumed": self.assumed} if self.assumed else {}),
+            **({"assumes": self.assumes} if self.assumes else {}),
             "unknown": [str(unknown) for unknown in self.unknown],
         }

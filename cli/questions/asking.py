@@ -164,15 +164,17 @@ class Asking:
             run.stage("confirming the answer")
             timed = subject.timed if isinstance(subject, TimedSubject) else None
             answer, self.confirmation = confirmed(question, answer, budget, timed)
-        self.look_at_goals(subject, answer)
+        self.look_at_assumptions(subject, answer)
         return replace(answer, reason=run.reason(answer.reason))
 
-    def look_at_goals(self, subject: Subject, answer: Outcome) -> None:
-        """Remember which actions an answer assumes to work on so many goals at once."""
+    def look_at_assumptions(self, subject: Subject, answer: Outcome) -> None:
+        """Remember what an answer assumes of goals at once, and of clients that share a service."""
+        from dineros.analysis.model.shared_responses import shared_responses
         from dineros.analysis.questions.held_back import held_back
 
         if answer.status != "unknown":
-            self.assumes = [each.assumption for each in held_back(subject, search().budget().begun())]
+            goals = [each.assumption for each in held_back(subject, search().budget().begun())]
+            self.assumes = [*goals, *shared_responses(subject.model)]
 
     def tell(
         self,

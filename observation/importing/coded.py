@@ -12,6 +12,7 @@ from dineros.observation.importing.assuming import of_client
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
 from dineros.observation.importing.sharing import free_name, share_executors
 from dineros.observation.importing.steps import Behaviour
+from dineros.observation.importing.taken import Taken
 from dineros.observation.importing.timing import order_of, sleeps_of
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
 from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open, located
@@ -39,7 +40,8 @@ class Coded:
     apart : ObservedSystem
         The nodes before those that share an executor are joined.
     left_out : int
-        How much the model lacks: lines of what could not be read, ports and nodes that are left out.
+        How much the model lacks: lines of what could not be read, ports and nodes that are left out, waits
+        that are not modelled.
     """
 
     system: ObservedSystem
@@ -65,13 +67,13 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     """
     nodes: dict[str, ObservedNode] = {}
     given: dict[str, GivenNode] = {}
-    taken: list[str] = []
+    taken = Taken()
     kept: list[tuple[NodeFact, str]] = []
     read = list(read)
     for folder, fact in [(folder, fact) for folder, facts in read for fact in facts.nodes]:
         one = _CodedNode(fact, taken, folder)
         if one.name in nodes:
-            taken.append(
+            taken.lack(
                 f"{one.at(fact.at)}: node {one.name} of {fact.program} is left out: another has this name"
             )
             continue
@@ -81,9 +83,8 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     share_executors(kept, nodes, given, taken)
     ordered = tuple(nodes[name] for name in sorted(nodes))
     system = ObservedSystem(source, ordered, is_partial=True)
-    absent = sum("left out" in line for line in dict.fromkeys(taken))
-    absent += sum(len(facts.unread) for _, facts in read)
-    return Coded(system, Given(given), tuple(dict.fromkeys(taken)), apart, absent)
+    absent = taken.lacks + sum(len(facts.unread) for _, facts in read)
+    return Coded(system, Given(given), taken.lines, apart, absent)
 
 
 def merged(code: Given, people: Given) -> Given:
@@ -132,20 +133,20 @@ class _CodedNode:
     ----------
     fact : NodeFact
         The node.
-    taken : list of str
+    taken : Taken
         Gets what is taken.
     folder : str
         In which its files are.
     """
 
-    def __init__(self, fact: NodeFact, taken: list[str], folder: str) -> None:
+    def __init__(self, fact: NodeFact, taken: Taken, folder: str) -> None:
         self.fact = fact
         self._folder = folder
         self._taken = taken
         name = fact.name
         if is_open(name):
             name = snake_case(fact.cls) or "node"
-            taken.append(f"{self.at(fact.at)}: the name of the node is open; {name} is taken")
+            taken.add(f"{self.at(fact.at)}: the name of the node is open; {name} is taken")
         self.namespace = "" if is_open(fact.namespace) else fact.namespace.strip("/")
         self.name = self._full(name)
         self._groups: dict[Entity, str] = {}
@@ -192,27 +193,27 @@ class _CodedNode:
         )
 
     def _kept(self, kind: str) -> Iterable[tuple[Entity, str]]:
+        # By name what is made in a branch: of alternatives with different types, a run makes one.
         chosen: dict[str, Entity] = {}
-        """By name what is made in a branch: of alternatives with different types, a run makes one."""
         for entity in self.fact.of(kind):
             if not entity.is_enabled:
                 continue
             name = self._names.get(entity)
             several = re.match(r"open: (\w+/(?:msg|srv|action)/\w+) or ", entity.type)
             if several is not None:
-                self._taken.append(f"{self.at(entity.at)}: the type is {entity.type}; the first is taken")
+                self._taken.add(f"{self.at(entity.at)}: the type is {entity.type}; the first is taken")
                 entity.type = several[1]
             if name is None:
-                self._taken.append(
+                self._taken.lack(
                     f"{self.at(entity.at)}: left out of the model, as its name is {entity.name}"
                 )
             elif is_open(entity.type):
-                self._taken.append(
+                self._taken.lack(
                     f"{self.at(entity.at)}: left out of the model, as its type is {entity.type}"
                 )
             elif entity.details.get("conditional") and (chosen.setdefault(name, entity).type != entity.type):
                 line = chosen[name].at.line
-                self._taken.append(
+                self._taken.lack(
                     f"{self.at(entity.at)}: left out of the model: {name} of line {line} is taken instead"
                 )
             else:
@@ -234,7 +235,7 @@ class _CodedNode:
         for key, value in (("reliability", reliability), ("durability", durability)):
             if is_open(value) or value in _MIDDLEWARE:
                 usual = "reliable" if key == "reliability" else "volatile"
-                self._taken.append(
+                self._taken.add(
                     f"{self.at(entity.at)}: the {key} of {entity.name} is {value}; {usual} is taken"
                 )
         return Quality(
@@ -250,7 +251,7 @@ class _CodedNode:
             if first is entity:
                 yield Endpoint(name, entity.type, self.at(entity.at))
             elif kind != "clients" and entity.details.get("group") != first.details.get("group"):
-                self._taken.append(f"{self.at(entity.at)}: taken for one with that of line {first.at.line}")
+                self._taken.add(f"{self.at(entity.at)}: taken for one with that of line {first.at.line}")
 
     # ------------------------------------------------------------------------------------------ behaviour
 
@@ -301,7 +302,7 @@ class _CodedNode:
         for entity, name in self._names.items():
             if entity.kind == "clients" and first.setdefault(name, entity).group is not entity.group:
                 found[entity] = self._group(entity) or ""
-                self._taken.append(
+                self._taken.add(
                     f"{self.at(entity.at)}: answers that no callback waits for are taken for those of the"
                     f" client of line {first[name].at.line}"
                 )
@@ -330,7 +331,7 @@ class _CodedNode:
         name = free_name(re.sub(r"\W+", "_", fact.name if fact is not None else "timer").strip("_"), timers)
         period = entity.details.get("period")
         if not isinstance(period, (int, float)) or not 0 < period < 1e9:
-            self._taken.append(f"{self.at(entity.at)}: the period of a timer is {period}; 1 s is taken")
+            self._taken.add(f"{self.at(entity.at)}: the period of a timer is {period}; 1 s is taken")
             period = 1.0
             self._open_timers.add(name)
         timers[name] = float(period)
@@ -364,12 +365,12 @@ class _CodedNode:
         if isinstance(threads, int):
             return threads
         if threads == "processors":
-            self._taken.append(
+            self._taken.add(
                 f"{self.at(self.fact.at)}: as many threads as processors; {PROCESSORS} are taken"
             )
             return PROCESSORS
         if not self.is_spun:
-            self._taken.append(
+            self._taken.add(
                 f"{self.at(self.fact.at)}: no executor spins node {self.name}: its callbacks never run"
             )
             return 1
@@ -379,7 +380,7 @@ class _CodedNode:
         said = str(entity.details.get("group", "default"))
         if entity.group is None:
             if is_open(said):
-                self._taken.append(
+                self._taken.add(
                     f"{self.at(entity.at)}: the callback group is {said}; that of the node is taken"
                 )
             return None
@@ -395,7 +396,7 @@ class _CodedNode:
     def _kind(self, group: Entity) -> str:
         kind = str(group.details.get("kind", ""))
         if is_open(kind):
-            self._taken.append(
+            self._taken.add(
                 f"{self.at(group.at)}: the kind of the callback group is {kind}; exclusive is taken"
             )
         return "reentrant" if kind.startswith("reentrant") else "exclusive"

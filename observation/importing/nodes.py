@@ -118,8 +118,8 @@ class NodeBuilder(Abilities):
 
     def _subscription(self, endpoint: TopicEndpoint) -> None:
         name = endpoint.given_as
-        word = f"on_{flat(name.replace(' of /', '_of_'))}"
-        body = self._page(name, word, "subscriber", at=endpoint.at)
+        owner = f"_of_{flat(endpoint.reader)}" if endpoint.reader else ""
+        body = self._page(name, f"on_{flat(endpoint.topic)}{owner}", "subscriber", at=endpoint.at)
         place, begin = body.place("message", sourceLine=endpoint.at or None), body.transition("begins")
         flow(place, begin)
         state = body.run(begin, self._steps(name))

@@ -8,6 +8,7 @@ from typing import Any
 
 from dineros.observation.importing.assuming import of_client
 from dineros.observation.importing.given import GivenCallback, GivenNode, Step
+from dineros.observation.importing.taken import Taken
 from dineros.observation.systems import ObservedNode
 from dineros.sources.facts import NodeFact
 
@@ -24,7 +25,7 @@ def share_executors(
     kept: Iterable[tuple[NodeFact, str]],
     nodes: dict[str, ObservedNode],
     given: dict[str, GivenNode],
-    taken: list[str],
+    taken: Taken,
 ) -> None:
     """Join nodes that share an executor: they share its threads, and each keeps a group of its own."""
     pools: dict[tuple[str, int], list[str]] = {}
@@ -54,10 +55,10 @@ def _heard(names: list[str], nodes: Mapping[str, ObservedNode]) -> dict[str, Obs
     for name in names:
         ports = nodes[name].subscribers
         keyed = tuple(
-            replace(port, key=f"{port.topic} of {name}") if port.topic in read else port for port in ports
+            replace(port, reader=name) if port.topic in read else port for port in ports
         )
         read |= {port.topic for port in ports}
-        if any(port.key for port in keyed):
+        if any(port.reader for port in keyed):
             found[name] = replace(nodes[name], subscribers=keyed)
     return found or None
 
@@ -69,12 +70,12 @@ def _waits(names: list[str], given: Mapping[str, GivenNode]) -> bool:
 
 
 def _join(
-    names: list[str], nodes: dict[str, ObservedNode], given: dict[str, GivenNode], taken: list[str]
+    names: list[str], nodes: dict[str, ObservedNode], given: dict[str, GivenNode], taken: Taken
 ) -> None:
     asked = [port.name for name in names for port in (*nodes[name].clients, *nodes[name].action_clients)]
     heard = _heard(names, nodes)
     if len(asked) != len(set(asked)) or (heard is not None and _waits(names, given)):
-        taken.append(f"nodes {', '.join(names)} share an executor; they are taken for nodes with one each")
+        taken.lack(f"nodes {', '.join(names)} share an executor; they are taken for nodes with one each")
         given.update({name: replace(given[name], order=None) for name in names})
         return
     first = names[0]
@@ -98,7 +99,7 @@ def _join(
     for name in names:
         own = free_name(f"of_{name.strip('/').replace('/', '_')}", groups)
         groups[own] = "exclusive"
-        keys = {port.topic: port.key for port in nodes[name].subscribers if port.key}
+        keys = {port.topic: port.given_as for port in nodes[name].subscribers}
         renamed = {group: free_name(group, groups) for group in given[name].groups}
         groups |= {renamed[group]: kind for group, kind in given[name].groups.items()}
         for topic, callback in given[name].callbacks.items():
@@ -129,4 +130,4 @@ def _join(
     nodes[first] = replace(nodes[first], **ports)
     for name in names[1:]:
         del nodes[name], given[name]
-    taken.append(f"nodes {', '.join(names)} share an executor: one node net, {first}, stands for them")
+    taken.add(f"nodes {', '.join(names)} share an executor: one node net, {first}, stands for them")

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from dineros.observation.importing.given import Step
+from dineros.observation.importing.taken import Taken
 from dineros.sources.facts import CallbackFact, Effect, Entity, located
 
 _TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
@@ -23,8 +24,8 @@ class Behaviour:
     ----------
     names : mapping of Entity to str
         Full names of the entities that the model has.
-    taken : list of str
-        Gets what is left out, a line each.
+    taken : Taken
+        Gets what is left out.
     folder : str
         In which the files are.
     own : iterable of Entity
@@ -37,7 +38,7 @@ class Behaviour:
     def __init__(
         self,
         names: Mapping[Entity, str],
-        taken: list[str],
+        taken: Taken,
         folder: str = "",
         own: Iterable[Entity] = (),
         groups: Mapping[Entity, str] | None = None,
@@ -57,12 +58,12 @@ class Behaviour:
             verb = self._verb(effect)
             at = located(effect.at, self._folder)
             if effect.do == "wait":
-                self._taken.append(
+                self._taken.lack(
                     f"{at}: waits for {effect.what} ({effect.how}); in the model it continues at once"
                 )
             if effect.do == "respond":
                 words = "gets its response here; in the model, when its callback ends"
-                self._taken.append(f"{at}: a request of {effect.what} {words}")
+                self._taken.add(f"{at}: a request of {effect.what} {words}")
             if verb is None:
                 continue
             if effect.entity is None:
@@ -70,7 +71,7 @@ class Behaviour:
             name = self._names.get(effect.entity)
             if name is None:
                 if effect.entity not in self._own:  # else it is said where the entity is left out
-                    self._taken.append(f"{at}: uses {effect.what} of another node; left out of the model")
+                    self._taken.lack(f"{at}: uses {effect.what} of another node; left out of the model")
                 continue
             timeout = self._timeout(effect, at) if verb == "call" else None
             step = Step(verb, name, _TIMES[effect.when], at, timeout, self._groups.get(effect.entity))
@@ -83,7 +84,7 @@ class Behaviour:
         """Return how long a callback waits for a response; without this time, a deadlock would be found."""
         if effect.timeout is not None or "open" not in effect.how:
             return effect.timeout
-        self._taken.append(f"{at}: {effect.what} is waited for with a time-out that is open; 1 s is taken")
+        self._taken.add(f"{at}: {effect.what} is waited for with a time-out that is open; 1 s is taken")
         return USUAL_TIMEOUT
 
     @staticmethod

@@ -152,6 +152,7 @@ def check(
     from dineros.analysis.checks.check import check as check_model
     from dineros.analysis.consequences.durations import left_to_durations
     from dineros.analysis.consequences.unseen import about_seen
+    from dineros.analysis.model.shared_responses import shared_responses
     from dineros.analysis.timed_checks.faults import TIMED_FAULTS
     from dineros.analysis.witnesses.findings import Report, Unknown
 
@@ -195,6 +196,8 @@ def check(
         found = replace(report, findings=[*report.findings, *of_code])
         if left_out:  # what the model lacks may do anything
             found = replace(found, proved=[], assumed=[*report.assumed, *report.proved])
+        if found.proved or found.assumed:
+            found = replace(found, assumes=shared_responses(net))
         return acceptance.apply(about_seen(net, left_to_durations(net, found)))
 
     def so_far(ending: str) -> int:

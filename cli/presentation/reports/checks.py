@@ -61,7 +61,7 @@ def write_check_report(
 
 
 def _notes(report: Report, net: pn.Net) -> list[str]:
-    """Return what the page says of times: of the answers, and of the state spaces, which leave them out."""
+    """Return what the page says of assumptions, and of times, which the state spaces leave out."""
     from dineros.analysis.model.times import left_out_times
 
     left_out = left_out_times(net)
@@ -69,7 +69,8 @@ def _notes(report: Report, net: pn.Net) -> list[str]:
     counts = [] if left_out is None else [left_out.of_counts]
     if report.times is not None and counts:
         counts = [f"the state spaces below leave them out; {counts[0]}"]
-    return ["; ".join([text, *counts])] if text else []
+    assumes = [f"assumes: {each}" for each in report.assumes]
+    return [*assumes, "; ".join([text, *counts])] if text else assumes
 
 
 def _accepted(report: Report) -> list[tuple[str, str, str]]:

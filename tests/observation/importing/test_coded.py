@@ -3,103 +3,19 @@
 from __future__ import annotations
 
 import json
-from fractions import Fraction
 from pathlib import Path
-from textwrap import dedent
 from typing import Any
 
 import pytest
 from click.testing import CliRunner
 
-from dineros.analysis.bounds.answers import Bounds
-from dineros.analysis.latencies.answers import end_of
-from dineros.analysis.latencies.paths import callback_pages
 from dineros.cli.main import main
 from dineros.metamodel import sym
-from dineros.metamodel.build import seconds
-from dineros.metamodel.constraints import validate
-from dineros.metamodel.elements import channels, elements, node_net_of, node_nets
+from dineros.metamodel.elements import elements, node_nets
 from dineros.metamodel.files import load
 from dineros.observation.importing.building import to_model
-from dineros.observation.importing.coded import Coded, coded
-from dineros.sources.reading import Launch, read_source
-
-HEAD = """
-import rclpy, time
-from rclpy.action import ActionClient, ActionServer
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
-from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.qos import qos_profile_sensor_data
-from example_interfaces.action import Fibonacci
-from std_msgs.msg import String
-from std_srvs.srv import Trigger
-"""
-BATTERY = """
-class Battery(Node):
-    def __init__(self):
-        super().__init__("battery")
-        self.create_service(Trigger, "level", self.on_level)
-    def on_level(self, request, response):
-        return response
-def main():
-    rclpy.init()
-    rclpy.spin(Battery())
-if __name__ == "__main__":
-    main()
-"""
-MONITOR = """
-class Monitor(Node):
-    def __init__(self):
-        super().__init__("monitor")
-        self.level = self.create_client(Trigger, "level"GROUP)
-        self.create_timer(0.1, self.tick)
-    def tick(self):
-        self.ask()
-    def ask(self):
-        self.level.call(Trigger.Request())  # here
-def main():
-    rclpy.init()
-    executor = MultiThreadedExecutor(num_threads=2)
-    executor.add_node(Monitor())
-    executor.spin()
-if __name__ == "__main__":
-    main()
-"""
-
-
-def files(folder: Path, **texts: str) -> Path:
-    """Write programs."""
-    for name, text in texts.items():
-        (folder / f"{name}.py").write_text(HEAD + dedent(text))
-    return folder
-
-
-def read(folder: Path, launch: Launch | None = None) -> Coded:
-    """Return what the code of a folder says."""
-    return coded([("src", read_source(folder, launch=launch))], "src")
-
-
-def model_of(folder: Path) -> sym.SystemModel:
-    """Return the model of a folder, which is valid."""
-    found = read(folder)
-    model = to_model(found.system, found.given).model
-    assert [each.message for each in validate(model) if each.severity == "error"] == []
-    return model
-
-
-def run(*words: object) -> tuple[int, str]:
-    """Run a command; return its status and what it printed."""
-    result = CliRunner().invoke(main, [str(word) for word in words])
-    return result.exit_code, result.stdout
-
-
-def steps(found: Coded, node: str) -> dict[str, list[str] | None]:
-    """Return what the callbacks of a node do."""
-    said = found.given.nodes[node].callbacks
-    return {
-        name: None if each.does is None else [str(step) for step in each.does] for name, each in said.items()
-    }
+from dineros.sources.reading import Launch
+from tests.support.programs.coded import BATTERY, MONITOR, files, model_of, read, run, steps
 
 
 @pytest.mark.long
@@ -219,72 +135,6 @@ def test_groups_threads_and_waits(tmp_path: Path) -> None:
         "/a": ("calls", False),
         "/b": (None, False),
     }
-
-
-BOTH = BATTERY.replace(
-    "def main():\n    rclpy.init()\n    rclpy.spin(Battery())",
-    MONITOR.replace("GROUP", "").partition("def main")[0]
-    + "def main():\n    rclpy.init()\n    e = SingleThreadedExecutor()\n"
-    "    for n in (Battery(), Monitor()): e.add_node(n)\n    e.spin()",
-)
-
-
-def test_nodes_that_share_an_executor_are_one_node_net(tmp_path: Path) -> None:
-    found = read(files(tmp_path, both=BOTH))
-    (node,) = found.system.nodes
-    assert found.given.nodes[node.name].groups == {"of_battery": "exclusive", "of_monitor": "exclusive"}
-    assert {name: each.group for name, each in found.given.nodes[node.name].callbacks.items()} == {
-        "/level": "of_battery",
-        "/level (client)": "of_monitor",
-        "tick": "of_monitor",
-    }
-    assert any("share an executor" in line for line in found.taken)
-
-
-def test_nodes_that_share_an_executor_may_read_one_topic(tmp_path: Path) -> None:
-    """Each keeps its own callback of the topic, and one thread takes both."""
-    source = files(
-        tmp_path,
-        two="""
-        class Camera(Node):
-            def __init__(self):
-                super().__init__("camera")
-                self.out = self.create_publisher(String, "image", 3)
-                self.create_timer(0.1, self.tick)
-            def tick(self): self.out.publish(String())
-        class Reader(Node):
-            def __init__(self, name):
-                super().__init__(name)
-                self.found = self.create_publisher(String, name + "/found", 3)
-                self.create_subscription(String, "image", self.look, 3)
-            def look(self, message): self.found.publish(message)
-        def main():
-            rclpy.init()
-            e = SingleThreadedExecutor()
-            for n in (Camera(), Reader("left"), Reader("right")): e.add_node(n)
-            e.spin()
-        if __name__ == "__main__": main()
-        """,
-    )
-    found = read(source)
-    (node,) = found.system.nodes
-    assert steps(found, node.name) == {
-        "tick": ["publish /image"],
-        "/image": ["publish /left/found"],
-        "/image of /right": ["publish /right/found"],
-    }
-    model = to_model(found.system, found.given).model
-    assert [each for each in validate(model) if each.severity == "error"] == []
-    (topic,) = [each for each in channels(model, sym.TopicChannel) if each.topic == "/image"]
-    assert len(topic.subscribers) == 2
-    assert len({node_net_of(each.place) for each in topic.subscribers}) == 1
-    for page in callback_pages(model):
-        page.duration = seconds(0.01, 0.01)
-    for each in channels(model, sym.TopicChannel):
-        each.latency = seconds(0, 0)
-    bounds = Bounds(model)
-    greatest = bounds.between(end_of(model, "/image"), end_of(model, "/right/found")).greatest
-    assert greatest is not None and greatest.value >= Fraction(2, 100), "the left one may go first"
 
 
 def test_what_is_open_in_the_code_is_open_in_the_model(tmp_path: Path) -> None:
@@ -495,17 +345,6 @@ def test_people_say_in_which_order_an_executor_takes_callbacks(tmp_path: Path) -
     orders = {net.name or net.id: str(net.order) for net in node_nets(load(model))}
     assert orders == {"battery": "any", "monitor": "any"}
     given.write_text('[node."/battery"]\norder = "fifo"\n')
-    assert run("import", "-q", "--source", source, "-o", model)[0] == 2
-
-
-def test_nodes_on_one_executor_have_no_order_of_rclpy(tmp_path: Path) -> None:
-    """It takes the callbacks node by node, which an order of the joined nodes does not say."""
-    source = files(tmp_path, both=BOTH)
-    (name,) = [node.name for node in read(source).system.nodes]
-    model, given = tmp_path / "robot.sym.xmi", tmp_path / "robot.given.toml"
-    given.write_text(f'[node."{name}"]\norder = "rclcpp"\n')
-    assert run("import", "-q", "--source", source, "-o", model)[0] == 0
-    given.write_text(f'[node."{name}"]\norder = "rclpy"\n')
     assert run("import", "-q", "--source", source, "-o", model)[0] == 2
 
 
