@@ -78,7 +78,8 @@ class LeftOutTimes:
     def __str__(self) -> str:
         if not self.is_of_transitions:
             return (
-                f"declared times are left out ({self.count}, such as {self.example}); --time asks with them"
+                f"the times that the model declares are left out ({self.count}, such as {self.example};"
+                " --time takes them into account)"
             )
         return f"firing intervals are left out ({counted(self.count, 'transition')}, such as {self.example})"
 

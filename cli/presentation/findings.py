@@ -155,8 +155,8 @@ def _print_text(
         note(f"proved: {proved}")
     for assumed in report.assumed:
         note(f"proved under an assumption: {assumed}")
-    for each in report.assumes:
-        say(f"assumes: {each}")
+    for assumption in report.assumes:
+        say(f"assumes: {assumption}")
     if report.times is not None:
         say(f"note: {report.times}; answered by: {report.by}")
     elif report.by:

@@ -109,17 +109,16 @@ class Subscriber:
         Messages that were lost since the last one came.
     place : int
         The place that they come to.
-    deadline : Timer
-        When the deadline of the next message is over; it runs from the first message on.
     is_late : bool
-        Whether it is over, and there is no room for the token that says so.
+        Whether a deadline was missed and the place for missed deadlines has had no room for its token since.
     """
 
     def __init__(self, traffic: Traffic, port: SubscriberPort) -> None:
         self._traffic = traffic
         self._port = port
         self._about = {"channel": port.channel}
-        self.deadline = IDLE
+        self._deadline = IDLE
+        self._due = 0.0
         self.is_late = False
         self.place = traffic.places[port.place]
         self.seen = Senders()
@@ -171,9 +170,24 @@ class Subscriber:
         if traffic.observer.is_observing:
             traffic.came("take", self._about, port.place, token, message.id)
         if port.missed is not None and port.quality.deadline is not None:
-            self.deadline.cancel()
-            self.is_late = False
-            self.deadline = traffic.loop.timers.call_later(port.quality.deadline, self.miss)
+            self._expect_next(port.quality.deadline)
+
+    def _expect_next(self, deadline: float) -> None:
+        """Restart the deadline of the next message; one timer runs, however many messages come."""
+        timers = self._traffic.loop.timers
+        self.is_late = False
+        self._due = timers.now + deadline
+        if self._deadline is IDLE:
+            self._deadline = timers.call_later(deadline, self._look)
+
+    def _look(self) -> None:
+        """Miss the deadline, or wait on if a message came since the timer was started."""
+        timers = self._traffic.loop.timers
+        if (left := self._due - timers.now) > 0:
+            self._deadline = timers.call_later(left, self._look)
+        else:
+            self._deadline = IDLE
+            self.miss()
 
     def miss(self) -> None:
         """Put a token, as the deadline is over, or as soon as there is room and no message came before."""

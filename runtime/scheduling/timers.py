@@ -38,6 +38,11 @@ class Timers:
         self._queue: list[tuple[float, int, Timer]] = []
         self._numbers = itertools.count()
 
+    @property
+    def now(self) -> float:
+        """The time by the clock."""
+        return self._clock()
+
     def call_later(self, delay: float, action: Callable[[], None]) -> Timer:
         """Do something after a delay in seconds."""
         timer = Timer(action)

@@ -28,8 +28,8 @@ from dineros.transformations.rules import (
     timers,
 )
 from dineros.transformations.rules.actions import goals, slots
+from dineros.transformations.rules.clients import answers, living
 from dineros.transformations.rules.clients import goals as many_goals
-from dineros.transformations.rules.clients import living
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 from dineros.transformations.rules.times import latencies, orders, strikes, time_outs
 from dineros.transformations.rules.times.clocks import Clock
@@ -200,13 +200,13 @@ def _goal_histories(engine: Engine) -> Iterator[_Sum]:
     for whole, part, role in (
         (many_goals.G1, goals.A1, "requested"),
         (many_goals.G2, many_goals.G2Result, "kept"),
-        (many_goals.G3, many_goals.G3Accepted, "kept"),
+        (answers.G3, answers.G3Accepted, "kept"),
     ):
         for application in engine.applications_of(whole):
             load = application.made["load"]
             held = [each.made[role] for each in engine.applications_of(part, application.sources)]
-            if whole is many_goals.G3:
-                refused = engine.applications_of(many_goals.G3Refused, application.sources)
+            if whole is answers.G3:
+                refused = engine.applications_of(answers.G3Refused, application.sources)
                 held += [each.made[role] for each in refused]
             yield _Sum(f"{_id(load)} counts", 0, [(load, 1), *((place, -1) for place in held)])
 

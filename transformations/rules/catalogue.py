@@ -26,7 +26,7 @@ from dineros.transformations.rules import (
 )
 from dineros.transformations.rules.actions import callbacks as served
 from dineros.transformations.rules.actions import ends, feedback, goals, managed, publishing, slots
-from dineros.transformations.rules.clients import acceptances, cancels, living
+from dineros.transformations.rules.clients import acceptances, answers, cancels, living
 from dineros.transformations.rules.clients import goals as many_goals
 from dineros.transformations.rules.clients import requests as unbounded
 from dineros.transformations.rules.phases import (
@@ -163,7 +163,7 @@ FAMILIES = (
         "clients",
         "Actions of ROS 2: clients that do not wait",
         "",
-        (many_goals,),
+        (many_goals, answers),
         "They run where the middleware is `ros2`, for actions that have a client which sends a goal before "
         "its last one is over.",
     ),

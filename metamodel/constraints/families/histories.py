@@ -7,7 +7,7 @@ import math
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
-from dineros.metamodel.constraints.families.services import in_two_node_nets
+from dineros.metamodel.constraints.families.services import in_one_node_net
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.errors import DinerosError
@@ -110,8 +110,7 @@ def missed_has_deadline(port: sym.SubscriberPort, index: Index) -> Outcome:
 def missed_in_one_node_net(port: sym.SubscriberPort, index: Index) -> Outcome:
     """The place of missed deadlines belongs to the node net that takes the messages."""
     assert port.missed is not None
-    taking, told = index.node_net_of(port.place), index.node_net_of(port.missed)
-    return taking is told or in_two_node_nets(taking, told, "the place of its missed deadlines")
+    return in_one_node_net(port.place, port.missed, index, "the place of its missed deadlines")
 
 
 @constraint(

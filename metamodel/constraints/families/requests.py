@@ -8,11 +8,11 @@ from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.constraints.constraint import Outcome, constraint
-from dineros.metamodel.constraints.families.services import IN_ONE_INSTANCE, in_one_instance, in_two_node_nets
+from dineros.metamodel.constraints.families.services import IN_ONE_INSTANCE, in_one_instance, in_one_node_net
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
 
-_TOLD = "the place of its time-outs"
+_TIME_OUTS = "the place of its time-outs"
 
 
 def _tells_of_time_outs(port: sym.ClientPort, index: Index) -> bool:
@@ -58,15 +58,14 @@ def timed_out_has_timeout(port: sym.ClientPort, index: Index) -> Outcome:
 def timed_out_in_one_node_net(port: sym.ClientPort, index: Index) -> Outcome:
     """The place of a client's time-outs belongs to the node net of its requests."""
     assert port.timedOut is not None
-    asking, told = index.node_net_of(port.request), index.node_net_of(port.timedOut)
-    return asking is told or in_two_node_nets(asking, told, _TOLD)
+    return in_one_node_net(port.request, port.timedOut, index, _TIME_OUTS)
 
 
 @constraint("{it} has its request {found}", fix=IN_ONE_INSTANCE, guard=_tells_of_time_outs)
 def timed_out_in_one_instance(port: sym.ClientPort, index: Index) -> Outcome:
-    """The server instance that asked is the one that is told of a time-out."""
+    """The server instance that asked gets the token of a time-out."""
     assert port.timedOut is not None
-    return in_one_instance(port.request, port.timedOut, index, _TOLD)
+    return in_one_instance(port.request, port.timedOut, index, _TIME_OUTS)
 
 
 @constraint(
@@ -95,7 +94,7 @@ def calls_of_ros2(port: sym.ClientPort, index: Index) -> Outcome:
     guard=lambda port, index: port.timeout is not None and _waiting_callback(port, index) is not None,
 )
 def waiting_callback_is_told(port: sym.ClientPort, index: Index) -> Outcome:
-    """Where a node runs callbacks, one that waits for a response is told that the client has given up."""
+    """If a node runs callbacks, a callback that waits for a response gets the token of a time-out."""
     page = _waiting_callback(port, index)
     return port.timedOut is not None or page is None or repr(page.id)
 
@@ -113,6 +112,6 @@ def _waiting_callback(port: sym.ClientPort, index: Index) -> sym.CallbackPage | 
     guard=lambda port, index: port.timedOut is not None and runs_callbacks(index.node_net_of(port.timedOut)),
 )
 def timed_out_begins_no_callback(port: sym.ClientPort, index: Index) -> Outcome:
-    """Where a node runs callbacks, only the callback that asks is told of a time-out."""
+    """If a node runs callbacks, only the callback that asks gets the token of a time-out."""
     page = callback_page_of(port.timedOut)
     return page is None or page is callback_page_of(port.request) or describe(page)

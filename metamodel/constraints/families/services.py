@@ -89,8 +89,14 @@ def client_in_one_node_net(port: sym.ClientPort, index: Index) -> Outcome:
     return in_two_node_nets(request, response, "its response")
 
 
+def in_one_node_net(place: EObject, other: EObject, index: Index, what: str) -> Outcome:
+    """Return whether two places of a port are in one node net; if not, where both are."""
+    first, second = index.node_net_of(place), index.node_net_of(other)
+    return first is second or in_two_node_nets(first, second, what)
+
+
 def in_two_node_nets(asking: sym.NodeNet | None, other: sym.NodeNet | None, what: str) -> str:
-    """Say where a client's requests are, and where another place of it."""
+    """Name the node nets of a place of a port and of another place of it."""
     first, second = (describe(net) if net else "no node net" for net in (asking, other))
     return f"{first} and {what} in {second}"
 

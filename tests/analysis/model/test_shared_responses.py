@@ -7,14 +7,18 @@ import pytest
 from dineros.analysis.model.shared_responses import shared_responses
 from dineros.metamodel import sym
 from dineros.metamodel.build import place
-from dineros.metamodel.elements import node_net_of, pages
+from dineros.metamodel.callbacks.groups import callback_page_of
+from dineros.metamodel.elements import channels, node_net_of, pages
 from tests.support.ros2_systems.shared_services import shared_model
 
 
+def _service(model: sym.SystemModel) -> sym.ServiceChannel:
+    (service,) = channels(model, sym.ServiceChannel)
+    return service
+
+
 def _client(model: sym.SystemModel, number: int) -> sym.ClientPort:
-    (service,) = model.channels
-    assert isinstance(service, sym.ServiceChannel)
-    return service.clients[number]
+    return _service(model).clients[number]
 
 
 def _without_other_callback(model: sym.SystemModel, number: int) -> None:
@@ -47,7 +51,8 @@ def test_a_client_whose_node_has_nothing_else_to_do_takes_its_response_at_once()
     _without_other_callback(model, 0)
     (text,) = shared_responses(model)
     assert text.endswith("of client user1")
-    page = _client(model, 0).request.eContainer()
+    page = callback_page_of(_client(model, 0).request)
+    assert page is not None
     page.group = sym.CallbackGroup(id="many", kind="reentrant")
     (text,) = shared_responses(model)
     assert text.endswith("of clients user0, user1")
@@ -55,10 +60,10 @@ def test_a_client_whose_node_has_nothing_else_to_do_takes_its_response_at_once()
 
 def test_clients_in_one_node_share_an_executor_that_takes_all_responses() -> None:
     model = shared_model(1)
-    (service,) = model.channels
-    page = _client(model, 0).request.eContainer()
+    page = callback_page_of(_client(model, 0).request)
+    assert page is not None
     other = sym.ClientPort(client="again", request=place(page, "More"), response=place(page, "Got"))
-    service.clients.append(other)
+    _service(model).clients.append(other)
     assert shared_responses(model) == []
 
 
@@ -73,6 +78,6 @@ def test_nodes_that_run_the_engine_ask_again() -> None:
 
 def test_the_depth_of_the_service_is_that_of_its_clients() -> None:
     model = shared_model()
-    model.channels[0].depth = 3
+    _service(model).depth = 3
     (text,) = shared_responses(model)
     assert text.startswith("fewer than 3 responses")

@@ -13,7 +13,7 @@ DEADLINE = 0.15
 
 
 def camera(period: float, jitter: float, latency: tuple[float, float] = (0.0, 0.0)) -> sym.SystemModel:
-    """Return a timer that publishes, and a node that is told when an image is late."""
+    """Return a timer that publishes, and a node that gets a token if an image is late."""
     model = sym.SystemModel(id="silence", middleware="ros2")
     camera = node_net(model, "camera", execution="callbacks")
     on_timer = callback(camera, "OnTimer", "timer")

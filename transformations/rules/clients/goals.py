@@ -1,4 +1,4 @@
-"""Clients of actions that do not wait for the end of a goal (rules G1 to G4).
+"""Clients of actions that do not wait for the end of a goal (rules G1, G2 and G4).
 
 Such a client (`dineros.metamodel.callbacks.waiting`) sends as many goals as its node asks for. An action of
 ROS 2 is made of services, whose histories keep 10 messages. What comes to a full one is lost, or takes the
@@ -23,7 +23,6 @@ from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.actions.goals import A1, A2, A1Result, A2Reject
 from dineros.transformations.rules.actions.outcomes import Exits
 from dineros.transformations.rules.actions.slots import slots
-from dineros.transformations.rules.clients.acceptances import A9
 from dineros.transformations.rules.notation import Bound, arc, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.requests import Entrance, entering
@@ -35,7 +34,6 @@ DEPTH = 10
 
 GOALS = "goal history of action {action}"
 RESULTS = "result history of {client} of action {action}"
-ANSWERS = "answer history of {client} of action {action}"
 
 
 class GoalsPile(Query):
@@ -49,23 +47,13 @@ class GoalsPile(Query):
         return any(client.outstanding == UNLIMITED for client in action.clients)
 
 
-class HearsAnswers(Query):
-    """Whether the answer to a goal changes anything at its client, beside that it may ask for the result."""
-
-    datatype = TRUTH
-    _words = "{} hears whether goals are accepted"
-
-    @staticmethod
-    def _answer(client: sym.ActionClientPort) -> bool:
-        assert client.channel is not None
-        return client.accepted is not None or bool(client.channel.server.mayReject)
-
-
-def _load(id: str, kind: QueueKind, called: str) -> New:
+def load_of(id: str, kind: QueueKind, called: str) -> New:
+    """Return the place that counts the messages of a history."""
     return place(f"{id}.Load", means=Meaning("{queue}: load", queue=kind, called=called, part="load"))
 
 
-def _capacity(id: str, kind: QueueKind, called: str) -> New:
+def capacity_of(id: str, kind: QueueKind, called: str) -> New:
+    """Return the place that counts the free room of a history."""
     words = "{queue}: free capacity"
     means = Meaning(words, queue=kind, called=called, part="capacity", rests=True)
     return place(f"{id}.Capacity", tokens=DEPTH, means=means)
@@ -109,7 +97,8 @@ class Replaced(Fragment):
         ]
 
 
-def _replaces(kind: QueueKind, called: str, words: str) -> Meaning:
+def replaces(kind: QueueKind, called: str, words: str) -> Meaning:
+    """Return the meaning of a transition by which a message takes the place of another one."""
     return Meaning(words, step=Drop, queue=kind, called=called, part="instead")
 
 
@@ -118,8 +107,8 @@ class G1(StandardRule, phase=Phase.goals, middleware="ros2"):
 
     action = Node(sym.ActionChannel)
 
-    load = _load("{action.id}.goals", "goal", GOALS)
-    capacity = _capacity("{action.id}.goals", "goal", GOALS)
+    load = load_of("{action.id}.goals", "goal", GOALS)
+    capacity = capacity_of("{action.id}.goals", "goal", GOALS)
 
     where = [GoalsPile(action)]
 
@@ -205,8 +194,8 @@ class G2(StandardRule, phase=Phase.goals, middleware="ros2"):
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action, outstanding=UNLIMITED)
 
-    load = _load("{action.id}.client.{client.client}.results", "result", RESULTS)
-    capacity = _capacity("{action.id}.client.{client.client}.results", "result", RESULTS)
+    load = load_of("{action.id}.client.{client.client}.results", "result", RESULTS)
+    capacity = capacity_of("{action.id}.client.{client.client}.results", "result", RESULTS)
 
 
 class G2Result(StandardRule, phase=Phase.goals, middleware="ros2"):
@@ -261,7 +250,7 @@ class G2Instead(StandardRule, phase=Phase.goals, middleware="ros2"):
 
     replaced = Replaced(
         "{action.id}.client.{client.client}.results.{exit.id}.instead.{other.id}",
-        _replaces(
+        replaces(
             "result",
             RESULTS,
             "{queue} takes a result, and loses one of another outcome",
@@ -273,126 +262,6 @@ class G2Instead(StandardRule, phase=Phase.goals, middleware="ros2"):
     )
 
     where = [exit != other]
-
-
-class G3(StandardRule, phase=Phase.outcomes, middleware="ros2"):
-    """History of the answers to its goals, where it hears whether they are accepted."""
-
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action, outstanding=UNLIMITED)
-
-    load = _load("{action.id}.client.{client.client}.answers", "answer", ANSWERS)
-    capacity = _capacity("{action.id}.client.{client.client}.answers", "answer", ANSWERS)
-
-    where = [HearsAnswers(client)]
-
-
-class G3Accepted(StandardRule, phase=Phase.outcomes, middleware="ros2"):
-    """Acceptances go through it."""
-
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
-    load = Made(G3.load, of=client)
-    capacity = Made(G3.capacity, of=client)
-    told = Made(A9.told, of=client)
-    learn = Made(A9.learn, of=client)
-    past = Node(pn.Arc, source=told, target=learn)
-
-    kept = place(
-        "{action.id}.client.{client.client}.kept.accepted",
-        means=Meaning("acceptance for {client} of action {action}"),
-    )
-    queue = Entrance(
-        "{action.id}.client.{client.client}.answers.accepted",
-        source=told,
-        load=load,
-        capacity=capacity,
-        enters=entering("answer", ANSWERS, "enter", "{queue} takes an acceptance"),
-        drops=entering("answer", ANSWERS, "drop", "an acceptance for {client} of action {action} is lost"),
-        kept=[kept],
-    )
-    takes = [arc(kept, learn), arc(load, learn), arc(learn, capacity)]
-    sending = Bound(
-        told,
-        1,
-        means=Meaning("room for an acceptance for {client} of action {action}", part="way", rests=True),
-    )
-
-    lhs = [action, client, load, capacity, told, learn, past]
-    rhs = [action, client, load, capacity, told, learn, kept, *queue, *takes, *sending]
-
-
-class G3Refused(StandardRule, phase=Phase.outcomes, middleware="ros2"):
-    """So do refusals."""
-
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
-    load = Made(G3.load, of=client)
-    capacity = Made(G3.capacity, of=client)
-    refused = Made(A2Reject.refused, of=client)
-    answer = Made(A2Reject.answer, of=client)
-    learn = Node(pn.Transition, of=answer.move)
-    past = Node(pn.Arc, source=refused, target=learn)
-
-    kept = place(
-        "{action.id}.client.{client.client}.kept.rejected",
-        means=Meaning("refusal for {client} of action {action}"),
-    )
-    queue = Entrance(
-        "{action.id}.client.{client.client}.answers.rejected",
-        source=refused,
-        load=load,
-        capacity=capacity,
-        enters=entering("answer", ANSWERS, "enter", "{queue} takes a refusal"),
-        drops=entering("answer", ANSWERS, "drop", "a refusal for {client} of action {action} is lost"),
-        kept=[kept],
-    )
-    takes = [arc(kept, learn), arc(load, learn), arc(learn, capacity)]
-    sending = Bound(
-        refused,
-        1,
-        means=Meaning("room for a refusal for {client} of action {action}", part="way", rests=True),
-    )
-
-    lhs = [action, client, load, capacity, refused, answer, learn, past]
-    rhs = [action, client, load, capacity, refused, answer, learn, kept, *queue, *takes, *sending]
-
-
-class G3Instead(StandardRule, phase=Phase.outcomes, middleware="ros2"):
-    """A full history may lose an answer of the other kind, instead of the one that comes."""
-
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
-    load = Made(G3.load, of=client)
-    told = Made(A9.told, of=client)
-    refused = Made(A2Reject.refused, of=client)
-    acceptance = Made(G3Accepted.kept, of=client)
-    refusal = Made(G3Refused.kept, of=client)
-
-    accepts = Replaced(
-        "{action.id}.client.{client.client}.answers.accepted.instead",
-        _replaces(
-            "answer",
-            ANSWERS,
-            "{queue} takes an acceptance, and loses a refusal",
-        ),
-        source=told,
-        kept=acceptance,
-        lost=refusal,
-        load=load,
-    )
-    refuses = Replaced(
-        "{action.id}.client.{client.client}.answers.rejected.instead",
-        _replaces(
-            "answer",
-            ANSWERS,
-            "{queue} takes a refusal, and loses an acceptance",
-        ),
-        source=refused,
-        kept=refusal,
-        lost=acceptance,
-        load=load,
-    )
 
 
 class G4(StandardRule, phase=Phase.forgetting, middleware="ros2"):

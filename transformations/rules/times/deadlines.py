@@ -41,20 +41,20 @@ class D9(StandardRule, phase=Phase.deliveries, middleware="ros2"):
 
     channel = Node(sym.TopicChannel)
     reader = Node(sym.SubscriberPort, channel=channel)
-    told = Node(pn.Place, of=reader.missed)
+    missed = Node(pn.Place, of=reader.missed)
     history = Made(R3.queue, of=reader)
 
     taken = place(
-        "{channel.id}.deadline.{told.id}.taken",
+        "{channel.id}.deadline.{missed.id}.taken",
         means=Meaning("{subscriber} (topic {topic}) has just taken a message", part="watch"),
     )
     idle = place(
-        "{channel.id}.deadline.{told.id}.idle",
+        "{channel.id}.deadline.{missed.id}.idle",
         tokens=1,
         means=Meaning("no deadline of {subscriber} (topic {topic}) runs", part="watch", rests=True),
     )
     runs = place(
-        "{channel.id}.deadline.{told.id}.runs",
+        "{channel.id}.deadline.{missed.id}.runs",
         means=Meaning("the deadline of {subscriber} (topic {topic}) runs", part="watch", rests=True),
     )
     room = Bound(
@@ -63,18 +63,18 @@ class D9(StandardRule, phase=Phase.deliveries, middleware="ros2"):
         Meaning("{subscriber} (topic {topic}) has not just taken a message", part="watch", rests=True),
     )
     over = place(
-        "{channel.id}.deadline.{told.id}.over",
+        "{channel.id}.deadline.{missed.id}.over",
         means=Meaning("the deadline of {subscriber} (topic {topic}) is over", part="watch"),
     )
-    begin = transition("{channel.id}.deadline.{told.id}.begin", means=_restarts(), at_once=True)
-    again = transition("{channel.id}.deadline.{told.id}.again", means=_restarts(), at_once=True)
-    late = transition("{channel.id}.deadline.{told.id}.late", means=_restarts(), at_once=True)
+    begin = transition("{channel.id}.deadline.{missed.id}.begin", means=_restarts(), at_once=True)
+    again = transition("{channel.id}.deadline.{missed.id}.again", means=_restarts(), at_once=True)
+    late = transition("{channel.id}.deadline.{missed.id}.late", means=_restarts(), at_once=True)
     end = transition(
-        "{channel.id}.deadline.{told.id}.end",
+        "{channel.id}.deadline.{missed.id}.end",
         means=Meaning("the deadline of {subscriber} (topic {topic}) ends", part="unrecorded"),
     )
     miss = transition(
-        "{channel.id}.deadline.{told.id}.miss",
+        "{channel.id}.deadline.{missed.id}.miss",
         means=Meaning("{subscriber} misses a message of topic {topic}", step=Miss, queue="subscriber"),
         at_once=True,
     )
@@ -93,7 +93,7 @@ class D9(StandardRule, phase=Phase.deliveries, middleware="ros2"):
         arc(end, over),
         arc(over, miss),
         arc(miss, idle),
-        arc(miss, told),
+        arc(miss, missed),
     ]
 
 

@@ -1,0 +1,157 @@
+"""Answers to the goals of a client that does not wait (rules G3).
+
+Acceptances and refusals share a history, as the responses of a service do. They are of two kinds, so a full
+history may lose one of the other kind instead of the one that comes.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.calls import UNLIMITED
+from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language.errors import LANGUAGE
+from dineros.transformations.language.functions import Query
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.rules.actions.goals import A2Reject
+from dineros.transformations.rules.clients.acceptances import A9
+from dineros.transformations.rules.clients.goals import Replaced, capacity_of, load_of, replaces
+from dineros.transformations.rules.notation import Bound, arc, place
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.requests import Entrance, entering
+
+LANGUAGE.add(__name__)
+
+ANSWERS = "answer history of {client} of action {action}"
+
+
+class HearsAnswers(Query):
+    """Whether the answer to a goal changes anything at its client, except that it may ask for the result."""
+
+    datatype = TRUTH
+    _words = "{} hears whether goals are accepted"
+
+    @staticmethod
+    def _answer(client: sym.ActionClientPort) -> bool:
+        assert client.channel is not None
+        return client.accepted is not None or bool(client.channel.server.mayReject)
+
+
+class G3(StandardRule, phase=Phase.outcomes, middleware="ros2"):
+    """History of the answers to its goals, where it hears whether they are accepted."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action, outstanding=UNLIMITED)
+
+    load = load_of("{action.id}.client.{client.client}.answers", "answer", ANSWERS)
+    capacity = capacity_of("{action.id}.client.{client.client}.answers", "answer", ANSWERS)
+
+    where = [HearsAnswers(client)]
+
+
+class G3Accepted(StandardRule, phase=Phase.outcomes, middleware="ros2"):
+    """Acceptances go through it."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    load = Made(G3.load, of=client)
+    capacity = Made(G3.capacity, of=client)
+    told = Made(A9.told, of=client)
+    learn = Made(A9.learn, of=client)
+    past = Node(pn.Arc, source=told, target=learn)
+
+    kept = place(
+        "{action.id}.client.{client.client}.kept.accepted",
+        means=Meaning("acceptance for {client} of action {action}"),
+    )
+    queue = Entrance(
+        "{action.id}.client.{client.client}.answers.accepted",
+        source=told,
+        load=load,
+        capacity=capacity,
+        enters=entering("answer", ANSWERS, "enter", "{queue} takes an acceptance"),
+        drops=entering("answer", ANSWERS, "drop", "an acceptance for {client} of action {action} is lost"),
+        kept=[kept],
+    )
+    takes = [arc(kept, learn), arc(load, learn), arc(learn, capacity)]
+    sending = Bound(
+        told,
+        1,
+        means=Meaning("room for an acceptance for {client} of action {action}", part="way", rests=True),
+    )
+
+    lhs = [action, client, load, capacity, told, learn, past]
+    rhs = [action, client, load, capacity, told, learn, kept, *queue, *takes, *sending]
+
+
+class G3Refused(StandardRule, phase=Phase.outcomes, middleware="ros2"):
+    """So do refusals."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    load = Made(G3.load, of=client)
+    capacity = Made(G3.capacity, of=client)
+    refused = Made(A2Reject.refused, of=client)
+    answer = Made(A2Reject.answer, of=client)
+    learn = Node(pn.Transition, of=answer.move)
+    past = Node(pn.Arc, source=refused, target=learn)
+
+    kept = place(
+        "{action.id}.client.{client.client}.kept.rejected",
+        means=Meaning("refusal for {client} of action {action}"),
+    )
+    queue = Entrance(
+        "{action.id}.client.{client.client}.answers.rejected",
+        source=refused,
+        load=load,
+        capacity=capacity,
+        enters=entering("answer", ANSWERS, "enter", "{queue} takes a refusal"),
+        drops=entering("answer", ANSWERS, "drop", "a refusal for {client} of action {action} is lost"),
+        kept=[kept],
+    )
+    takes = [arc(kept, learn), arc(load, learn), arc(learn, capacity)]
+    sending = Bound(
+        refused,
+        1,
+        means=Meaning("room for a refusal for {client} of action {action}", part="way", rests=True),
+    )
+
+    lhs = [action, client, load, capacity, refused, answer, learn, past]
+    rhs = [action, client, load, capacity, refused, answer, learn, kept, *queue, *takes, *sending]
+
+
+class G3Instead(StandardRule, phase=Phase.outcomes, middleware="ros2"):
+    """A full history may lose an answer of the other kind, instead of the one that comes."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    load = Made(G3.load, of=client)
+    told = Made(A9.told, of=client)
+    refused = Made(A2Reject.refused, of=client)
+    acceptance = Made(G3Accepted.kept, of=client)
+    refusal = Made(G3Refused.kept, of=client)
+
+    accepts = Replaced(
+        "{action.id}.client.{client.client}.answers.accepted.instead",
+        replaces(
+            "answer",
+            ANSWERS,
+            "{queue} takes an acceptance, and loses a refusal",
+        ),
+        source=told,
+        kept=acceptance,
+        lost=refusal,
+        load=load,
+    )
+    refuses = Replaced(
+        "{action.id}.client.{client.client}.answers.rejected.instead",
+        replaces(
+            "answer",
+            ANSWERS,
+            "{queue} takes a refusal, and loses an acceptance",
+        ),
+        source=refused,
+        kept=refusal,
+        lost=acceptance,
+        load=load,
+    )
