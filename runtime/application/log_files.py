@@ -18,8 +18,11 @@ _PIECE = 1 << 20
 _COLLAPSE_RANGE = 8
 """Mode of `fallocate` (Linux) that removes a part of a file, so that what follows it moves to its place."""
 
-_NOT_NOW = (errno.EINTR, errno.EAGAIN, errno.EBUSY)
-"""Errors after which the log is left as it is until the next look: emptying it could lose a line."""
+_CANNOT = (errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL, errno.EPERM)
+"""Errors of a file system that cannot cut off a head; after others, such as ENOMEM, the log stays as it is
+until the next look, because emptying it could lose a line."""
+_LAST_BYTES = 4096
+"""Bytes in which the last line of a process is searched."""
 
 _fallocate = getattr(ctypes.CDLL(None, use_errno=True), "fallocate", None)
 if _fallocate is not None:
@@ -56,7 +59,7 @@ def rotate(path: Path, limit: int = LOG_BYTES) -> bool:
                 return False
             block = os.fstatvfs(file).f_bsize
             head = (size - 1) // block * block
-            older = path.with_name(f"{path.name}.1")
+            older = older_log(path)
             if head > 0 and _copy(file, max(0, head - limit), head, older) and _cut(file, head):
                 return True
             _copy(file, size - limit, None, older)
@@ -65,6 +68,40 @@ def rotate(path: Path, limit: int = LOG_BYTES) -> bool:
         finally:
             os.close(file)
     return False
+
+
+def last_line(path: Path, start: int | None) -> str:
+    """Return the last line that a process printed: of a traceback, what was raised.
+
+    Parameters
+    ----------
+    path : Path
+        The log file.
+    start : int or None
+        Where the process began to print; None: the log was rotated since, and the line may begin, or be, in
+        the older file.
+    """
+    text = _end_of(path, start or 0)
+    if start is None and len(text) < _LAST_BYTES:
+        text = _end_of(older_log(path), 0) + text
+    lines = text.decode(errors="replace").split("\n")
+    return next((" ".join(line.split())[:500] for line in reversed(lines) if line.strip()), "")
+
+
+def older_log(path: Path) -> Path:
+    """Return the file for the older part of a log."""
+    return path.with_name(f"{path.name}.1")
+
+
+def _end_of(path: Path, start: int) -> bytes:
+    with (
+        contextlib.suppress(OSError, ModelFileError),
+        os.fdopen(open_plain(path, follow_links=False), "rb") as log,
+    ):
+        size = log.seek(0, os.SEEK_END)
+        log.seek(max(start, size - _LAST_BYTES))
+        return log.read()
+    return b""
 
 
 def _cut(file: int, size: int) -> bool:
@@ -80,7 +117,7 @@ def _cut(file: int, size: int) -> bool:
     if _fallocate(file, _COLLAPSE_RANGE, 0, size) == 0:
         return True
     number = ctypes.get_errno()
-    if number in _NOT_NOW:
+    if number not in _CANNOT:
         raise OSError(number, os.strerror(number))
     return False
 

@@ -21,16 +21,14 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
-from dineros.metamodel.errors import DinerosError, ModelFileError
-from dineros.metamodel.files.reading import open_plain
+from dineros.metamodel.errors import DinerosError
 from dineros.runtime.application.line import new_line
-from dineros.runtime.application.log_files import open_log, rotate
+from dineros.runtime.application.log_files import last_line, open_log, rotate
 from dineros.runtime.nodes.health import RESTARTS
 
 CANNOT_START = 2
 """Exit status by which a process says that it cannot start: its handlers or parameters are wrong, say."""
 
-_LAST_BYTES = 4096
 _LONGEST = 1.0
 _LONGEST_BLIND = 0.05
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
@@ -135,8 +133,8 @@ class _Child:
     failures: list[float] = field(default_factory=list)
     start_at: float | None = None
     is_done: bool = False
-    log_start: int = 0
-    """Size of the log when the process was started."""
+    log_start: int | None = 0
+    """Size of the log when the process was started; None if the log was rotated since."""
     vain_starts: int = 0
     """How often it could not start, in a row."""
     restarts: int = 0
@@ -228,7 +226,7 @@ class Supervisor:
         now = time.monotonic()
         for child in self._children:
             if rotate(child.plan.log):
-                child.log_start = 0
+                child.log_start = None
             if child.process is not None and child.process.poll() is not None:
                 self._ended(child, now)
             elif child.start_at is not None and now >= child.start_at:
@@ -297,7 +295,7 @@ class Supervisor:
     def _ended(self, child: _Child, now: float) -> None:
         assert child.process is not None
         status = child.process.returncode
-        said = "" if status == 0 else _last_line(child)
+        said = "" if status == 0 else last_line(child.plan.log, child.log_start)
         self._tell(child, "ended" if status == 0 else "failed", status, said)
         child.gone()
         if status == 0:
@@ -345,19 +343,6 @@ def status_text(status: int | None) -> str:
     if status is not None and status < 0:
         return f"signal {signal.Signals(-status).name}"
     return f"exit status {status}"
-
-
-def _last_line(child: _Child) -> str:
-    """Return the last line that a process printed: of a traceback, what was raised."""
-    with (
-        contextlib.suppress(OSError, ModelFileError),
-        os.fdopen(open_plain(child.plan.log, follow_links=False), "rb") as log,
-    ):
-        size = log.seek(0, os.SEEK_END)
-        log.seek(max(child.log_start, size - _LAST_BYTES))
-        lines = log.read().decode(errors="replace").split("\n")
-        return next((" ".join(line.split())[:500] for line in reversed(lines) if line.strip()), "")
-    return ""
 
 
 def _send(process: subprocess.Popen[bytes], number: signal.Signals) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.runtime.application.log_files import rotate
+from dineros.runtime.application.log_files import last_line, rotate
 from dineros.runtime.application.supervisor import (
     ProcessEvent,
     ProcessPlan,
@@ -278,7 +278,22 @@ def test_the_log_of_a_process_has_a_limited_size(tmp_path: Path, monkeypatch: py
     assert sorted(path.name for path in tmp_path.glob("node*")) == ["node.log", "node.log.1"]
 
 
-@pytest.mark.parametrize(("number", "is_rotated"), [(errno.EINTR, False), (errno.EOPNOTSUPP, True)])
+@pytest.mark.parametrize(
+    ("older", "log"), [("older\nline\ntoo", " bad\n"), ("older\ntoo bad\n", ""), ("older\n", "too bad\n")]
+)
+def test_the_last_line_of_a_process_may_be_in_both_parts_of_its_log(
+    tmp_path: Path, older: str, log: str
+) -> None:
+    path = tmp_path / "node.log"
+    path.write_text(log)
+    path.with_name("node.log.1").write_text(older)
+    assert last_line(path, None) == "too bad"
+    assert last_line(path, 0) == log.strip(), "a process that began after the rotation did not print the rest"
+
+
+@pytest.mark.parametrize(
+    ("number", "is_rotated"), [(errno.EINTR, False), (errno.ENOMEM, False), (errno.EOPNOTSUPP, True)]
+)
 def test_a_log_is_not_emptied_if_its_head_cannot_be_cut_off_now(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, is_rotated: bool
 ) -> None:
