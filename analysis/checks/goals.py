@@ -77,13 +77,13 @@ class Goals(Question):
         "note",
         "A request to cancel a goal can come when the goal is over.",
         "{client} of action {action} can ask to cancel too late: "
-        "the goal is over before the server hears of it",
+        "the goal is over before the server receives the request",
     )
     UNHEARD = Fault(
         "cancel-never-heard",
         "warning",
-        "A request to cancel a goal is never heard.",
-        "no request of {client} to cancel a goal of action {action} is ever heard{reason}",
+        "A request to cancel a goal never reaches its server.",
+        "no request of {client} to cancel a goal of action {action} ever reaches the server{reason}",
     )
     OVERTAKEN = Fault(
         "goals-overtake",
@@ -95,7 +95,7 @@ class Goals(Question):
         "result-not-fetched",
         "warning",
         "A goal ends in a way that its client does not learn of.",
-        "nobody fetches the result where a goal of {client} of action {action} is {outcome}",
+        "no client fetches the result if a goal of {client} of action {action} ends as {outcome}",
     )
     faults = (NOT_ACCEPTED, ENDLESS, LATE, UNHEARD, OVERTAKEN, NOT_FETCHED)
     asks = "what can become of goals"
@@ -197,7 +197,7 @@ class Cancels(Question):
     """Whether servers hear of requests to cancel: the part of `Goals` that threads decide."""
 
     faults = (Goals.UNHEARD,)
-    asks = "whether requests to cancel goals are heard"
+    asks = "whether the server receives requests to cancel goals"
 
     def ask(self, checked: Checked) -> None:
         """Look at the goals of each client of each action."""
@@ -219,7 +219,7 @@ def unheard(checked: Checked, client: _Client) -> None:
         reason, witness = _why_unheard(client.channel), firing_witness(checked, client.asks)
         Goals.add(checked, client, Goals.UNHEARD, witness, reason=reason)
     elif can_ask is not False and can_hear is None:
-        question = f"whether a request of {client.words} to cancel a goal is heard"
+        question = f"whether a request of {client.words} to cancel a goal reaches the server"
         checked.leave_open(question, checked.why_open)
 
 

@@ -166,7 +166,7 @@ class GoalFlow:
         if not any(map(self._player.is_enabled, self._steps.get(key, ()))):
             action = self._net.names_in_ros[goal.channel]
             outside = f"a program outside of the model asks to cancel goals of {action}, too"
-            reason = f"nobody has asked to cancel goal {goal.id}"
+            reason = f"no client has asked to cancel goal {goal.id}"
             return Waiting(reason, self._clients(goal.channel), outside)
         return self._fire_one(record, key)
 

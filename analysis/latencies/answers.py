@@ -295,7 +295,7 @@ class Latencies:
         found: list[tuple[Measured, bool]] = []
         for path in paths:
             if mixed := next(filter(_is_mixed, path.callbacks), None):
-                reason = f"runs of callback {label(mixed)} overlap and wait, so they cannot be told apart"
+                reason = f"runs of callback {label(mixed)} overlap and wait, so they cannot be distinguished"
                 return Latency(None, None, None, False, reason)
             try:
                 observer = Observer(self._parts, self._explored, path)

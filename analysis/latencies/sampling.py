@@ -35,7 +35,7 @@ def place_of_value(parts: Parts, explored: Explored, stored: Stored) -> str:
     at = explored.net.untimed.places.index(found[0])
     if int(explored.markings[:, at].max()) > 1:
         raise NotFollowedError(
-            f"place {label(stored.place)} holds several values, which cannot be told apart"
+            f"place {label(stored.place)} holds several values, which cannot be distinguished"
         )
     return found[0]
 

@@ -49,7 +49,7 @@ WORDS = {
     "action": "a goal of {on}",
     "handler": "its handler {on}",
     "room": "room on {on}",
-    "proceed": "being told to continue: {on}",
+    "proceed": "a command to continue: {on}",
 }
 
 
@@ -81,7 +81,7 @@ def table_of(overview: Overview, width: int) -> Group:
         ]
         table.add_row(*row[: len(table.columns)])
     lines = [Text(text, style=style) for text, style in notes_of(nodes)]
-    return Group(table, *lines) if nodes else Group(Text("no node is heard on /diagnostics yet"))
+    return Group(table, *lines) if nodes else Group(Text("no node has reported on /diagnostics yet"))
 
 
 def _fill(view: NodeView) -> tuple[str, str]:
@@ -176,7 +176,7 @@ def show_once(domain: int, reach: Reach, seconds: float, as_json: bool) -> int:
             console = Console(highlight=False, markup=False, emoji=False)
             console.print(table_of(overview, console.width))
         else:
-            warn(f"no node is heard on /diagnostics in the domain {domain}, reach {reach}")
+            warn(f"no node reports on /diagnostics in the domain {domain}, reach {reach}")
         return 0 if overview.nodes() else NOBODY
 
 

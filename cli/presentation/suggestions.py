@@ -74,7 +74,7 @@ def say_callback_groups(
             say(f"{which}: {words}: {' '.join(f'--set {shlex.quote(each)}' for each in settings)}")
     if found.is_found:
         heard = any(fault.rule == "cancel-never-heard" for fault in found.faults)
-        waits = "no callback waits forever" + (", requests to cancel are heard" if heard else "")
+        waits = "no callback waits forever" + (", requests to cancel reach the server" if heard else "")
         with_it = ", and no queue overflows that did not before" if found.changes else ""
         least = "; no smaller change is enough" if found.changes and found.is_proved else ""
         say(f"proved: {waits}{with_it}{least}")

@@ -195,7 +195,7 @@ def _wheels_setup(workspace: Path) -> str | None:
         raise BuildError(
             f"cannot be built: {done.stderr.strip()}",
             location=Location(workspace),
-            hint=f"let somebody who may write there run: {shlex.join(command)}",
+            hint=f"a user who may write there can run: {shlex.join(command)}",
         )
     return done.stdout.strip() or None
 

@@ -96,9 +96,9 @@ def left_over(path: Path, shown: str, entry: DeveloperEntry, plan: Plan) -> Noti
     if likely is not None:
         move = shlex.join(["git", "mv", "-f", shown, likely])
         hint = f"if {entry.node} is {plan.developer[likely].node} now, move it: {move}"
-    message = f"belongs to {entry.node}, which is not a node net any more; it is left as it is"
+    message = f"belongs to {entry.node}, which is not a node net any more; it is kept"
     if entry.node in plan.instances:
-        message = "is used no longer; it is left as it is"
+        message = "is no longer used; it is kept"
     return Notice("left-over", shown, message, hint, stays=True)
 
 

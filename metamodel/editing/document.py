@@ -353,7 +353,9 @@ class Document:
         """
         if not over and self.disk() == "changed":
             raise ModelFileError(
-                "was changed by somebody else", location=Location(self.path), hint="compare, then choose one"
+                "was changed by another program or person",
+                location=Location(self.path),
+                hint="compare, then choose one",
             )
         content = self.content()
         write_atomically(self.path, content.data)

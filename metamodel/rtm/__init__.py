@@ -318,11 +318,11 @@ class ActionClientPort(PlacePort):
     client : str
         Id of the client.
     succeeded : sym.Place | None
-        Receives results of goals that succeeded; absent: nobody fetches them.
+        Receives results of goals that succeeded; absent: no client fetches them.
     aborted : sym.Place | None
-        Receives results of goals that were aborted; absent: nobody fetches them.
+        Receives results of goals that were aborted; absent: no client fetches them.
     canceled : sym.Place | None
-        Receives results of goals that were canceled; absent: nobody fetches them.
+        Receives results of goals that were canceled; absent: no client fetches them.
     accepted : sym.Place | None
         Gets a token when the client learns that the server has accepted a goal; absent: it does not ask.
     rejected : sym.Place | None

@@ -1110,11 +1110,11 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     goal : pn.Place
         Holds goals to be sent.
     succeeded : pn.Place | None
-        Receives results of goals that succeeded; absent: nobody fetches them.
+        Receives results of goals that succeeded; absent: no client fetches them.
     aborted : pn.Place | None
-        Receives results of goals that were aborted; absent: nobody fetches them.
+        Receives results of goals that were aborted; absent: no client fetches them.
     canceled : pn.Place | None
-        Receives results of goals that were canceled; absent: nobody fetches them.
+        Receives results of goals that were canceled; absent: no client fetches them.
     accepted : pn.Place | None
         Gets a token when the client learns that the server has accepted a goal; absent: it does not ask.
     rejected : pn.Place | None

@@ -110,7 +110,7 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
             yield finding(LOOPS, effect, f"may loop forever ({effect.what}): {effect.how}")
         elif effect.do == "input" and not is_asked:
             is_asked = True
-            yield finding(WAITS, effect, "waits for somebody to type")
+            yield finding(WAITS, effect, "waits for keyboard input")
         elif effect.do == "send_goal" and effect.how == "async and ignored":
             yield finding(IGNORES, effect, f"ignores what becomes of its goal of {effect.what}")
         elif (effect.do, effect.what) == ("create", "client") and not _destroys(callback):

@@ -22,17 +22,20 @@ QUALITY = Fault(
 TYPE = Fault(
     "types-differ",
     "error",
-    "Nodes use one name with different types: they do not hear each other.",
+    "Nodes use one name with different types: they do not communicate.",
     "{name} has different types: {types}",
 )
 UNHEARD = Fault(
-    "topic-unheard", "warning", "Nobody hears a topic.", "nobody hears {topic}, which {nodes} publishes"
+    "topic-unheard",
+    "warning",
+    "No node subscribes to a topic.",
+    "no node subscribes to {topic}, which {nodes} publishes",
 )
 UNFILLED = Fault(
     "topic-unfilled",
     "warning",
-    "Nobody publishes on a topic that somebody hears.",
-    "nobody publishes {topic}, which {nodes} hears",
+    "No node publishes a topic that a node subscribes to.",
+    "no node publishes {topic}, to which {nodes} subscribes",
 )
 NEAR = Fault(
     "names-near",
@@ -44,7 +47,7 @@ UNSERVED = Fault(
     "service-unserved",
     "warning",
     "Nobody serves what a node calls.",
-    "nobody serves {name}, which {nodes} calls",
+    "no node serves {name}, which {nodes} calls",
 )
 SERVERS = Fault(
     "servers-share-name",

@@ -204,13 +204,9 @@ class _CodedNode:
                 self._taken.add(f"{self.at(entity.at)}: the type is {entity.type}; the first is taken")
                 entity.type = several[1]
             if name is None:
-                self._taken.lack(
-                    f"{self.at(entity.at)}: left out of the model, as its name is {entity.name}"
-                )
+                self._taken.lack(f"{self.at(entity.at)}: left out of the model, as its name is {entity.name}")
             elif is_open(entity.type):
-                self._taken.lack(
-                    f"{self.at(entity.at)}: left out of the model, as its type is {entity.type}"
-                )
+                self._taken.lack(f"{self.at(entity.at)}: left out of the model, as its type is {entity.type}")
             elif entity.details.get("conditional") and (chosen.setdefault(name, entity).type != entity.type):
                 line = chosen[name].at.line
                 self._taken.lack(
@@ -365,9 +361,7 @@ class _CodedNode:
         if isinstance(threads, int):
             return threads
         if threads == "processors":
-            self._taken.add(
-                f"{self.at(self.fact.at)}: as many threads as processors; {PROCESSORS} are taken"
-            )
+            self._taken.add(f"{self.at(self.fact.at)}: as many threads as processors; {PROCESSORS} are taken")
             return PROCESSORS
         if not self.is_spun:
             self._taken.add(

@@ -54,9 +54,7 @@ def _heard(names: list[str], nodes: Mapping[str, ObservedNode]) -> dict[str, Obs
     found: dict[str, ObservedNode] = {}
     for name in names:
         ports = nodes[name].subscribers
-        keyed = tuple(
-            replace(port, reader=name) if port.topic in read else port for port in ports
-        )
+        keyed = tuple(replace(port, reader=name) if port.topic in read else port for port in ports)
         read |= {port.topic for port in ports}
         if any(port.reader for port in keyed):
             found[name] = replace(nodes[name], subscribers=keyed)

@@ -165,6 +165,6 @@ def inherited_line() -> Line | None:
             end.detach()
             raise ValueError(given)
     except (ValueError, OverflowError, OSError):
-        LOG.warning("%s names no line to a supervisor: nobody steers this node from a page", LINE)
+        LOG.warning("%s names no line to a supervisor: no page can steer this node", LINE)
         return None
     return Line(end)

@@ -200,7 +200,7 @@ class MqttSignals:
         assert self._source is not None
         refused = [topic for topic, reason in zip(self._targets, reasons, strict=False) if reason.is_failure]
         if refused:
-            self._failed(f"lets nobody of this name subscribe to {', '.join(refused)}")
+            self._failed(f"does not let this name subscribe to {', '.join(refused)}")
             return
         self._source.connected(True)
         self._subscribed.set()

@@ -166,7 +166,7 @@ class Expectations:
             return
         if number in self._stale:
             self._stale.discard(number)
-            LOG.warning("the signal %s is heard again", self._names[number])
+            LOG.warning("the signal %s is set again", self._names[number])
             self._watch(number)
         else:
             self._heard[number] = self._loop.clock()
@@ -196,7 +196,7 @@ class Expectations:
         does = {"keep": "it keeps its value", "stop": "the net stops"}.get(
             str(then), f"it becomes {str(then).lower()}"
         )
-        text = f"the signal {self._names[number]} is stale: not heard for {expectation.seconds:g} s; {does}"
+        text = f"the signal {self._names[number]} is stale: not set for {expectation.seconds:g} s; {does}"
         LOG.error("%s", text)
         self._target.tell_error(text, "halt" if then == "stop" else None)
         if isinstance(then, bool):

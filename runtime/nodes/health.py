@@ -302,5 +302,5 @@ def _concerns(
             yield Concern("handler-time", load.transition, text)
     for signal in signals:
         if signal.is_stale:
-            text = f"the signal {signal.signal} is stale: not heard for {signal.limit or 0:g} s"
+            text = f"the signal {signal.signal} is stale: not set for {signal.limit or 0:g} s"
             yield Concern("signal-age", signal.signal, text)

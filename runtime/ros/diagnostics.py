@@ -73,7 +73,7 @@ class Diagnostics:
         try:
             from diagnostic_msgs.msg import DiagnosticArray
         except ImportError:
-            LOG.warning("nothing is told on %s: install ROS's package diagnostic_msgs", TOPIC)
+            LOG.warning("nothing is reported on %s: install the ROS package diagnostic_msgs", TOPIC)
             return None
         from rclpy.event_handler import PublisherEventCallbacks
 
@@ -98,7 +98,7 @@ class Diagnostics:
             try:
                 self._publish(replace(latest, status=status))
             except Exception:
-                LOG.debug("a change of the status is not told on %s", TOPIC, exc_info=True)
+                LOG.debug("a change of the status is not reported on %s", TOPIC, exc_info=True)
 
     def _publish(self, health: Health) -> None:
         with self._lock:

@@ -94,8 +94,8 @@ from dineros.cli.options import (
     "--stale-after",
     multiple=True,
     metavar="SIGNAL=SECONDS[:THEN]",
-    help="Notice when nobody sets this signal for so long; then keep its value (keep), stop its node (stop), "
-    "or give it a value (true, false). Repeatable.",
+    help="Notice when this signal has not been set for so long; then keep its value (keep), stop its "
+    "node (stop), or give it a value (true, false). Repeatable.",
 )
 @middleware_option
 @settings_option

@@ -64,7 +64,7 @@ def callbacks_under_ros2(node_net: sym.NodeNet, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} has no transition that can be told to begin its callback",
+    "{it} has no transition from which it is clear that it begins its callback",
     fix="set the kind of the transition that begins it to start",
     guard=lambda page, index: page.kind == sym.CallbackKind.timer and _has_executors(index),
 )
@@ -77,7 +77,7 @@ def timer_callback_begins(page: sym.CallbackPage, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} has no transition that can be told to end its callback",
+    "{it} has no transition from which it is clear that it ends its callback",
     fix="set the kind of the transition that ends it to end",
     guard=lambda page, index: (
         _runs(page, index) and page.kind not in (sym.CallbackKind.server, sym.CallbackKind.goal)

@@ -125,7 +125,7 @@ def missed_begins_no_callback(port: sym.SubscriberPort, index: Index) -> Outcome
 
 
 @constraint(
-    "{it} names a place for missed deadlines, which the rules of ros1 know nothing of",
+    "{it} names a place for missed deadlines, which the rules of ros1 do not have",
     fix="set the model's middleware to ros2, or name no place",
     severity="warning",
     guard=lambda port, index: (

@@ -218,7 +218,7 @@ def token_type_name_valid(token_type: sym.TokenType, index: Index) -> Outcome:
     return bool(re.fullmatch(r"[A-Z][A-Za-z0-9]*", label(token_type))) or repr(label(token_type))
 
 
-_RESERVED = "rename it: each node has topics and services of its own beside those of the model"
+_RESERVED = "rename it: each node also has topics and services of its own"
 
 
 def _ros_name_of(channel: sym.Channel) -> str:

@@ -69,7 +69,7 @@ def timed_out_in_one_instance(port: sym.ClientPort, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} has {found}, which the rules of ros1 know nothing of",
+    "{it} has {found}, which the rules of ros1 do not have",
     fix="set the model's middleware to ros2, or remove it",
     severity="warning",
     guard=lambda port, index: (

@@ -73,7 +73,7 @@ def server_page_not_shared(port: sym.ServerPort, index: Index) -> Outcome:
     return first is port or describe(first)
 
 
-@constraint("{it} has a server page inside {found}, which is one too", fix="put the pages beside each other")
+@constraint("{it} has a server page inside {found}, which is one too", fix="put the pages side by side")
 def server_page_not_nested(port: sym.ServerPort, index: Index) -> Outcome:
     """A server page stands on no other server page."""
     outer = index.server_page_of(port.page.page) if port.page.page is not None else None

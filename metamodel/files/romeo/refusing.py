@@ -83,7 +83,7 @@ class Attributes:
         for inner in self.xml.iterchildren("update"):
             if _has_code(inner):
                 raise Attributes(inner, self._path).error(
-                    "an update is not read", "variables beside the places are not analysed"
+                    "an update is not read", "variables other than places are not analysed"
                 )
 
     def refuse_arc(self) -> None:

@@ -67,7 +67,7 @@ SEED = Parameter("seed", -1, "Seed of the firing selection; -1: another one in e
 DIAGNOSTICS_PERIOD = Parameter(
     "diagnostics_period",
     1.0,
-    "Seconds between two looks at how the node fares, told on /diagnostics; 0: it does not look.",
+    "Seconds between two reports of the node's state on /diagnostics; 0: no reports.",
     0.0,
     3600.0,
 )
@@ -99,7 +99,7 @@ def stale_parameters(signals: Iterable[str]) -> dict[str, tuple[Parameter, Param
             Parameter(
                 f"stale_after.{name}",
                 0.0,
-                f"Seconds after which {id} is stale if nobody sets it; 0: never.",
+                f"Seconds after which {id} is stale if it is not set; 0: never.",
                 0.0,
                 86400.0 * 365,
             ),

@@ -125,8 +125,8 @@ def test_a_cancel_that_is_never_heard(threads: int, awaits: bool, is_heard: bool
         []
         if is_heard
         else [
-            "no request of client office0 to cancel a goal of action /deliver is ever heard: while a goal "
-            "is worked on, that has the only thread of node net robot"
+            "no request of client office0 to cancel a goal of action /deliver ever reaches the server: while "
+            "a goal is worked on, that has the only thread of node net robot"
         ]
     )
     assert of_rule(report, "cancel-too-late")
@@ -197,7 +197,7 @@ def test_a_result_that_nobody_fetches() -> None:
     (finding,) = of_rule(asked(model), "result-not-fetched")
     assert (
         finding.message
-        == "nobody fetches the result where a goal of client office0 of action /deliver is aborted"
+        == "no client fetches the result if a goal of client office0 of action /deliver ends as aborted"
     )
     for transition in ("Break",):
         page = find(model, "Deliver", pn.Page)

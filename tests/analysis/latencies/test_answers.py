@@ -164,7 +164,7 @@ def test_the_order_of_requests_of_several_clients_is_not_kept() -> None:
 def test_overlapping_runs_that_wait_are_not_told_apart() -> None:
     found = asked(calling("reentrant")).everything().callbacks["ask"]
     assert found.least is None and found.greatest is None and not found.is_exact
-    assert found.reason == "runs of callback ask overlap and wait, so they cannot be told apart"
+    assert found.reason == "runs of callback ask overlap and wait, so they cannot be distinguished"
 
 
 def test_wrong_questions_are_refused() -> None:

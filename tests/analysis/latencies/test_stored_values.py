@@ -164,7 +164,7 @@ def test_a_place_with_several_values_is_not_followed() -> None:
     found = between(model, "sense", "sample")
     assert (
         found.greatest is None
-        and found.reason == "place last.value holds several values, which cannot be told apart"
+        and found.reason == "place last.value holds several values, which cannot be distinguished"
     )
 
 

@@ -113,7 +113,7 @@ def test_signal_that_nobody_sets(run: Run, model: Path) -> None:
     result = run(*arguments, "--stale-after", "Button=2:true")
     assert result.exit_code == 0, result.stderr
     assert "6 firings, 0 drops, 1 error," in result.stdout
-    assert "the signal Button is stale: not heard for 2 s; it becomes true" in result.stderr
+    assert "the signal Button is stale: not set for 2 s; it becomes true" in result.stderr
     assert run(*arguments, "--stale-after", "Button=2").exit_code == 3
 
 

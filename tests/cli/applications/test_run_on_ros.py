@@ -43,7 +43,7 @@ def test_a_model_runs_as_one_process_per_node(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
     assert done.stdout.startswith("the condition holds; marked: Noted 3\nconformance: conforms, ")
     stale, *said = (tmp_path / "traces/talker.log").read_text().splitlines()
-    assert stale.endswith("the signal Button is stale: not heard for 0.1 s; it becomes true")
+    assert stale.endswith("the signal Button is stale: not set for 0.1 s; it becomes true")
     assert said == ["said"] * 3
 
 

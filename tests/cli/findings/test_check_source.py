@@ -142,7 +142,7 @@ def test_a_baseline_makes_it_a_gate_that_moved_lines_do_not_open(robot: Path) ->
     assert check("--source", "src", "--baseline", "known.json").exit_code == 0
     (robot / "monitor.py").write_text(MONITOR.replace("# WAITS", "; input('?')"))
     found = check("--source", "src", "--baseline", "known.json")
-    assert found.exit_code == 1 and "waits for somebody to type [code-waits]" in found.stdout
+    assert found.exit_code == 1 and "waits for keyboard input [code-waits]" in found.stdout
 
 
 def test_the_page_shows_the_code_around_each_line(robot: Path) -> None:

@@ -19,7 +19,7 @@ CAUSE = (
     "the default callback group and the only thread, which OnTimer itself holds"
 )
 DEAD = "transition Go of node net boss can never fire"
-LOST = "nobody fetches the result where a goal of client boss of action /act is succeeded"
+LOST = "no client fetches the result if a goal of client boss of action /act ends as succeeded"
 
 
 @pytest.fixture

@@ -256,7 +256,7 @@ def test_a_renamed_node_leaves_its_developers_files(workspace: Path) -> None:
     comparison = generate(model, workspace, OPTIONS)
     new = "src/head_waiter/head_waiter/handlers.py"
     said = (
-        f"{WAITER}: belongs to waiter, which is not a node net any more; it is left as it is "
+        f"{WAITER}: belongs to waiter, which is not a node net any more; it is kept "
         f"(if waiter is head_waiter now, move it: git mv -f {WAITER} {new}) [left-over]"
     )
     assert said in notices(comparison)

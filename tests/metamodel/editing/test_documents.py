@@ -193,7 +193,7 @@ def test_a_file_that_others_changed_is_not_written(tmp_path: Path) -> None:
     save(other, file)
     theirs = file.read_bytes()
     assert document.disk() == "changed" and document.on_disk().name == "by somebody else"
-    with pytest.raises(ModelFileError, match="was changed by somebody else"):
+    with pytest.raises(ModelFileError, match="was changed by another program or person"):
         document.save()
     assert file.read_bytes() == theirs
     epoch = document.epoch

@@ -69,7 +69,7 @@ def test_services() -> None:
         ObservedNode("/b", servers=(trigger("/plan"),), clients=(trigger("/plam"),)),
     )
     assert "/plan has several servers: /a, /b" in messages["servers-share-name"]
-    assert "nobody serves /plam, which /b calls" in messages["service-unserved"]
+    assert "no node serves /plam, which /b calls" in messages["service-unserved"]
     assert "names-near" in messages
 
 

@@ -74,7 +74,7 @@ class TestStale:
         node.run_until_idle()
         state = net.inspect()
         assert (state.stale, state.signals["A"], state.halted) == (("A",), True, None)
-        assert "the signal A is stale: not heard for 2 s; it becomes true" in state.errors[0].error
+        assert "the signal A is stale: not set for 2 s; it becomes true" in state.errors[0].error
         assert [record["source"] for record in recorder.records if record["event"] == "signal"] == ["stale"]
         net.signal("A").set(False)
         node.run_until_idle()

@@ -100,7 +100,7 @@ parts["levels"] = [[each.successful, each.reason] for each in map(set_level, ("l
     )
     assert parts["/office: places"][2]["Pile"] == "0"
     level, text, signals, _ = parts["/office: signals"]
-    assert (level, text) == (1, "the signal Open is stale: not heard for 0.1 s")
+    assert (level, text) == (1, "the signal Open is stale: not set for 0.1 s")
     assert signals["Open"].startswith("true ")
     (handler,) = parts["/office: handlers"][2].items()
     assert handler[0] == "TSend send"

@@ -275,7 +275,7 @@ def small_letter(small: Small) -> None:
     small["Token"].name = "token"
 
 
-_RENAME = "rename it: each node has topics and services of its own beside those of the model"
+_RENAME = "rename it: each node also has topics and services of its own"
 
 
 @CASES.breaks(

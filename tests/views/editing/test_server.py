@@ -197,7 +197,7 @@ def test_a_file_that_others_change_is_noticed_and_compared(file: Path, edit: Edi
         while tab.state["disk"] != "changed":
             tab.hear()
         refused = tab.ask("save")
-        assert "was changed by somebody else" in refused["reason"]
+        assert "was changed by another program or person" in refused["reason"]
         with urlopen(handle.url.replace("/?", "/compare?"), timeout=60) as answer:
             page = answer.read().decode()
         assert "was said" in page and '"change":"changed"' in page

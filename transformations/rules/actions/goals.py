@@ -119,7 +119,7 @@ class A1Result(StandardRule, phase=Phase.goals):
 
 
 class A1Fetch(StandardRule, phase=Phase.goals):
-    """They go to the place of the client, where it names one; otherwise nobody fetches them."""
+    """They go to the place of the client, where it names one; otherwise no client fetches them."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action)

@@ -25,7 +25,7 @@ def callbacks_of_ros1(small: Small) -> None:
 
 @CASES.breaks(
     "timer-callback-begins",
-    "callback page 'Clock' has no transition that can be told to begin its callback",
+    "callback page 'Clock' has no transition from which it is clear that it begins its callback",
     "set the kind of the transition that begins it to start",
     of=callbacks,
 )
@@ -37,7 +37,7 @@ def timer_in_a_circle(small: Small) -> None:
 
 @CASES.breaks(
     "callback-ends",
-    "callback page 'Hear' has no transition that can be told to end its callback",
+    "callback page 'Hear' has no transition from which it is clear that it ends its callback",
     "set the kind of the transition that ends it to end",
     of=callbacks,
 )

@@ -180,7 +180,7 @@ def another_callback_misses(small: Small) -> None:
 
 @CASES.breaks(
     "deadlines-of-ros2",
-    f"{HEARD} names a place for missed deadlines, which the rules of ros1 know nothing of",
+    f"{HEARD} names a place for missed deadlines, which the rules of ros1 do not have",
     "set the model's middleware to ros2, or name no place",
 )
 def deadline_of_ros1(small: Small) -> None:

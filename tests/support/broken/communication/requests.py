@@ -83,7 +83,7 @@ def told_an_instance(small: Small) -> None:
 
 @CASES.breaks(
     "calls-of-ros2",
-    f"{CLIENT} has 2 requests under way and a time-out of 0.5 s, which the rules of ros1 know nothing of",
+    f"{CLIENT} has 2 requests under way and a time-out of 0.5 s, which the rules of ros1 do not have",
     "set the model's middleware to ros2, or remove it",
 )
 def calls_under_ros1(small: Small) -> None:

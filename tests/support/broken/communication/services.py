@@ -85,7 +85,7 @@ def two_services(small: Small) -> None:
 @CASES.breaks(
     "server-page-not-nested",
     "server port of service channel 'other' has a server page inside callback page 'serve', which is one too",
-    "put the pages beside each other",
+    "put the pages side by side",
 )
 def page_in_page(small: Small) -> None:
     page = pn.Page(id="inner", page=small["serve"])
