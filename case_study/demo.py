@@ -130,7 +130,7 @@ def report(seconds: float) -> None:
             elif isinstance(record, Fire):
                 given_up += record.transition.endswith("Abort")
             elif isinstance(record, Signal):
-                visits += record.signal == "Danger" and record.value
+                visits += record.signal == "Danger" and record.value is True
     print("\n== Report")
     for data in shown:
         errors = "; ".join(json.dumps(error) for error in data["errors"])  # type: ignore[union-attr]

@@ -23,7 +23,7 @@ A step of a system model says what it takes and what it puts, on whichever pages
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 
 from dineros.metamodel import pn, sym
@@ -74,7 +74,7 @@ def _arc(source: pn.Node, target: pn.Node, weight: int, kind: str) -> pn.Arc:
 def node_net(
     model: sym.SystemModel,
     id: str,
-    signals: Iterable[str] = (),
+    signals: Iterable[str] | Mapping[str, Sequence[str]] = (),
     package: str | None = None,
     *,
     namespace: str | None = None,
@@ -92,8 +92,9 @@ def node_net(
         The model.
     id : str
         Id and name of the node.
-    signals : iterable of str
-        Ids of its input signals.
+    signals : iterable of str, or mapping of str to sequence of str
+        Ids of its input signals. A mapping gives the values of each, the first of them at the start; a signal
+        without values is false at the start.
     package : str, optional
         The ROS package that it becomes.
     namespace : str, optional
@@ -122,8 +123,11 @@ def node_net(
         reaction=reaction,
         net=model,
     )
-    for signal in signals:
-        sym.InputSignal(id=signal, name=signal, node=made)
+    valued = signals if isinstance(signals, Mapping) else dict.fromkeys(signals, ())
+    for signal, values in valued.items():
+        sym.InputSignal(
+            id=signal, name=signal, node=made, values=[sym.SignalValue(name=value) for value in values]
+        )
     return made
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
 SET_SIGNAL, SIGNALS, SIGNALS_WANTED, STATE = "set_signal", "signals", "signals_wanted", "state"
 """A service and topics of each node, under its own name: what sets its signals, and how it is."""
@@ -130,27 +130,31 @@ def full_name(name: str, namespace: str, node: str) -> str | None:
     return name if name.startswith("/") else f"{above}/{name}"
 
 
-def reserved_services(own: str, signals: Iterable[str], is_managed: bool) -> dict[str, str]:
+def reserved_services(own: str, signals: Mapping[str, Sequence[str]], is_managed: bool) -> dict[str, str]:
     """Return the services that a node of this full name has besides those of its model, and what they do.
 
     Parameters
     ----------
     own : str
         Full name of the node, such as ``/left/eye``.
-    signals : iterable of str
-        Ids of its signals.
+    signals : mapping of str to sequence of str
+        Ids of its signals, with the names of their values.
     is_managed : bool
         Whether it is a lifecycle node.
     """
     found = {f"{own}/{name}": "controls the node" for name in CONTROLS}
-    found |= {f"{own}/{SET_SIGNAL}/{name}": "sets a signal" for name in resource_names(signals).values()}
+    names = resource_names(signals)
+    booleans = [names[id] for id, values in signals.items() if not values]
+    found |= {f"{own}/{SET_SIGNAL}/{name}": "sets a signal" for name in booleans}
     found |= {f"{own}/{name}": "is the parameter interface of ROS" for name in _PARAMETERS}
     if is_managed:
         found |= {f"{own}/{name}": "manages the node's lifecycle" for name in _LIFECYCLE}
     return found
 
 
-def reserved_topics(own: str, signals: Iterable[str], is_managed: bool) -> dict[str, tuple[str, bool]]:
+def reserved_topics(
+    own: str, signals: Mapping[str, Sequence[str]], is_managed: bool
+) -> dict[str, tuple[str, bool]]:
     """Return the topics that a node of this full name has besides those of its model.
 
     The parameters are those of `reserved_services`.
@@ -162,13 +166,20 @@ def reserved_topics(own: str, signals: Iterable[str], is_managed: bool) -> dict[
     """
     found = {name: (type, False) for name, type in _OF_ALL_NODES.items()}
     found[f"{own}/{STATE}"] = (_TEXT, True)
-    names = resource_names(signals).values()
+    names = resource_names(signals)
     if names:
         found |= {f"{own}/{SIGNALS}": (_TEXT, False), f"{own}/{SIGNALS_WANTED}": (_TEXT, True)}
-        found |= {f"{own}/{SIGNALS}/{name}": ("std_msgs/msg/Bool", False) for name in names}
+        found |= {
+            f"{own}/{SIGNALS}/{names[id]}": (signal_type(values), False) for id, values in signals.items()
+        }
     if is_managed:
         found[f"{own}/transition_event"] = ("lifecycle_msgs/msg/TransitionEvent", True)
     return found
+
+
+def signal_type(values: Sequence[str]) -> str:
+    """Return the type of the topic that sets a signal with these values; none: it is true or false."""
+    return _TEXT if values else "std_msgs/msg/Bool"
 
 
 def hidden_part(name: str) -> str | None:

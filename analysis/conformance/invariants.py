@@ -8,6 +8,7 @@ from dineros.analysis.logic.language.conditions import Condition
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel import sym
+from dineros.metamodel.clauses import formula_names
 from dineros.metamodel.elements import node_nets
 
 
@@ -34,8 +35,14 @@ class Invariant:
         used = {
             literal.signal.id for literal in subject.model.eAllContents() if isinstance(literal, sym.Literal)
         }
-        signals = [signal.id for node in node_nets(subject.model) for signal in node.signals]
-        self._signals = {id: subject.net.places[subject.names.signal(id)] for id in signals if id in used}
+        names = [
+            name
+            for node in node_nets(subject.model)
+            for signal in node.signals
+            if signal.id in used
+            for name in formula_names(signal)
+        ]
+        self._signals = {name: subject.net.places[subject.names.signal(name)] for name in names}
         self._condition = Condition(text, subject.net.places, self._signals)
 
     def first_violation(self, transitions: Sequence[str]) -> int | None:

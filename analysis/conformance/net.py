@@ -12,9 +12,10 @@ from dineros.analysis.conformance.topics.finding import QueueFinder
 from dineros.analysis.conformance.topics.parts import HistoryTopic, Queue, Topic
 from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.model.subject import Subject, subject_of
-from dineros.analysis.model.wording import topic_port
+from dineros.analysis.model.wording import signal_setting, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.waiting import outstanding_counts
+from dineros.metamodel.clauses import SignalSetting, value_names
 from dineros.metamodel.elements import node_net_of, node_nets, nodes
 from dineros.metamodel.guards.using import guarded
 from dineros.metamodel.records import (
@@ -82,10 +83,6 @@ class ConformanceNet:
         """Return a transition of the model, by its id in the flattened net."""
         role = self.roles.get(transition)
         return self.subject.transition_index[transition] if role is not None and role.kind is Fire else None
-
-    def signal(self, signal: str, value: bool) -> int | None:
-        """Return the transition that gives a signal a value; None where no clause uses the signal."""
-        return self._steps.get((Signal, signal, value))
 
     def end(self, kind: type[ChannelStep], channel: str, place: str) -> int | None:
         """Return the transition of a publisher's or subscriber's port."""
@@ -156,10 +153,10 @@ class ConformanceNet:
         }
 
     @cached_property
-    def signals(self) -> dict[str, tuple[str, bool]]:
-        """Node net and start value of each signal."""
+    def signals(self) -> dict[str, tuple[str, tuple[SignalSetting, ...]]]:
+        """Node net of each signal, and what the signal can be."""
         return {
-            signal.id: (node.id, bool(signal.initial))
+            signal.id: (node.id, value_names(signal) or (False, True))
             for node in node_nets(self.model)
             for signal in node.signals
         }
@@ -273,14 +270,23 @@ class ConformanceNet:
         }
 
     @cached_property
-    def true_places(self) -> dict[str, int]:
-        """Place that is marked while a signal is true, by signal; only signals in use."""
+    def setting_places(self) -> dict[tuple[str, SignalSetting], int]:
+        """Place that is marked while a signal has a value, by both; only signals in use."""
         return {
-            link.sources[0].id: self.subject.place_index[link.target.id]
+            (link.sources[0].id, value): self.subject.place_index[link.target.id]
             for link in self.subject.links()
-            if link.meaning is not None and link.meaning.value
+            if (value := signal_setting(link)) is not None
             if isinstance(link.target, pn.Place) and isinstance(link.sources[0], sym.InputSignal)
         }
+
+    @cached_property
+    def changes_of_signals(self) -> dict[tuple[str, SignalSetting], list[int]]:
+        """Transitions that give a signal a value, by both; only signals in use."""
+        found: dict[tuple[str, SignalSetting], list[int]] = {}
+        for id, role in self.roles.items():
+            if role.kind is Signal and role.signal is not None and role.value is not None:
+                found.setdefault((role.signal, role.value), []).append(self.subject.transition_index[id])
+        return found
 
     @cached_property
     def _finder(self) -> QueueFinder:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.metamodel import sym
+from dineros.metamodel.clauses import setting_text
 from dineros.metamodel.errors import counted
 from dineros.metamodel.records import Checkpoint, Drop, Fire, GoalStep, Lifecycle, Record, Signal, Start
 from dineros.metamodel.records.schema import ChannelStep
@@ -35,7 +36,7 @@ def step_words(record: Record) -> str:
         case Fire():
             return f"{record.transition} fires"
         case Signal():
-            return f"signal {record.signal} becomes {str(record.value).lower()}"
+            return f"signal {record.signal} becomes {setting_text(record.value)}"
         case Lifecycle():
             return f"it is asked to {record.label}, and is {record.state} then"
         case Drop(queue="inactive"):
@@ -56,12 +57,17 @@ def step_words(record: Record) -> str:
 
 
 def _clause(disjunction: sym.Disjunction) -> str:
-    literals = ", ".join(
-        f"{literal.signal.id} is {'true' if literal.negated else 'false'}" for literal in disjunction.literals
-    )
+    literals = ", ".join(f"{literal.signal.id} is {_missed(literal)}" for literal in disjunction.literals)
     clause = disjunction.eContainer()
     name = getattr(clause, "name", None) or "clause"
     return f"its clause {name} is false: {literals}"
+
+
+def _missed(literal: sym.Literal) -> str:
+    """Return what a signal is while a literal about it is false."""
+    if literal.value is not None:
+        return literal.value if literal.negated else f"not {literal.value}"
+    return "true" if literal.negated else "false"
 
 
 def _name(net: ConformanceNet, place: int) -> str:

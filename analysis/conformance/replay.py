@@ -16,6 +16,7 @@ from dineros.analysis.conformance.services.nameless import is_nameless
 from dineros.analysis.conformance.services.replaying import Calls
 from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.topics.replaying import Topics
+from dineros.metamodel.clauses import SignalSetting, setting_text
 from dineros.metamodel.records import (
     EVENTS,
     Checkpoint,
@@ -146,24 +147,34 @@ class Replay(Player):
             if held != expected:
                 return Fault(f"{place} holds {held} tokens, in the model {expected}")
         for signal, value in record.signals.items():
-            if self.net.signals.get(signal, ("", False))[0] != record.node:
-                return Fault(f"node {record.node} has no signal {signal!r}")
+            wrong = self._no_setting(record.node, signal, value)
+            if wrong is not None:
+                return wrong
             self._set(signal, value)
         return None
 
-    def _set(self, signal: str, value: bool) -> None:
-        place = self.net.true_places.get(signal)
-        if place is not None and bool(self.marking[place]) != value:
-            transition = self.net.signal(signal, value)
-            assert transition is not None
-            self.fire(transition)
+    def _no_setting(self, node: str | None, signal: str, value: SignalSetting) -> Fault | None:
+        """Return what is wrong with a signal or its value in a record."""
+        owner, settings = self.net.signals.get(signal, ("", ()))
+        if owner != node:
+            return Fault(f"node {node} has no signal {signal!r}")
+        if value not in settings:
+            return Fault(f"signal {signal} has no value {setting_text(value)!r}")
+        return None
+
+    def _set(self, signal: str, value: SignalSetting) -> None:
+        place = self.net.setting_places.get((signal, value))
+        if place is not None and not self.marking[place]:
+            changes = self.net.changes_of_signals[signal, value]
+            self.fire(next(transition for transition in changes if self.is_enabled(transition)))
 
     def _signal(self, record: Signal) -> Fault | None:
-        if self.net.signals.get(record.signal, ("", False))[0] != record.node:
-            return Fault(f"node {record.node} has no signal {record.signal!r}")
-        place = self.net.true_places.get(record.signal)
-        if place is not None and bool(self.marking[place]) == record.value:
-            return Fault(f"signal {record.signal} is {str(record.value).lower()} already")
+        wrong = self._no_setting(record.node, record.signal, record.value)
+        if wrong is not None:
+            return wrong
+        place = self.net.setting_places.get((record.signal, record.value))
+        if place is not None and self.marking[place]:
+            return Fault(f"signal {record.signal} is {setting_text(record.value)} already")
         self._set(record.signal, record.value)
         return None
 

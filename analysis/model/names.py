@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.names import TableNames
+from dineros.analysis.model.wording import signal_setting, source_of
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel import pn, sym
 from dineros.metamodel.colours.origins import origins_of
@@ -115,11 +116,11 @@ class ModelNames(TableNames):
 
 
 def _add_signal(signals: dict[str, int], link: Link, place: int) -> None:
-    (signal,) = link.sources
-    assert isinstance(signal, sym.InputSignal)
-    signals[signal.id] = place
+    signal, setting = source_of(link, sym.InputSignal), signal_setting(link)
+    of_value = "" if setting is True else f".{setting}"
+    signals[f"{signal.id}{of_value}"] = place
     if signal.name:
-        signals.setdefault(signal.name, place)
+        signals.setdefault(f"{signal.name}{of_value}", place)
 
 
 def _add(known: dict[str, list[int]], link: Link, index: int) -> None:

@@ -7,8 +7,10 @@ from typing import Literal
 from dineros.analysis.model.queues import queues
 from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.model.subject import Subject
+from dineros.analysis.model.wording import signal_setting, source_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.elements import elements
 from dineros.metamodel.records import Drop, Fire, Signal
 from dineros.transformations.flattening.traces import Link
@@ -31,7 +33,7 @@ class Origins:
         The queues of its channels.
     places : dict of str to EObject
         By the id of a place of the net, the place of the model; copies of server instances have the same one.
-    values : dict of str to (InputSignal, bool)
+    values : dict of str to (InputSignal, bool or str)
         By the id of a place of the net that is marked while a signal has a value.
     channels : dict of str to Channel
         By the id of a place of the net inside of a channel that is not a queue's.
@@ -42,7 +44,7 @@ class Origins:
     def __init__(self, subject: Subject) -> None:
         self.queues = queues(subject)
         self.places: dict[str, EObject] = {}
-        self.values: dict[str, tuple[sym.InputSignal, bool]] = {}
+        self.values: dict[str, tuple[sym.InputSignal, SignalSetting]] = {}
         self.channels: dict[str, sym.Channel] = {}
         self.transitions: dict[str, tuple[EObject, ...]] = {}
         self._roles: dict[str, StepRole] = step_roles(subject.links())
@@ -60,6 +62,11 @@ class Origins:
             return "fire"
         return "signal" if role.kind is Signal else "loss" if role.kind is Drop else "channel"
 
+    def setting(self, transition: str) -> SignalSetting | None:
+        """Return the value that a signal gets by a transition, by the id in the net; None: none changes."""
+        role = self._roles.get(transition)
+        return None if role is None else role.value
+
     def _read(self, links: list[Link]) -> None:
         self.places = {link.target.id: link.sources[0] for link in links if _is_own(link)}
         queued = {name for queue in self.queues for name in (queue.load, queue.capacity)}
@@ -69,9 +76,8 @@ class Origins:
                 self.transitions[name] = self._where(link)
             elif not isinstance(link.target, pn.Place) or name in self.places or name in queued:
                 continue
-            elif link.meaning is not None and link.meaning.value is not None:
-                (signal,) = (each for each in link.sources if isinstance(each, sym.InputSignal))
-                self.values[name] = signal, link.meaning.value
+            elif (value := signal_setting(link)) is not None:
+                self.values[name] = source_of(link, sym.InputSignal), value
             elif channel := next((each for each in link.sources if isinstance(each, sym.Channel)), None):
                 self.channels[name] = channel
 

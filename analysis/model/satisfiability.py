@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pysat.solvers import Cadical153
 
 from dineros.metamodel import sym
+from dineros.metamodel.clauses import LiteralVariables, literal_text, value_names
 from dineros.metamodel.elements import node_net_of, transitions
 
 
@@ -51,19 +52,16 @@ def unsatisfiable_clauses(model: sym.SystemModel) -> list[Unsatisfiable]:
 
 def _minimal_core(clause: sym.InputClause) -> tuple[sym.Disjunction, ...] | None:
     """Return a minimal unsatisfiable subset of the disjunctions, or None for a satisfiable clause."""
-    numbers: dict[sym.InputSignal, int] = {}
+    variables = LiteralVariables(value_names)
     disjunctions = list(clause.disjunctions)
-    for disjunction in disjunctions:
-        for literal in disjunction.literals:
-            numbers.setdefault(literal.signal, len(numbers) + 1)
-    selectors = {len(numbers) + number: disjunction for number, disjunction in enumerate(disjunctions, 1)}
-    with Cadical153() as solver:
-        for selector, disjunction in selectors.items():
-            literals = [
-                -numbers[literal.signal] if literal.negated else numbers[literal.signal]
-                for literal in disjunction.literals
-            ]
-            solver.add_clause([-selector, *literals])
+    literals = [
+        [variables.number(each.signal, each.value, each.negated) for each in disjunction.literals]
+        for disjunction in disjunctions
+    ]
+    selectors = {len(variables) + number: disjunction for number, disjunction in enumerate(disjunctions, 1)}
+    with Cadical153(bootstrap_with=variables.rules()) as solver:
+        for selector, numbers in zip(selectors, literals, strict=True):
+            solver.add_clause([-selector, *numbers])
         if solver.solve(assumptions=list(selectors)):
             return None
         core = sorted(solver.get_core() or [])
@@ -78,6 +76,8 @@ def disjunction_text(disjunction: sym.Disjunction) -> str:
     """Return a disjunction as text, such as ``(Idle | !Busy)``."""
     literals = [
         f"{'!' if literal.negated else ''}{literal.signal.name or literal.signal.id}"
+        if literal.value is None
+        else literal_text(literal)
         for literal in disjunction.literals
     ]
     return literals[0] if len(literals) == 1 else f"({' | '.join(literals) or 'false'})"

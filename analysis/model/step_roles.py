@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from dineros.analysis.model.wording import source_of, topic_port
+from dineros.analysis.model.wording import signal_setting, source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import copy_id, exits, server_pages, serving
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 from dineros.metamodel.records import (
@@ -50,7 +51,7 @@ class StepRole:
     client: str | None = None
     instance: int | None = None
     signal: str | None = None
-    value: bool | None = None
+    value: SignalSetting | None = None
     outcome: str | None = None
     label: str | None = None
     state: str | None = None
@@ -93,7 +94,7 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
         return _service_role(link, meaning.step, copies)
     if meaning.step is Signal:
         signal = source_of(link, sym.InputSignal)
-        return StepRole(Signal, node=_node(signal), signal=signal.id, value=meaning.value)
+        return StepRole(Signal, node=_node(signal), signal=signal.id, value=signal_setting(link))
     channel = next(source for source in link.sources if isinstance(source, sym.Channel))
     return StepRole(meaning.step, channel=channel.id, stage=meaning.part)
 

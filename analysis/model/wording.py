@@ -9,6 +9,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.waiting import outstanding
 from dineros.metamodel.calls import UNLIMITED, exits, server_pages, serving
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.elements import node_net_of
 
 if TYPE_CHECKING:
@@ -95,6 +96,14 @@ def source_of(link: Link, kind: type[E]) -> E:
     return next(source for source in link.sources if isinstance(source, kind))
 
 
+def signal_setting(link: Link) -> SignalSetting | None:
+    """Return what a signal is, or becomes, by an element that stands for it; None: it stands for none."""
+    if link.meaning is None or link.meaning.value is None:
+        return None
+    values = [source for source in link.sources if isinstance(source, sym.SignalValue)]
+    return str(values[-1].name) if values else link.meaning.value
+
+
 def _id(element: EObject) -> str:
     return str(getattr(element, "name", None) or getattr(element, "id", None) or type(element).__name__)
 
@@ -150,6 +159,7 @@ _PARTS: dict[str, Callable[[Link], object]] = {
     "action": lambda link: source_of(link, sym.ActionChannel).action,
     "outcome": outcome_words,
     "signal": lambda link: _id(source_of(link, sym.InputSignal)),
+    "value": signal_setting,
     "client": client_words,
     "instance": lambda link: link.index,
     "publisher": lambda link: _id(source_of(link, sym.PublisherPort).place),

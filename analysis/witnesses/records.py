@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.witnesses.findings import Witness
 from dineros.analysis.witnesses.first_cause import Cause, first_cause
+from dineros.metamodel.clauses import start_value
 from dineros.metamodel.elements import node_nets
 from dineros.metamodel.records import Fire, Header, Record
 
@@ -57,7 +58,7 @@ def witness_records(
         overflow=None if net is None else _variant(str(net.overflow)),
         marking={place: tokens for place, tokens in marking if tokens},
         signals_initial={
-            signal.id: bool(signal.initial) for node in node_nets(subject.model) for signal in node.signals
+            signal.id: start_value(signal) for node in node_nets(subject.model) for signal in node.signals
         },
     )
     roles = step_roles(subject.links())

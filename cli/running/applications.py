@@ -63,7 +63,7 @@ class Application:
         return Condition(
             text,
             [place for structure in structures for place in structure.places],
-            [signal for structure in structures for signal in structure.signals],
+            [name for each in structures for signal in each.ports.signals for name in signal.formula_names],
         )
 
     def monitor(self) -> Monitor:
@@ -169,17 +169,24 @@ def _expected(
 
     if not stale_after:
         return {}
-    nodes = {signal: model.node.id for model in models for signal in read_structure(model).signals}
+    ports = {
+        signal.id: (model.node.id, signal.values)
+        for model in models
+        for signal in read_structure(model).ports.signals
+    }
     expected: dict[str, dict[str, Expectation]] = {}
     for text in stale_after:
         signal, equals, value = text.partition("=")
         if not equals:
             raise DinerosError(f"--stale-after {text!r} names no time", hint="such as Door=2.5:false")
-        if signal not in nodes:
+        if signal not in ports:
             raise UnknownElementError(
-                f"no node has a signal {signal!r}", hint=near_matches(signal, list(nodes))
+                f"no node has a signal {signal!r}", hint=near_matches(signal, list(ports))
             )
-        expected.setdefault(nodes[signal], {})[signal] = parse_expectation(value)
+        node, values = ports[signal]
+        expectation = parse_expectation(value)
+        expectation.require(values)
+        expected.setdefault(node, {})[signal] = expectation
     return expected
 
 

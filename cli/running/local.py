@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from dineros.cli.running.watching import Ending, Wanted, observe, watch
+from dineros.metamodel.clauses import SignalSetting
 from dineros.runtime.application.observer import FolderObserver
 
 if TYPE_CHECKING:
@@ -28,7 +29,9 @@ class CountingRecorder:
         What is kept up to date, shared by all nodes.
     """
 
-    def __init__(self, recorder: Recorder, marking: dict[str, int], signals: dict[str, bool]) -> None:
+    def __init__(
+        self, recorder: Recorder, marking: dict[str, int], signals: dict[str, SignalSetting]
+    ) -> None:
         self._recorder = recorder
         self._marking = marking
         self._signals = signals
@@ -86,7 +89,7 @@ def run_in_process(
 
     options = wanted.options
     marking: dict[str, int] = {}
-    signals: dict[str, bool] = {}
+    signals: dict[str, SignalSetting] = {}
     recorders: dict[str, Recorder] = {}
     resumed: dict[str, SavedState] = {}
     origin: dict[str, Any] = {"source": str(what.source), "settings": what.settings}

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, TextIO
 from dineros.cli.console import note, summarise, warn, working
 from dineros.cli.running.announcing import Announcer
 from dineros.cli.running.watching import Ending, RosOptions, Wanted, observe, watch
+from dineros.metamodel.clauses import setting_text
 from dineros.metamodel.files import save
 from dineros.metamodel.files.reading import open_plain
 from dineros.runtime.application.observer import FolderObserver
@@ -99,7 +100,7 @@ def _stale_parameters(application: Application, node: str) -> list[str]:
     )
     parameters: list[str] = []
     for signal, expectation in application.expected.get(node, {}).items():
-        then = str(expectation.then).lower()
+        then = setting_text(expectation.then)
         parameters += ["-p", f"stale_after.{names[signal]}:={float(expectation.seconds)!r}"]
         parameters += ["-p", f"when_stale.{names[signal]}:={then}"]
     return parameters

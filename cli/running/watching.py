@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from dineros.cli.console import note, warn
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.files.watching import FolderWatch, wait_readable
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ PERIOD = 0.05
 CALM_PERIOD = 0.5
 """The same where the end of the run does not depend on them."""
 
-Condition = Callable[[Mapping[str, int], Mapping[str, bool]], bool]
+Condition = Callable[[Mapping[str, int], Mapping[str, SignalSetting]], bool]
 
 
 @dataclass(frozen=True)

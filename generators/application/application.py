@@ -9,6 +9,7 @@ from dineros.generators.application.cases import Case
 from dineros.generators.application.interfaces import Interfaces
 from dineros.generators.application.tokens import TokenClass
 from dineros.generators.templates.filters import Name
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.ros_names import resource_name, snake_case
 
 
@@ -168,11 +169,12 @@ class Place:
 
 @dataclass(frozen=True)
 class Signal:
-    """An input signal, its start value, and the name of the parameter that sets it."""
+    """An input signal, its start value, the name of the parameter that sets it, its values if it has some."""
 
     id: str
-    initial: bool
+    initial: SignalSetting
     parameter: Name
+    values: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -246,6 +248,11 @@ class NodePackage:
     def has_guards(self) -> bool:
         """Whether data decides which of its transitions fire, or a transition assigns data."""
         return any(transition.guard or transition.assigns for transition in self.transitions)
+
+    @property
+    def has_valued_signals(self) -> bool:
+        """Whether a signal has values other than true and false."""
+        return any(signal.values for signal in self.signals)
 
     @property
     def typing_names(self) -> list[Name]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from dineros.generators.application.arcs import ArcEnd
 from dineros.metamodel import sym
+from dineros.metamodel.clauses import LiteralVariables, SignalSetting, value_names
 from dineros.metamodel.token_data import Value
 
 
@@ -21,7 +22,7 @@ class Case:
         The transition; of the first instance where there are several.
     marking : dict of str to int
         Tokens of the places it needs; all others are empty.
-    signals : dict of str to bool
+    signals : dict of str to bool or str
         Values of the signals that differ from those at the start.
     change : dict of str to int
         How firing it changes the marking.
@@ -33,7 +34,7 @@ class Case:
 
     transition: str
     marking: dict[str, int]
-    signals: dict[str, bool]
+    signals: dict[str, SignalSetting]
     change: dict[str, int]
     obstacle: str = ""
     data: dict[str, dict[str, Value]] = field(default_factory=dict)
@@ -44,7 +45,7 @@ def case_of(
     inputs: Sequence[ArcEnd],
     outputs: Sequence[ArcEnd],
     clause: sym.InputClause | None,
-    initial: dict[str, bool],
+    initial: dict[str, SignalSetting],
     running: Callable[[str], str],
     data: Mapping[str, dict[str, Value]],
 ) -> Case:
@@ -94,25 +95,26 @@ def case_of(
     )
 
 
-def satisfying(clause: sym.InputClause | None, initial: dict[str, bool]) -> dict[str, bool] | None:
+def satisfying(
+    clause: sym.InputClause | None, initial: dict[str, SignalSetting]
+) -> dict[str, SignalSetting] | None:
     """Return values of the signals under which a clause holds, near the initial ones; None: none."""
     from pysat.solvers import Minisat22
 
     if clause is None:
         return initial
-    numbers = {id: number for number, id in enumerate(initial, start=1)}
-    with Minisat22() as solver:
-        for disjunction in clause.disjunctions:
-            literals = [
-                -numbers[literal.signal.id] if literal.negated else numbers[literal.signal.id]
-                for literal in disjunction.literals
-            ]
-            solver.add_clause(literals)
-        solver.set_phases([number if initial[id] else -number for id, number in numbers.items()])
+    used = [literal for disjunction in clause.disjunctions for literal in disjunction.literals]
+    values = {literal.signal.id: value_names(literal.signal) for literal in used}
+    variables = LiteralVariables[str](lambda id: values[id])
+    for id, value in initial.items():
+        if isinstance(value, bool):  # as in the model: which values are found depends on the order
+            variables.number(id, None, negated=False)
+    literals = [
+        [variables.number(each.signal.id, each.value, each.negated) for each in disjunction.literals]
+        for disjunction in clause.disjunctions
+    ]
+    with Minisat22(bootstrap_with=[*literals, *variables.rules()]) as solver:
+        solver.set_phases(variables.near(initial))
         if not solver.solve():
             return None
-        model = set(solver.get_model() or [])
-    return {
-        id: number in model if number in model or -number in model else initial[id]
-        for id, number in numbers.items()
-    }
+        return initial | variables.chosen(solver.get_model() or [])

@@ -33,6 +33,7 @@ from dineros.generators.templates.filters import Name
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import CLIENT_PLACES, SERVER_PLACES, UNLIMITED
+from dineros.metamodel.clauses import start_value, value_names
 from dineros.metamodel.elements import (
     arcs,
     label,
@@ -111,7 +112,8 @@ def _node(
         transitions=tuple(_transitions(part, interfaces, reserved)),
         ports=ports,
         signals=tuple(
-            Signal(signal.id, bool(signal.initial), Name(parameters[signal.id])) for signal in node.signals
+            Signal(signal.id, start_value(signal), Name(parameters[signal.id]), value_names(signal))
+            for signal in node.signals
         ),
         timers=tuple(_timers(part)),
         places=tuple(_places(part, interfaces)),
@@ -174,7 +176,7 @@ def _transitions(part: rtm.RuntimeModel, interfaces: Interfaces, reserved: Reser
     type_names = classes((transition.id for transition in found), reserved)
     servers = _server_pages(part)
     running = {place.id: _running(place, servers) for place in places(part)}
-    initial = {signal.id: bool(signal.initial) for signal in part.node.signals}
+    initial = {signal.id: start_value(signal) for signal in part.node.signals}
     types = {place.id: interfaces.type_named(type_of_place(place, part)) for place in places(part)}
     for transition in found:
         server = _server_of(transition, servers)

@@ -22,6 +22,8 @@ from dineros.metamodel.clauses.expressions import (
     Not,
     Or,
     Signal,
+    SignalIs,
+    SignalSetting,
 )
 from dineros.metamodel.clauses.normal_form import MAX_DISJUNCTIONS, NormalForm, SignalLiteral, to_cnf
 from dineros.metamodel.clauses.parser import MAX_DEPTH, MAX_LENGTH, parse, signal_names
@@ -29,10 +31,16 @@ from dineros.metamodel.clauses.stored import (
     cnf_text,
     complete_clause,
     evaluate,
+    formula_names,
+    literal_text,
     remove_clause,
     set_clause,
+    setting_text,
     signals_of_clause,
+    start_value,
+    value_names,
 )
+from dineros.metamodel.clauses.variables import LiteralVariables
 
 __all__ = [
     "MAX_DEPTH",
@@ -43,18 +51,26 @@ __all__ = [
     "Equivalent",
     "Expression",
     "Implies",
+    "LiteralVariables",
     "NormalForm",
     "Not",
     "Or",
     "Signal",
+    "SignalIs",
     "SignalLiteral",
+    "SignalSetting",
     "cnf_text",
     "complete_clause",
     "evaluate",
+    "formula_names",
+    "literal_text",
     "parse",
     "remove_clause",
     "set_clause",
+    "setting_text",
     "signal_names",
     "signals_of_clause",
+    "start_value",
     "to_cnf",
+    "value_names",
 ]

@@ -12,6 +12,12 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 KEYWORDS = frozenset({"and", "or", "not", "true", "false"})
+SignalSetting = bool | str
+"""What a signal can be: true or false, or one of the values that it has, by name."""
+
+Atom = tuple[str, str | None]
+"""The name of a signal, and the value that it is compared with; None: it is true or false."""
+
 _PLAIN_NAME = re.compile(r"\w+(?:[.-]+\w+)*")
 
 
@@ -31,7 +37,7 @@ class Expression:
         deepest = max((operand.depth for operand in self.operands), default=-1)
         object.__setattr__(self, "depth", deepest + 1)
 
-    def evaluate(self, values: Mapping[str, bool]) -> bool:
+    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:
         """Return the truth value under an assignment of the signals; KeyError for a missing one."""
         raise NotImplementedError
 
@@ -47,11 +53,26 @@ class Signal(Expression):
     binding: ClassVar[int] = 6
     name: str
 
-    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
-        return values[self.name]
+    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
+        return values[self.name] is True
 
     def __str__(self) -> str:
         return quoted(self.name)
+
+
+@dataclass(frozen=True)
+class SignalIs(Expression):
+    """Whether a signal has one of its values."""
+
+    binding: ClassVar[int] = 6
+    name: str
+    value: str
+
+    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
+        return values[self.name] == self.value
+
+    def __str__(self) -> str:
+        return f"{quoted(self.name)} = '{self.value}'"
 
 
 @dataclass(frozen=True)
@@ -61,7 +82,7 @@ class Constant(Expression):
     binding: ClassVar[int] = 6
     value: bool
 
-    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
         return self.value
 
     def __str__(self) -> str:
@@ -79,10 +100,12 @@ class Not(Expression):
     def operands(self) -> tuple[Expression, ...]:  # noqa: D102
         return (self.operand,)
 
-    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
         return not self.operand.evaluate(values)
 
     def __str__(self) -> str:
+        if isinstance(self.operand, SignalIs):
+            return f"{quoted(self.operand.name)} <> '{self.operand.value}'"
         return f"!{self.operand._inside(self.binding - 1)}"
 
 
@@ -108,7 +131,7 @@ class And(_Chain):
     binding: ClassVar[int] = 4
     sign: ClassVar[str] = "&"
 
-    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
         return all(part.evaluate(values) for part in self.parts)
 
 
@@ -119,7 +142,7 @@ class Or(_Chain):
     binding: ClassVar[int] = 3
     sign: ClassVar[str] = "|"
 
-    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
         return any(part.evaluate(values) for part in self.parts)
 
 
@@ -135,7 +158,7 @@ class Implies(Expression):
     def operands(self) -> tuple[Expression, ...]:  # noqa: D102
         return (self.premise, self.conclusion)
 
-    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
         return not self.premise.evaluate(values) or self.conclusion.evaluate(values)
 
     def __str__(self) -> str:
@@ -154,7 +177,7 @@ class Equivalent(Expression):
     def operands(self) -> tuple[Expression, ...]:  # noqa: D102
         return (self.left, self.right)
 
-    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
         return self.left.evaluate(values) == self.right.evaluate(values)
 
     def __str__(self) -> str:
@@ -169,8 +192,8 @@ def quoted(name: str) -> str:
     return f'"{escaped}"'
 
 
-WORDS = re.compile(r'"(?:[^"\\]|\\["\\])*"|\w+(?:[.-]+\w+)*')
-"""Names and keywords in the text of a clause, those in quotes with them."""
+WORDS = re.compile(r"""'[^']*'|"(?:[^"\\]|\\["\\])*"|\w+(?:[.-]+\w+)*""")
+"""Names, keywords and values in the text of a clause, those in quotes with them."""
 
 
 def unquoted(word: str) -> str:
@@ -178,11 +201,18 @@ def unquoted(word: str) -> str:
     return re.sub(r"\\(.)", r"\1", word[1:-1]) if word[0] == '"' else word
 
 
-def signals_of(expression: Expression) -> Iterator[str]:
-    """Yield the names of the signals of an expression from left to right, as often as they occur."""
+def atoms_of(expression: Expression) -> Iterator[Atom]:
+    """Yield what an expression asks of signals from left to right, as often as it does."""
     stack = [expression]
     while stack:
         part = stack.pop()
         if isinstance(part, Signal):
-            yield part.name
+            yield part.name, None
+        elif isinstance(part, SignalIs):
+            yield part.name, part.value
         stack.extend(reversed(part.operands))
+
+
+def signals_of(expression: Expression) -> Iterator[str]:
+    """Yield the names of the signals of an expression from left to right, as often as they occur."""
+    return (name for name, _ in atoms_of(expression))

@@ -3,8 +3,9 @@
 The form is exact (equivalent to the expression) and simplified: no literal twice in a disjunction, no
 disjunction that is always true, none that another one implies literal by literal (subsumption). It is neither
 minimal nor checked for satisfiability: ``Sensor & !Sensor`` stays two disjunctions, ``false`` is one without
-literals, ``true`` is none. An equivalent form can have exponentially many disjunctions; the conversion stops
-before that costs time or memory.
+literals, ``true`` is none. Of a signal with values, a disjunction has plain literals or a single negated one.
+An equivalent form can have exponentially many disjunctions; the conversion stops before that costs time or
+memory.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import NamedTuple
 
 from dineros.metamodel.clauses.expressions import (
     And,
+    Atom,
     Constant,
     Equivalent,
     Expression,
@@ -21,7 +23,8 @@ from dineros.metamodel.clauses.expressions import (
     Not,
     Or,
     Signal,
-    signals_of,
+    SignalIs,
+    atoms_of,
 )
 from dineros.metamodel.clauses.parser import MAX_DEPTH
 from dineros.metamodel.errors import ClauseError
@@ -34,10 +37,11 @@ _MAX_STEPS = 4_000_000
 
 
 class SignalLiteral(NamedTuple):
-    """A signal, by name, or its negation."""
+    """A signal, by name, or its negation; or that it has a value, or not."""
 
     signal: str
     negated: bool = False
+    value: str | None = None
 
 
 NormalForm = tuple[tuple[SignalLiteral, ...], ...]
@@ -55,24 +59,40 @@ def to_cnf(expression: Expression) -> NormalForm:
     """
     if expression.depth > MAX_DEPTH:
         raise ClauseError(f"the clause nests {expression.depth} operators, more than {MAX_DEPTH}")
-    names = list(dict.fromkeys(signals_of(expression)))
-    masks = _Conversion(names).form(expression, False)
-    return tuple(tuple(_literals(mask, names)) for mask in masks)
+    atoms = list(dict.fromkeys(atoms_of(expression)))
+    masks = _Conversion(atoms).form(expression, False)
+    forms = (_of_values(list(_literals(mask, atoms))) for mask in masks)
+    return tuple(dict.fromkeys(form for form in forms if form is not None))
 
 
-def _literals(mask: int, names: list[str]) -> Iterator[SignalLiteral]:
+def _literals(mask: int, atoms: list[Atom]) -> Iterator[SignalLiteral]:
     while mask:
         bit = (mask & -mask).bit_length() - 1
-        yield SignalLiteral(names[bit // 2], bool(bit & 1))
+        name, value = atoms[bit // 2]
+        yield SignalLiteral(name, bool(bit & 1), value)
         mask &= mask - 1
 
 
-class _Conversion:
-    """One conversion. A disjunction is a bit mask: bit 2i is signal i, bit 2i+1 its negation."""
+def _of_values(literals: list[SignalLiteral]) -> tuple[SignalLiteral, ...] | None:
+    """Return a disjunction without literals that others of its signal imply; None: it is always true.
 
-    def __init__(self, names: list[str]) -> None:
-        self._index = {name: index for index, name in enumerate(names)}
-        self._plain = sum(1 << 2 * index for index in range(len(names)))
+    Not to have a value is to have another one: that includes all other values, and two of it are all values.
+    """
+    excluded: dict[str, str] = {}
+    for each in literals:
+        if each.negated and each.value is not None:
+            if each.signal in excluded:
+                return None
+            excluded[each.signal] = each.value
+    return tuple(each for each in literals if each.negated or each.signal not in excluded)
+
+
+class _Conversion:
+    """One conversion. A disjunction is a bit mask: bit 2i is atom i, bit 2i+1 its negation."""
+
+    def __init__(self, atoms: list[Atom]) -> None:
+        self._index = {atom: index for index, atom in enumerate(atoms)}
+        self._plain = sum(1 << 2 * index for index in range(len(atoms)))
         self._known: dict[tuple[int, bool], list[int]] = {}
         self._steps = 0
 
@@ -86,7 +106,9 @@ class _Conversion:
     def _form(self, expression: Expression, negated: bool) -> list[int]:
         match expression:
             case Signal(name=name):
-                return [1 << 2 * self._index[name] + negated]
+                return [1 << 2 * self._index[name, None] + negated]
+            case SignalIs(name=name, value=wanted):
+                return [1 << 2 * self._index[name, wanted] + negated]
             case Constant(value=value):
                 return [] if value is not negated else [0]
             case Not(operand=operand):

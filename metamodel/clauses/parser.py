@@ -16,6 +16,7 @@ from dineros.metamodel.clauses.expressions import (
     Not,
     Or,
     Signal,
+    SignalIs,
     signals_of,
     unquoted,
 )
@@ -34,10 +35,11 @@ MAX_DEPTH = 100
 
 @lru_cache(maxsize=1024)
 def parse(text: str) -> Expression:
-    """Read a boolean expression over signals.
+    """Read a boolean expression over signals, such as ``Door & Mode <> 'idle'``.
 
     Operators, the weakest first: ``<->``, ``->``, ``|`` (``||``, ``∨``, ``or``), ``&`` (``&&``,
-    ``∧``, ``and``), ``!`` (``¬``, ``not``). Names that are not plain words stand in double quotes.
+    ``∧``, ``and``), ``!`` (``¬``, ``not``). Names that are not plain words stand in double quotes, values of
+    signals, compared by ``=`` and ``<>``, in single ones.
 
     Raises
     ------
@@ -108,6 +110,12 @@ class _ClauseBuilder:
     def quoted(self, children: list[Token]) -> Expression:
         return Signal(unquoted(children[0]))
 
+    def is_(self, children: list[Token]) -> Expression:
+        return SignalIs(str(unquoted(children[0])), str(children[1])[1:-1])
+
+    def is_not(self, children: list[Token]) -> Expression:
+        return Not(self.is_(children))
+
     def true(self, _: list[Expression]) -> Expression:
         return Constant(True)
 
@@ -145,6 +153,8 @@ def _syntax_error(text: str, error: UnexpectedInput) -> ClauseError:
         wanted = "a signal, '!' or '('"
         if found == '"':
             hint = "the quote that opens here is not closed"
+    elif expected == {"VALUE"}:
+        wanted = "a value in single quotes"
     else:
         ends = {"RPAR": " or ')'", "$END": " or the end"}
         wanted = "an operator" + "".join(shown for terminal, shown in ends.items() if terminal in expected)

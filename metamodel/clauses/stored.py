@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from dineros.metamodel import sym
-from dineros.metamodel.clauses.expressions import quoted
+from dineros.metamodel.clauses.expressions import SignalSetting, atoms_of, quoted
 from dineros.metamodel.clauses.normal_form import to_cnf
 from dineros.metamodel.clauses.parser import column_of, parse, signal_names
 from dineros.metamodel.elements import label, node_net_of
 from dineros.metamodel.errors import ClauseError, UnknownElementError, near_matches
 from dineros.metamodel.positions import location_of
+
+
+class UsedSignal(NamedTuple):
+    """A literal of a clause, with the signal of the model."""
+
+    signal: sym.InputSignal
+    negated: bool
+    value: str | None
 
 
 def set_clause(transition: sym.Transition, text: str, name: str | None = None) -> sym.InputClause:
@@ -43,8 +52,8 @@ def complete_clause(clause: sym.InputClause) -> None:
     clause.disjunctions.extend(_normal_form(clause.transition, clause.text or ""))
 
 
-def signals_of_clause(transition: sym.Transition, text: str) -> list[list[tuple[sym.InputSignal, bool]]]:
-    """Return the conjunctive normal form of a text: for each disjunction its signals, and which are negated.
+def signals_of_clause(transition: sym.Transition, text: str) -> list[list[UsedSignal]]:
+    """Return the conjunctive normal form of a text: for each disjunction what it asks of signals.
 
     Raises
     ------
@@ -58,18 +67,68 @@ def signals_of_clause(transition: sym.Transition, text: str) -> list[list[tuple[
                 error = _unknown_signal(transition, used, signals)
                 error.column = column_of(text, used)
                 raise error
-        form = to_cnf(parse(text))
+        expression = parse(text)
+        for name, value in atoms_of(expression):
+            _require_value(signals[name], value, column_of(text, name))
+        form = to_cnf(expression)
     except ClauseError as error:
         error.element = transition.id
         error.location = error.location or location_of(transition)
         raise
-    return [[(signals[literal.signal], literal.negated) for literal in literals] for literals in form]
+    return [
+        [UsedSignal(signals[literal.signal], literal.negated, literal.value) for literal in literals]
+        for literals in form
+    ]
+
+
+def value_names(signal: sym.InputSignal) -> tuple[str, ...]:
+    """Return the names of the values of a signal; none: it is true or false."""
+    return tuple(str(value.name) for value in signal.values)
+
+
+def start_value(signal: sym.InputSignal) -> SignalSetting:
+    """Return what a signal is at the start."""
+    names = value_names(signal)
+    if not names:
+        return bool(signal.initial)
+    return signal.start if signal.start is not None else names[0]
+
+
+def formula_names(signal: sym.InputSignal) -> list[str]:
+    """Return how formulas call what a signal can be: ``signal(Danger)``, ``signal(Mode.idle)``."""
+    return [f"{signal.id}.{value}" for value in value_names(signal)] or [str(signal.id)]
+
+
+def setting_text(value: SignalSetting) -> str:
+    """Return what a signal is, as people read it."""
+    return value if isinstance(value, str) else str(value).lower()
+
+
+def _require_value(signal: sym.InputSignal, value: str | None, column: int | None) -> None:
+    """Refuse a comparison that does not fit the signal."""
+    names = value_names(signal)
+    if value is None and names:
+        shown = f"{quoted(label(signal))} = '{names[0]}'"
+        raise ClauseError(
+            f"the signal {label(signal)!r} is not true or false", column=column, hint=f"compare it: {shown}"
+        )
+    if value is not None and value not in names:
+        hint = near_matches(value, names) or (f"its values are {', '.join(names)}" if names else None)
+        raise ClauseError(
+            f"the signal {label(signal)!r} has no value {value!r}"
+            if names
+            else f"the signal {label(signal)!r} is true or false, and has no value {value!r}",
+            column=column,
+            hint=hint or "give the signal values, or write its name alone",
+        )
 
 
 def _normal_form(transition: sym.Transition, text: str) -> list[sym.Disjunction]:
     return [
         sym.Disjunction(
-            literals=[sym.Literal(signal=signal, negated=negated) for signal, negated in literals]
+            literals=[
+                sym.Literal(signal=each.signal, negated=each.negated, value=each.value) for each in literals
+            ]
         )
         for literals in signals_of_clause(transition, text)
     ]
@@ -89,10 +148,7 @@ def remove_clause(transition: sym.Transition) -> None:
 def cnf_text(clause: sym.InputClause) -> str:
     """Return the stored normal form as text that `parse` reads, such as ``(a | b) & !c``."""
     disjunctions = [
-        " | ".join(
-            ("!" if literal.negated else "") + quoted(label(literal.signal))
-            for literal in disjunction.literals
-        )
+        " | ".join(literal_text(literal) for literal in disjunction.literals)
         for disjunction in clause.disjunctions
     ]
     if not disjunctions:
@@ -102,7 +158,15 @@ def cnf_text(clause: sym.InputClause) -> str:
     return " & ".join(f"({text})" if " | " in text else text or "false" for text in disjunctions)
 
 
-def evaluate(clause: sym.InputClause, values: Mapping[str, bool]) -> bool:
+def literal_text(literal: sym.Literal) -> str:
+    """Return a literal as `parse` reads it, such as ``!Danger`` or ``Mode <> 'idle'``."""
+    name = quoted(label(literal.signal))
+    if literal.value is None:
+        return f"!{name}" if literal.negated else name
+    return f"{name} {'<>' if literal.negated else '='} '{literal.value}'"
+
+
+def evaluate(clause: sym.InputClause, values: Mapping[str, SignalSetting]) -> bool:
     """Return whether the stored normal form holds under values of its signals, by name.
 
     Raises
@@ -116,11 +180,11 @@ def evaluate(clause: sym.InputClause, values: Mapping[str, bool]) -> bool:
     )
 
 
-def _value(literal: sym.Literal, values: Mapping[str, bool]) -> bool:
+def _value(literal: sym.Literal, values: Mapping[str, SignalSetting]) -> bool:
     name = label(literal.signal)
     if name not in values:
         raise UnknownElementError(f"the signal {name!r} has no value", hint=near_matches(name, values))
-    return values[name] is not literal.negated
+    return (values[name] == (True if literal.value is None else literal.value)) is not literal.negated
 
 
 def _signals(transition: sym.Transition) -> dict[str, sym.InputSignal]:

@@ -338,14 +338,15 @@ class Editor(Changing):
         former = transition.clause
         clause = sym.InputClause(text=text, name=former.name if former is not None else None)
         clause.disjunctions.extend(
-            sym.Disjunction(literals=[sym.Literal(negated=negated) for _, negated in each]) for each in form
+            sym.Disjunction(literals=[sym.Literal(negated=one.negated, value=one.value) for one in each])
+            for each in form
         )
         if former is not None:
             self.take_away([former])
         self._attach(clause, transition, features_of(sym.Transition)["clause"], None)
         for disjunction, each in zip(clause.disjunctions, form, strict=True):
-            for literal, (signal, _) in zip(disjunction.literals, each, strict=True):
-                self.do(Inserted(signal, "literals", len(signal.literals), literal))
+            for literal, one in zip(disjunction.literals, each, strict=True):
+                self.do(Inserted(one.signal, "literals", len(one.signal.literals), literal))
 
     _DO: Mapping[type[c.Command], Any] = {
         c.Create: _create,

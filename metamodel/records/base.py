@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal, NamedTuple, TypeAlias, dataclass_transform
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import Location
 from dineros.metamodel.records.declarations import Declaration
 from dineros.metamodel.token_data import Value
@@ -87,7 +88,7 @@ class Header(Record, event="header"):
         Of a witness: how the model was flattened; None for a plain net.
     marking : dict of str to int
         Of a witness: initial marking of the flattened net; places that are not named are empty.
-    signals_initial : dict of str to bool
+    signals_initial : dict of str to bool or str
         Of a witness: start value of each signal.
     cause : int or None
         Of a witness: sequence of the record with which its outcome may have begun; 0: it was so from the
@@ -111,7 +112,7 @@ class Header(Record, event="header"):
     signals: str | None = None
     overflow: str | None = None
     marking: dict[str, int] = field(default_factory=dict)
-    signals_initial: dict[str, bool] = field(default_factory=dict)
+    signals_initial: dict[str, SignalSetting] = field(default_factory=dict)
     cause: int | None = None
     causes: list[int] = field(default_factory=list)
     decided: dict[str, list[int]] = field(default_factory=dict)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from dineros.metamodel.base import remembered
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError, Location, near_matches, with_article
 from dineros.metamodel.json_text import JsonTextError, decode_json
 from dineros.metamodel.records.base import EVENTS, SCHEMA, Header, Record, StoredToken
@@ -258,6 +259,8 @@ def _converter(hint: Any) -> Converter:
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if hint is Any:
         return lambda value: value
+    if hint == SignalSetting:
+        return _setting
     if origin in (types.UnionType, typing.Union):
         options = [option for option in arguments if option is not type(None)]
         inner = _converter(options[0])
@@ -270,7 +273,8 @@ def _converter(hint: Any) -> Converter:
         return _list_of(_converter(arguments[0]))
     if origin is dict:
         # What balloon tokens carry is checked by the runtime, which knows their type.
-        free = arguments[1] is Any or typing.get_origin(arguments[1]) in (types.UnionType, typing.Union)
+        is_union = typing.get_origin(arguments[1]) in (types.UnionType, typing.Union)
+        free = arguments[1] is Any or (is_union and arguments[1] != SignalSetting)
         return _object if free else _map_to(_converter(arguments[1]))
     return _scalar(hint)
 
@@ -287,6 +291,12 @@ def _scalar(kind: type) -> Converter:
         raise _WrongTypeError(_ARTICLES[kind])
 
     return convert
+
+
+def _setting(value: Any) -> SignalSetting:
+    if not isinstance(value, (bool, str)):
+        raise _WrongTypeError("true, false or the name of a value")
+    return value
 
 
 def _one_of(choices: tuple[Any, ...]) -> Converter:

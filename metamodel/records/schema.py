@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Any, Literal
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.records.base import Data, Record, StoredToken
 from dineros.metamodel.records.declarations import Declaration
@@ -32,7 +33,7 @@ class Start(Record, event="start"):
     ----------
     marking : dict of str to list of StoredToken
         Tokens of each place, the oldest first.
-    signals : dict of str to bool
+    signals : dict of str to bool or str
         Values of the signals.
     resumed : bool
         Whether the node continues where an earlier run ended.
@@ -41,7 +42,7 @@ class Start(Record, event="start"):
     """
 
     marking: dict[str, list[StoredToken]] = field(default_factory=dict)
-    signals: dict[str, bool] = field(default_factory=dict)
+    signals: dict[str, SignalSetting] = field(default_factory=dict)
     resumed: bool = False
     seed: int | None = None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Any, Literal, TypeAlias
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.records.base import Data, Record, StoredToken
 from dineros.metamodel.records.declarations import Declaration
 
@@ -61,7 +62,7 @@ class Signal(Step, event="signal"):
     """A signal changes; `source` says who changed it."""
 
     signal: str
-    value: bool
+    value: SignalSetting
     source: str | None = None
 
 

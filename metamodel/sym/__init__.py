@@ -77,6 +77,7 @@ __all__ = [
     "Reliability",
     "ServerPort",
     "ServiceChannel",
+    "SignalValue",
     "SignalVariant",
     "SubscriberPort",
     "SystemModel",
@@ -507,6 +508,38 @@ class BalloonToken(EObject, metaclass=MetaEClass):
         )
 
 
+class SignalValue(EObject, metaclass=MetaEClass):
+    """One of the values of an input signal.
+
+    Attributes
+    ----------
+    signal : InputSignal | None
+        The signal.
+    name : str
+        What it is called.
+    """
+
+    signal: InputSignal | None = Ecore.EReference()
+    name: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+
+    __setattr__ = refuse_unknown
+    notify = notify_listeners
+    __repr__ = show
+
+    def __init__(
+        self, *, signal: InputSignal | None = None, name: str | None = None, **unknown: Never
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "signal": signal,
+                "name": name,
+            },
+            unknown,
+        )
+
+
 class InputClause(EObject, metaclass=MetaEClass):
     """Named boolean expression over signals of the same node net.
 
@@ -590,7 +623,7 @@ class Disjunction(EObject, metaclass=MetaEClass):
 
 
 class Literal(EObject, metaclass=MetaEClass):
-    """A signal or its negation.
+    """A boolean signal, or that a signal has a value; or the negation.
 
     Attributes
     ----------
@@ -600,11 +633,14 @@ class Literal(EObject, metaclass=MetaEClass):
         The signal.
     negated : bool
         True for the negation.
+    value : str | None
+        The value that the signal is compared with; absent: it is a boolean.
     """
 
     disjunction: Disjunction | None = Ecore.EReference()
     signal: InputSignal = Ecore.EReference(lower=1, required=True)
     negated: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    value: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -616,6 +652,7 @@ class Literal(EObject, metaclass=MetaEClass):
         disjunction: Disjunction | None = None,
         signal: InputSignal | None = None,
         negated: bool | None = None,
+        value: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -625,6 +662,7 @@ class Literal(EObject, metaclass=MetaEClass):
                 "disjunction": disjunction,
                 "signal": signal,
                 "negated": negated,
+                "value": value,
             },
             unknown,
         )
@@ -1241,20 +1279,26 @@ class CallbackGroup(pn.Element):
 
 
 class InputSignal(pn.Element):
-    """A boolean set from outside (paper, Sect. 5.3.3).
+    """A boolean, or one of several values, set from outside (paper, Sect. 5.3.3).
 
     Attributes
     ----------
     node : NodeNet | None
         The node net it belongs to.
     initial : bool
-        Value at the start.
+        Value at the start, of a boolean.
+    values : ModelList[SignalValue]
+        Its values by name, two or more; none: it is true or false.
+    start : str | None
+        Which of its values it has at the start; absent: the first.
     literals : ModelList[Literal]
         Where clauses use it.
     """
 
     node: NodeNet | None = Ecore.EReference()
     initial: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    values: ModelList[SignalValue] = Ecore.EReference(containment=True, upper=-1)
+    start: str | None = Ecore.EAttribute(eType=Ecore.EString)
     literals: ModelList[Literal] = Ecore.EReference(upper=-1, transient=True)
 
     def __init__(
@@ -1269,6 +1313,8 @@ class InputSignal(pn.Element):
         suppressions: Iterable[pn.Suppression] | None = None,
         node: NodeNet | None = None,
         initial: bool | None = None,
+        values: Iterable[SignalValue] | None = None,
+        start: str | None = None,
         literals: Iterable[Literal] | None = None,
         **unknown: Never,
     ) -> None:
@@ -1285,6 +1331,8 @@ class InputSignal(pn.Element):
                 "suppressions": suppressions,
                 "node": node,
                 "initial": initial,
+                "values": values,
+                "start": start,
                 "literals": literals,
             },
             unknown,
@@ -2309,6 +2357,7 @@ resolve_references(
         (DefaultTimes.latency, pn.TimeInterval),
         (DefaultTimes.duration, pn.TimeInterval),
         (DefaultTimes.reaction, pn.TimeInterval),
+        (SignalValue.signal, InputSignal),
         (InputClause.transition, Transition),
         (InputClause.disjunctions, Disjunction),
         (Disjunction.clause, InputClause),
@@ -2350,6 +2399,7 @@ resolve_references(
         (ActionClientPort.group, CallbackGroup),
         (ActionClientPort.latency, pn.TimeInterval),
         (InputSignal.node, NodeNet),
+        (InputSignal.values, SignalValue),
         (InputSignal.literals, Literal),
         (TokenType.fields, TokenField),
         (Channel.model, SystemModel),
@@ -2394,6 +2444,7 @@ resolve_references(
         (ServerPort.channel, ServiceChannel.server),
         (ClientPort.channel, ServiceChannel.clients),
         (InputSignal.node, NodeNet.signals),
+        (InputSignal.values, SignalValue.signal),
         (InputSignal.literals, Literal.signal),
         (Channel.model, SystemModel.channels),
         (PublisherPort.channel, TopicChannel.publishers),

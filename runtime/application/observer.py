@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.records import Drop, Error, Fire, Record, Signal, Start
 from dineros.metamodel.records.following import Follower
 from dineros.metamodel.records.schema import Step
@@ -20,7 +21,7 @@ class Observer:
     ----------
     marking : dict of str to int
         Tokens of each place of the nodes.
-    signals : dict of str to bool
+    signals : dict of str to bool or str
         Values of the input signals.
     firings, drops, errors : int
         What was seen so far.
@@ -36,7 +37,7 @@ class Observer:
         self.started: set[str] = set()
         self.halted: dict[str, str] = {}
         self.marking: dict[str, int] = {}
-        self.signals: dict[str, bool] = {}
+        self.signals: dict[str, SignalSetting] = {}
         self.firings = self.drops = self.errors = self.restarts = 0
         self._places: dict[str, set[str]] = {}
 

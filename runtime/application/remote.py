@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from typing import Any
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.runtime.application.line import LOG, Line, LineError
 from dineros.runtime.application.supervisor import ProcessEvent, status_text
 from dineros.runtime.nodes.steering import Outlook, SteeringError
@@ -81,7 +82,7 @@ class RemoteNode:
                 self._look = connection.ask({"ask": "look"}), time.monotonic()
             return SILENT if connection.is_over else self._outlook
 
-    def set_signals(self, values: Mapping[str, bool], source: str) -> None:
+    def set_signals(self, values: Mapping[str, SignalSetting], source: str) -> None:
         """Set input signals at once, by id or name.
 
         Raises
@@ -182,16 +183,22 @@ def _is_answer(said: Mapping[str, Any]) -> bool:
     match said.get("outlook", {"state": ""}):
         case {"state": str(), **others}:
             reason, signals, enabled = (others.get(name) for name in ("reason", "signals", "enabled"))
+            values = others.get("values", {})
         case _:
             return False
     return (
         (reason is None or isinstance(reason, str))
         and (
             signals is None
-            or (isinstance(signals, dict) and all(isinstance(each, bool) for each in signals.values()))
+            or (isinstance(signals, dict) and all(isinstance(each, (bool, str)) for each in signals.values()))
         )
         and (
             enabled is None or (isinstance(enabled, list) and all(isinstance(each, str) for each in enabled))
+        )
+        and isinstance(values, dict)
+        and all(
+            isinstance(names, list) and all(isinstance(each, str) for each in names)
+            for names in values.values()
         )
     )
 
@@ -201,4 +208,5 @@ def _outlook(said: Mapping[str, Any]) -> Outlook:
     found = said.get("outlook")
     if not isinstance(found, dict):
         return Outlook("silent", str(said.get("refused", "it says nothing")))
-    return Outlook(found["state"], found.get("reason"), found.get("signals"), found.get("enabled"))
+    values = found.get("values", {})
+    return Outlook(found["state"], found.get("reason"), found.get("signals"), found.get("enabled"), values)

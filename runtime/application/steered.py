@@ -59,7 +59,7 @@ def _serve(line: Line, find: Callable[[], Steerable | None]) -> None:
             try:
                 line.say({"number": number, **answer}, waits=True)
             except LineError:  # very many transitions are enabled: it can be paused all the same
-                few = {**answer.get("outlook", {}), "signals": None, "enabled": None}
+                few = {**answer.get("outlook", {}), "signals": None, "enabled": None, "values": {}}
                 line.say({"number": number, "outlook": few}, waits=True)
     except OSError:
         pass  # it has gone

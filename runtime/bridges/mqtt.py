@@ -7,9 +7,10 @@ import threading
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.bridges.security import LOG, Credentials, Tls, is_own_machine
-from dineros.runtime.bridges.values import SIZE_LIMIT, SignalValueError, read_signals, read_truth
+from dineros.runtime.bridges.values import SIZE_LIMIT, SignalValueError, read_setting, read_signals
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.scheduling.threads import join
@@ -32,8 +33,9 @@ class MqttSignals:
     net : Net
         The net.
     topics : mapping, optional
-        Topic -> id or name of a signal: its payload is a truth value; or topic -> several of them: its
-        payload is a JSON object such as ``{"Red": true, "Blue": false}`` that sets some of them at once. A
+        Topic -> id or name of a signal: its payload is a truth value, or the name of a value; or topic ->
+        several of them: its payload is a JSON object such as ``{"Red": true, "Mode": "idle"}`` that sets some
+        of them at once. A
         topic may have the wildcards ``+`` and ``#`` (MQTT 5, section 4.7). By default
         ``NODE/signals/SIGNAL`` for each signal of the net, and ``NODE/signals`` for all.
     host, port : str, int
@@ -209,11 +211,11 @@ class MqttSignals:
         assert self._source is not None
         what = "an MQTT message"
         try:
-            topic, values = message.topic, dict[str, bool]()
+            topic, values = message.topic, dict[str, SignalSetting]()
             for known, target in self._targets.items():
                 if self._matches(known, topic):
                     what = f"MQTT topic {known}"
-                    values |= _values(target, message.payload)
+                    values |= self._values(target, message.payload)
             if values:
                 self._net.set_signals(values, f"mqtt {topic[:255]}")
                 self._source.accept()
@@ -222,15 +224,16 @@ class MqttSignals:
         except Exception as error:
             self._source.fail(what, f"{type(error).__name__}: {error}")
 
+    def _values(self, target: str | dict[str, str], payload: bytes) -> dict[str, SignalSetting]:
+        if isinstance(target, str):
+            return {target: read_setting(payload, self._net.signal(target).values)}
 
-def _values(target: str | dict[str, str], payload: bytes) -> dict[str, bool]:
-    if isinstance(target, str):
-        return {target: read_truth(payload)}
-    values = read_signals(payload)
-    for name in values:
-        if name not in target:
-            raise SignalValueError(f"{name[:40]!r} is not a signal that this topic sets")
-    return {target[name]: value for name, value in values.items()}
+        def known(name: str) -> tuple[str, ...]:
+            if name not in target:
+                raise SignalValueError(f"{name[:40]!r} is not a signal that this topic sets")
+            return self._net.signal(target[name]).values
+
+        return {target[name]: value for name, value in read_signals(payload, known).items()}
 
 
 def _check_filter(topic: str) -> None:

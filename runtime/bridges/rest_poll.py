@@ -12,7 +12,7 @@ from urllib.parse import unquote
 
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.bridges.security import LOG, Credentials, SecurityError, Tls, is_own_machine, shown_url
-from dineros.runtime.bridges.values import SIZE_LIMIT, SignalValueError, read_truth
+from dineros.runtime.bridges.values import SIZE_LIMIT, SignalValueError, read_setting
 from dineros.runtime.nets.signals import Signal
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nodes.net import Net
@@ -125,7 +125,7 @@ class RestPoll:
             while True:
                 try:
                     async with asyncio.timeout(self._timeout):
-                        value = read_truth(await question.ask(transport))
+                        value = read_setting(await question.ask(transport), question.signal.values)
                     source.connected(True)
                     source.accept()
                     question.signal.set(value, f"rest {question.shown}")
@@ -140,7 +140,8 @@ class RestPoll:
     @staticmethod
     def _failed(question: _Question, source: Source, error: str) -> None:
         source.connected(False)
-        source.fail(question.shown, f"gives no truth value: {question.redacted(error)}")
+        what = "value" if question.signal.values else "truth value"
+        source.fail(question.shown, f"gives no {what}: {question.redacted(error)}")
 
 
 class _Question:

@@ -22,8 +22,8 @@ from dineros.runtime.bridges.values import (
     NAME_LIMIT,
     SIZE_LIMIT,
     SignalValueError,
+    read_setting,
     read_signals,
-    read_truth,
 )
 from dineros.runtime.connections import (
     BACKLOG,
@@ -126,10 +126,13 @@ async def _answer(net: Net, request: Request, source: Source | None) -> Mapping[
             if name is None:
                 return {signal: net.signal(signal).value for signal in net.structure.signals}
             return {"value": net.signal(name).value}
-        if name is not None:
-            net.signal(name)  # whether there is one comes first
+        known = () if name is None else net.signal(name).values  # whether there is one comes first
         body = await _body(request)
-        values = read_signals(body) if name is None else {name: read_truth(body)}
+        values = (
+            read_signals(body, lambda each: net.signal(each).values)
+            if name is None
+            else {name: read_setting(body, known)}
+        )
         net.set_signals(values, "rest")
     except UnknownElementError as error:
         raise _RefusedError(404, str(error)) from None

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.channels.goals import ActionEvent, KnownGoal
 from dineros.runtime.nets.ports import (
@@ -78,7 +79,7 @@ class Receiver(Protocol):
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
         """Learn that a full queue lost messages outside of `publish` and `message_arrived`."""
 
-    def signals_changed(self, values: Mapping[str, bool], source: str) -> None:
+    def signals_changed(self, values: Mapping[str, SignalSetting], source: str) -> None:
         """Set input signals at once, by id or name; `source` says where they came from and is recorded.
 
         Raises

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NotRequired, TypedDict
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.token_data import Value
 from dineros.runtime.journal.kept import Json
@@ -94,7 +95,7 @@ class SavedState(ChannelState):
     """
 
     marking: dict[str, list[RecordedToken]]
-    signals: dict[str, bool]
+    signals: dict[str, SignalSetting]
     next_token: int
     kept: dict[str, Json]
     aside: dict[str, dict[str, list[int]]]

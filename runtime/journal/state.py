@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
@@ -42,7 +43,7 @@ class JournalState:
     ----------
     marking : dict of str to dict of int to Data
         Tokens of each place by their id, the oldest first; places without tokens are left out.
-    signals : dict of str to bool
+    signals : dict of str to bool or str
         Values of the signals.
     next_sequence : int
         Sequence of the next record.
@@ -52,7 +53,7 @@ class JournalState:
 
     def __init__(self) -> None:
         self.marking: dict[str, dict[int, Data]] = {}
-        self.signals: dict[str, bool] = {}
+        self.signals: dict[str, SignalSetting] = {}
         self.next_sequence = 0
         self.has_begun = False
         self._next_token = 0

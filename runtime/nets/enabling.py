@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.runtime.nets.structure import Structure
 
 
@@ -35,7 +36,7 @@ class Enabling:
         For each place, how many tokens more it may hold, less the room that is reserved; None: any number.
     opened : list of int
         Places that had no room and got some, to be looked at and cleared by whoever waits for that.
-    signals : list of bool
+    signals : list of bool or str
         Values of the signals.
     broken : set of int or None
         Transitions that were ready and then were not, if only while tokens were taken, to be looked at and
@@ -66,7 +67,7 @@ class Enabling:
         "total",
     )
 
-    def __init__(self, structure: Structure, counts: Sequence[int], signals: Sequence[bool]) -> None:
+    def __init__(self, structure: Structure, counts: Sequence[int], signals: Sequence[SignalSetting]) -> None:
         self._transitions = len(structure.transitions)
         self._places = len(structure.places) + len(structure.kinds)
         self.free = [0] * self._places
@@ -91,8 +92,8 @@ class Enabling:
         self._connect(structure)
         self._disjunctions: list[int] = []  # the transition of each
         self._true: list[int] = []  # how many of its literals are true
-        self._signal_literals: list[list[tuple[int, bool]]] = [[] for _ in structure.signals]
-        self.signals = [False] * len(structure.signals)
+        self._signal_literals: list[list[tuple[int, SignalSetting, bool]]] = [[] for _ in structure.signals]
+        self.signals: list[SignalSetting] = [False] * len(structure.signals)
         self._connect_clauses(structure)
         for index in range(self._transitions):
             if not self._missing[index]:
@@ -135,14 +136,14 @@ class Enabling:
         return index
 
     def _connect_clauses(self, structure: Structure) -> None:
-        """Count true literals of each disjunction, with all signals false."""
+        """Count true literals of each disjunction, with all signals false: those with values have none."""
         for transition, clause in enumerate(structure.clauses):
             for disjunction in clause:
                 number = len(self._disjunctions)
                 self._disjunctions.append(transition)
-                self._true.append(sum(negated for _, negated in disjunction))
-                for signal, negated in disjunction:
-                    self._signal_literals[signal].append((number, negated))
+                self._true.append(sum(negated for _, _, negated in disjunction))
+                for signal, wanted, negated in disjunction:
+                    self._signal_literals[signal].append((number, wanted, negated))
                 if not self._true[number]:
                     self._missing[transition] += 1
 
@@ -198,13 +199,17 @@ class Enabling:
                 elif held and not holds:
                     self.violated(transition)
 
-    def set_signal(self, signal: int, value: bool) -> None:
+    def set_signal(self, signal: int, value: SignalSetting) -> None:
         """Set a signal and count the literals that turn."""
-        if self.signals[signal] is value:
+        before = self.signals[signal]
+        if before == value:
             return
         self.signals[signal] = value
-        for disjunction, negated in self._signal_literals[signal]:
-            if value is not negated:
+        for disjunction, wanted, negated in self._signal_literals[signal]:
+            is_value = value == wanted
+            if is_value is (before == wanted):
+                continue
+            if is_value is not negated:
                 self._true[disjunction] += 1
                 if self._true[disjunction] == 1:
                     self.satisfied(self._disjunctions[disjunction])

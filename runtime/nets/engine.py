@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import islice
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.guards.conditions import Condition
 from dineros.metamodel.guards.deciding import fulfils
 from dineros.metamodel.token_data import Value
@@ -40,7 +41,7 @@ class Engine:
         The net.
     marking : sequence of sequence of Token, optional
         For each place its tokens, the oldest first; by default the initial marking.
-    signals : sequence of bool, optional
+    signals : sequence of bool or str, optional
         Values of the signals; by default the initial ones.
     next_token : int
         The first id for new tokens; larger than any id in the marking.
@@ -63,7 +64,7 @@ class Engine:
         self,
         structure: Structure,
         marking: Sequence[Sequence[Token]] | None = None,
-        signals: Sequence[bool] | None = None,
+        signals: Sequence[SignalSetting] | None = None,
         next_token: int = 1,
     ) -> None:
         self.structure = structure
@@ -130,7 +131,7 @@ class Engine:
     # What there is.
 
     @property
-    def signals(self) -> Sequence[bool]:
+    def signals(self) -> Sequence[SignalSetting]:
         """Values of the signals."""
         return self._enabling.signals
 
@@ -197,7 +198,7 @@ class Engine:
             and all(total[kind] for kind in self._enabling.kinds_read[transition])
             and all(total[place] < limit for place, limit in structure.inhibitors[transition])
             and all(
-                any(signals[signal] is not negated for signal, negated in disjunction)
+                any((signals[signal] == wanted) is not negated for signal, wanted, negated in disjunction)
                 for disjunction in structure.clauses[transition]
             )
         )
@@ -504,9 +505,9 @@ class Engine:
         self.commit([(place, [token])], [])
         return token
 
-    def set_signal(self, signal: int, value: bool) -> bool:
+    def set_signal(self, signal: int, value: SignalSetting) -> bool:
         """Set a signal; return whether it changed."""
-        changed = self._enabling.signals[signal] is not value
+        changed = self._enabling.signals[signal] != value
         self._enabling.set_signal(signal, value)
         return changed
 

@@ -8,6 +8,7 @@ from typing import TypeVar
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import UNLIMITED, copy_id
+from dineros.metamodel.clauses import start_value, value_names
 from dineros.metamodel.elements import label, pages, places
 from dineros.metamodel.lifecycles.start_order import start_steps
 from dineros.metamodel.matching import Quality, plain
@@ -122,7 +123,9 @@ class PortReading:
             subscribers=_of(plain_ports.SubscriberPort, found),
             clients=_of(plain_ports.ClientPort, found),
             servers=_of(plain_ports.ServerPort, found),
-            signals=tuple(plain_ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
+            signals=tuple(
+                plain_ports.SignalPort(s.id, label(s), start_value(s), value_names(s)) for s in node.signals
+            ),
             timers=tuple(plain_ports.TimerPort(page.id, page.timer or 0.0) for page in timers_of(model)),
             callbacks=tuple(_callbacks(model)),
             action_clients=_of(plain_ports.ActionClientPort, found),

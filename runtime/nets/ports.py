@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
+from dineros.metamodel.clauses import SignalSetting
+from dineros.metamodel.errors import FeatureValueError, near_matches
 from dineros.metamodel.matching import Quality
 from dineros.metamodel.token_data import TokenType, Value
 
@@ -316,11 +318,25 @@ class CallbackPort:
 
 @dataclass(frozen=True, slots=True)
 class SignalPort:
-    """An input signal that the outside may set."""
+    """An input signal that the outside may set; one without `values` is true or false."""
 
     id: str
     name: str
-    initial: bool
+    initial: SignalSetting
+    values: tuple[str, ...] = ()
+
+    @property
+    def formula_names(self) -> list[str]:
+        """How formulas call what it can be: ``Danger``, ``Mode.idle``."""
+        return [f"{self.id}.{value}" for value in self.values] or [self.id]
+
+    def require(self, value: object) -> None:
+        """Refuse what it cannot be, with `FeatureValueError`."""
+        if self.values and value not in self.values:
+            known = near_matches(str(value), self.values) or f"its values are {', '.join(self.values)}"
+            raise FeatureValueError(f"the signal {self.id} has no value {value!r:.80}", hint=known)
+        if not self.values and not isinstance(value, bool):
+            raise FeatureValueError(f"the signal {self.id} takes True or False, not {value!r:.80}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
-from dineros.metamodel.errors import FeatureValueError
+from dineros.metamodel.clauses import SignalSetting
+from dineros.runtime.nets.ports import SignalPort
 from dineros.runtime.nets.staleness import Expectation, WhenStale
 
 
@@ -15,42 +17,44 @@ class Signal:
     ----------
     id : str
         Its id in the model.
+    values : tuple of str
+        The names of its values; none: it is true or false.
     """
 
     def __init__(
         self,
-        id: str,
-        read: Callable[[], bool],
-        write: Callable[[bool, str], None],
+        port: SignalPort,
+        read: Callable[[], Any],
+        write: Callable[[SignalSetting, str], None],
         expect: Callable[[Expectation | None], None],
     ) -> None:
-        self.id = id
+        self.id, self.values = port.id, port.values
+        self._port = port
         self._read = read
         self._write = write
         self._expect = expect
 
     @property
-    def value(self) -> bool:
-        """The value now. One that was set a moment ago may not have come through yet."""
+    def value(self) -> Any:
+        """A boolean, or the name of a value. One that was set a moment ago may not have come through yet."""
         return self._read()
 
-    def set(self, value: bool, source: str = "program") -> None:
+    def set(self, value: SignalSetting, source: str = "program") -> None:
         """Set it; from any thread. It counts once the node comes round to it, which is soon.
 
         Parameters
         ----------
-        value : bool
-            The value.
+        value : bool or str
+            The value; the name of one if the signal has values.
         source : str
             Where it comes from, for the records.
 
         Raises
         ------
         FeatureValueError
-            The value is neither True nor False.
+            It is none of its values, or neither True nor False.
         """
-        if not isinstance(value, bool):
-            raise FeatureValueError(f"the signal {self.id} takes True or False, not {value!r}")
+        self._port.require(value)
         self._write(value, source)
 
     def stale_after(self, seconds: float | None, then: WhenStale = "keep") -> None:
@@ -62,7 +66,7 @@ class Signal:
         ----------
         seconds : float or None
             None: it may be silent forever, as at first.
-        then : {"keep", "stop"} or bool
+        then : {"keep", "stop"}, bool or str
             What is done: it keeps its value, the net stops (see `Net.proceed`), or it gets this value.
 
         Raises

@@ -11,15 +11,16 @@ import logging
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal, Protocol, cast
+from typing import Literal, Protocol
 
+from dineros.metamodel.clauses import SignalSetting, setting_text
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.scheduling.loop import Loop
 from dineros.runtime.scheduling.timers import Timer
 
 LOG = logging.getLogger("dineros.runtime")
 
-WhenStale = Literal["keep", "stop"] | bool
+WhenStale = Literal["keep", "stop"] | SignalSetting
 """What becomes of a stale signal: it keeps its value, the net fires nothing more, or it gets this value."""
 
 
@@ -35,9 +36,10 @@ class Expectation:
     ----------
     seconds : float
         After so long the signal is stale.
-    then : {"keep", "stop"} or bool
-        ``"keep"``: it keeps its value; ``"stop"``: the net fires nothing more until `Net.proceed`; True or
-        False: it gets this value. Whichever it is, it is logged, recorded and shown by `Net.inspect`.
+    then : {"keep", "stop"}, bool or str
+        ``"keep"``: it keeps its value; ``"stop"``: the net fires nothing more until `Net.proceed`; True,
+        False or the name of a value: it gets this value. Whichever it is, it is logged, recorded and shown by
+        `Net.inspect`.
 
     Raises
     ------
@@ -55,10 +57,21 @@ class Expectation:
             raise StalenessError(
                 f"a signal cannot be stale after {self.seconds} s", hint="give a time above 0, in seconds"
             )
-        if not isinstance(self.then, bool) and self.then not in ("keep", "stop"):
+        if not isinstance(self.then, bool) and not str(self.then).isidentifier():
             raise StalenessError(
                 f"nothing is done with a stale signal by {self.then!r}", hint="keep, stop, true or false"
             )
+
+    def require(self, values: tuple[str, ...]) -> None:
+        """Refuse a value that a signal cannot have, with `StalenessError`; `values`: its names, if any."""
+        known = ("keep", "stop", *(values or (True, False)))
+        if self.then not in known:
+            hint = (
+                f"keep, stop, {', '.join(values[:-1])} or {values[-1]}"
+                if values
+                else "keep, stop, true or false"
+            )
+            raise StalenessError(f"nothing is done with a stale signal by {self.then!r}", hint=hint)
 
 
 def parse_expectation(text: str) -> Expectation:
@@ -85,17 +98,20 @@ def parse_expectation(text: str) -> Expectation:
 
 
 def parse_then(text: str | bool) -> WhenStale:
-    """Read ``keep``, ``stop``, ``true`` or ``false``; anything else is left for `Expectation` to refuse."""
+    """Read ``keep``, ``stop``, ``true``, ``false`` or the name of a value, which is not checked here."""
     if isinstance(text, bool):
         return text
-    word = text.strip().lower()
-    return {"true": True, "false": False}.get(word, cast("WhenStale", word))
+    word = text.strip()
+    plain = word.lower() if word.lower() in ("keep", "stop", "true", "false") else word
+    return {"true": True, "false": False}.get(plain, plain)
 
 
 class _Target(Protocol):
     """The net, as what watches its signals sees it."""
 
-    def set_signals(self, values: Mapping[int, bool], source: str, *, is_heard: bool = True) -> None: ...
+    def set_signals(
+        self, values: Mapping[int, SignalSetting], source: str, *, is_heard: bool = True
+    ) -> None: ...
 
     def tell_error(self, error: str, policy: str | None = None) -> None: ...
 
@@ -194,12 +210,12 @@ class Expectations:
         self._stale.add(number)
         then = expectation.then
         does = {"keep": "it keeps its value", "stop": "the net stops"}.get(
-            str(then), f"it becomes {str(then).lower()}"
+            str(then), f"it becomes {setting_text(then)}"
         )
         text = f"the signal {self._names[number]} is stale: not set for {expectation.seconds:g} s; {does}"
         LOG.error("%s", text)
         self._target.tell_error(text, "halt" if then == "stop" else None)
-        if isinstance(then, bool):
+        if then not in ("keep", "stop"):
             self._target.set_signals({number: then}, "stale", is_heard=False)
         elif then == "stop":
             self._halt(text)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import copy_id
+from dineros.metamodel.clauses import SignalSetting, start_value
 from dineros.metamodel.elements import label, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.guards.conditions import Condition
@@ -24,8 +25,8 @@ from dineros.runtime.nets.guards import Decision, decision_of, kinds_of
 from dineros.runtime.nets.port_reading import PagePort, PortReading, served_pages
 from dineros.runtime.nets.ports import Ports
 
-Clause = tuple[tuple[tuple[int, bool], ...], ...]
-"""Disjunctions of literals: a signal's index, and whether it is negated."""
+Clause = tuple[tuple[tuple[int, SignalSetting, bool], ...], ...]
+"""Disjunctions of literals: a signal's index, what it is compared with, and whether it is not to be that."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Structure:
         The places and conditions that guards ask about, each once.
     initial : tuple
         For each place, the data of its initial tokens.
-    initial_signals : tuple of bool
+    initial_signals : tuple of bool or str
         Values at the start.
     types : tuple of TokenType
         For each place, what its tokens carry; the same object wherever it is the same type.
@@ -102,7 +103,7 @@ class Structure:
     kinds: tuple[tuple[int, Condition], ...]
     signals: tuple[str, ...]
     initial: tuple[tuple[dict[str, Value], ...], ...]
-    initial_signals: tuple[bool, ...]
+    initial_signals: tuple[SignalSetting, ...]
     types: tuple[TokenType, ...]
     ports: Ports
 
@@ -204,7 +205,7 @@ class _Reading:
             kinds=kinds_of(decisions),
             signals=tuple(signal.id for signal in signals),
             initial=tuple(self._initial(place) for place in places),
-            initial_signals=tuple(bool(signal.initial) for signal in signals),
+            initial_signals=tuple(start_value(signal) for signal in signals),
             types=tuple(types),
             ports=PortReading(self.model, self.places, self.place_ids, self.prototypes, self._type_at).ports(
                 self.token_type, self._place_types()
@@ -382,7 +383,10 @@ def _clause(transition: pn.Node, signals: dict[sym.InputSignal, int]) -> Clause:
     if clause is None:
         return ()
     return tuple(
-        tuple((signals[literal.signal], bool(literal.negated)) for literal in disjunction.literals)
+        tuple(
+            (signals[each.signal], True if each.value is None else each.value, bool(each.negated))
+            for each in disjunction.literals
+        )
         for disjunction in clause.disjunctions
     )
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 from dineros.metamodel.lifecycles.states import State as LifecycleState
@@ -258,7 +259,7 @@ class Core:
 
     # What it is in.
 
-    def set_signals(self, values: Mapping[int, bool], source: str, *, is_heard: bool = True) -> None:
+    def set_signals(self, values: Mapping[int, SignalSetting], source: str, *, is_heard: bool = True) -> None:
         """Set signals at once: whoever is told of the first one sees all; on the node's thread."""
         changed = [number for number, value in values.items() if self.engine.set_signal(number, value)]
         if is_heard:
@@ -278,16 +279,19 @@ class Core:
             The node has no such signal.
         """
         number = self.names.signal(name)
+        port = self.structure.ports.signals[number]
 
-        def write(value: bool, source: str) -> None:
+        def write(value: SignalSetting, source: str) -> None:
             self.loop.submit(lambda: self.set_signals({number: value}, source))
 
         def expect(expectation: Expectation | None) -> None:
+            if expectation is not None:
+                expectation.require(port.values)
             self.loop.submit(lambda: self.expectations.expect(number, expectation))
 
-        return Signal(self.structure.signals[number], lambda: self.engine.signals[number], write, expect)
+        return Signal(port, lambda: self.engine.signals[number], write, expect)
 
-    def submit_signals(self, values: Mapping[str, bool], source: str) -> None:
+    def submit_signals(self, values: Mapping[str, SignalSetting], source: str) -> None:
         """Have signals set at once, by id or name; from any thread.
 
         Raises
@@ -295,13 +299,13 @@ class Core:
         UnknownElementError
             The node has no such signal; none is set.
         FeatureValueError
-            A value is neither True nor False; none is set.
+            A value is none that its signal can have; none is set.
         """
         numbered = {}
         for name, value in values.items():
-            if not isinstance(value, bool):
-                raise FeatureValueError(f"the signal {name} takes True or False, not {value!r}")
-            numbered[self.names.signal(name)] = value
+            number = self.names.signal(name)
+            self.structure.ports.signals[number].require(value)
+            numbered[number] = value
         self.loop.submit(lambda: self.set_signals(numbered, source))
 
     def new_source(self, name: str) -> Source:
@@ -364,7 +368,9 @@ class Core:
             self.state = checkpoint.get("lifecycle", self.state)
         signals = list(structure.initial_signals)
         for id, value in checkpoint["signals"].items():
-            signals[names.signal(id)] = value
+            number = names.signal(id)
+            structure.ports.signals[number].require(value)
+            signals[number] = value
         self.engine = Engine(structure, marking, signals, checkpoint["next_token"])
         self.execution.engine = self.engine
         self.execution.kept = copy.deepcopy(checkpoint.get("kept", {}))

@@ -15,6 +15,7 @@ from itertools import islice
 from types import MappingProxyType
 from typing import Literal
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.runtime.firing.durations import HandlerTime
 from dineros.runtime.nets.weights import MOST_BYTES
 from dineros.runtime.nodes.core import Core
@@ -67,10 +68,11 @@ class SignalAge:
     """When a signal was heard last: seconds ago, or None; `limit`: how many it may be silent, or None."""
 
     signal: str
-    value: bool
+    value: SignalSetting
     age: float | None
     limit: float | None
     is_stale: bool
+    values: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,7 +220,12 @@ class HealthWatch:
             heard = core.heard.get(number)
             age = None if heard is None else max(0.0, now - heard)
             yield SignalAge(
-                id, core.engine.signals[number], age, core.expectations.limit(number), id in stale
+                id,
+                core.engine.signals[number],
+                age,
+                core.expectations.limit(number),
+                id in stale,
+                core.structure.ports.signals[number].values,
             )
 
     def _waits(self, now: float) -> Iterator[Wait]:

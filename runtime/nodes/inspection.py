@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from dineros.runtime.firing.flights import Flight
 from dineros.runtime.nets.engine import Engine, Tokens
@@ -42,7 +43,7 @@ class Inspection:
     ----------
     marking : mapping of str to tuple of Token
         Tokens of every place, the oldest first, reserved ones included.
-    signals : mapping of str to bool
+    signals : mapping of str to bool or str
         Values of the signals.
     enabled : tuple of str
         Transitions that the net's firing rule allows to fire.
@@ -71,7 +72,7 @@ class Inspection:
     """
 
     marking: Mapping[str, tuple[Token, ...]]
-    signals: Mapping[str, bool]
+    signals: Mapping[str, Any]  # a boolean, or the name of a value
     enabled: tuple[str, ...]
     in_flight: tuple[InFlight, ...]
     outliving: tuple[InFlight, ...]
@@ -136,7 +137,7 @@ def inspected(core: Core) -> Inspection:
     )
 
 
-def outlook(core: Core) -> tuple[dict[str, bool], list[str]]:
+def outlook(core: Core) -> tuple[dict[str, Any], list[str]]:
     """Return signals, and what could fire; on the node's thread, and much quicker than `inspected`."""
     signals = zip(core.structure.signals, core.engine.signals, strict=True)
     return dict(signals), list(_enabled(core.engine))

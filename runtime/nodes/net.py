@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from dineros.metamodel import rtm
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError, FeatureValueError, Location, ModelFileError, with_article
 from dineros.metamodel.files import load
 from dineros.metamodel.lifecycles.states import State as LifecycleState
@@ -336,13 +337,13 @@ class Net:
         """
         return self.core.signal(name)
 
-    def set_signals(self, values: Mapping[str, bool], source: str = "program") -> None:
+    def set_signals(self, values: Mapping[str, SignalSetting], source: str = "program") -> None:
         """Set several input signals at once, so that nothing fires in between; from any thread.
 
         Parameters
         ----------
-        values : mapping of str to bool
-            Id or name of a signal -> its value.
+        values : mapping of str to bool or str
+            Id or name of a signal -> its value; the name of one if the signal has values.
         source : str
             Where they come from, for the records.
 
@@ -351,7 +352,7 @@ class Net:
         UnknownElementError
             The node has no such signal; none is set.
         FeatureValueError
-            A value is neither True nor False; none is set.
+            A value is none that its signal can have; none is set.
         """
         self.core.submit_signals(values, source)
 

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Self
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange
@@ -413,7 +414,7 @@ class Runner(Arrivals):
         """Have it counted that something came that is not a message."""
         self._post(lambda: self.exchange.refuse(port, error))
 
-    def signals_changed(self, values: Mapping[str, bool], source: str) -> None:
+    def signals_changed(self, values: Mapping[str, SignalSetting], source: str) -> None:
         """Have signals set."""
         self._core.submit_signals(values, source)
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.nodes.core import NOT_ACTIVE
 from dineros.runtime.nodes.inspection import outlook
@@ -32,16 +33,19 @@ class Outlook:
         answer any more.
     reason : str or None
         Why it does not run.
-    signals : mapping of str to bool or None
+    signals : mapping of str to bool or str, or None
         Values of its signals; None: it cannot tell now.
     enabled : sequence of str or None
         Transitions that its net allows to fire; None: it cannot tell now.
+    values : mapping of str to sequence of str
+        The names of the values of each signal that has some.
     """
 
     state: str
     reason: str | None = None
-    signals: Mapping[str, bool] | None = None
+    signals: Mapping[str, Any] | None = None
     enabled: Sequence[str] | None = None
+    values: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 class Steerable(Protocol):
@@ -50,7 +54,7 @@ class Steerable(Protocol):
     def look(self) -> Outlook:
         """Return how it is; soon, also where a handler blocks it."""
 
-    def set_signals(self, values: Mapping[str, bool], source: str) -> None:
+    def set_signals(self, values: Mapping[str, SignalSetting], source: str) -> None:
         """Set input signals at once, by id; none is set where that raises a `DinerosError`."""
 
     def pause(self, reason: str) -> None:
@@ -74,8 +78,10 @@ class SteeredNet:
     def __init__(self, net: Net, may_fire: Callable[[], bool] = lambda: True) -> None:
         self._net = net
         self._may_fire = may_fire
-        self._asked: Future[tuple[dict[str, bool], list[str]]] | None = None
-        self._seen: tuple[dict[str, bool] | None, list[str] | None] = (None, None)
+        self._asked: Future[tuple[dict[str, Any], list[str]]] | None = None
+        self._seen: tuple[dict[str, Any] | None, list[str] | None] = (None, None)
+        signals = net.structure.ports.signals
+        self._values = {signal.id: signal.values for signal in signals if signal.values}
 
     def look(self) -> Outlook:
         """Return how it is; of a node that is busy, signals and transitions as they were last seen."""
@@ -85,14 +91,14 @@ class SteeredNet:
         core = self._net.core
         if not core.loop.is_running:  # somebody steps it, or it has ended
             self._asked, self._seen = None, core.loop.call(lambda: outlook(core))
-            return Outlook(status.state, status.reason, *self._seen)
+            return Outlook(status.state, status.reason, *self._seen, self._values)
         if self._asked is None:  # else it is still to answer: nothing piles up in its loop
             self._asked = core.loop.ask(lambda: outlook(core))
         with contextlib.suppress(TimeoutError):
             self._seen, self._asked = self._asked.result(PATIENCE), None
-        return Outlook(status.state, status.reason, *self._seen)
+        return Outlook(status.state, status.reason, *self._seen, self._values)
 
-    def set_signals(self, values: Mapping[str, bool], source: str) -> None:
+    def set_signals(self, values: Mapping[str, SignalSetting], source: str) -> None:
         """Set input signals at once, by id or name."""
         self._net.set_signals(values, source)
 

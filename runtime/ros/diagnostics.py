@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from dineros.metamodel.clauses import SignalSetting, setting_text
 from dineros.runtime.nodes.health import Health, HealthWatch
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.responses import ResponseTime
@@ -188,8 +189,8 @@ def _state(health: Health) -> tuple[str, str, list[tuple[str, object]]]:
     return level, status.state if status.reason is None else f"{status.state}: {status.reason}", values
 
 
-def _signal(value: bool, age: float | None) -> str:
-    return f"{str(value).lower()} {'never' if age is None else f'{age:.1f} s'}"
+def _signal(value: SignalSetting, age: float | None) -> str:
+    return f"{setting_text(value)} {'never' if age is None else f'{age:.1f} s'}"
 
 
 def response_text(time: ResponseTime) -> str:

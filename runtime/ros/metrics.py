@@ -76,7 +76,11 @@ def _samples(health: Health) -> Iterator[Sample]:
         yield "refused_total", "counter", "Messages that were not taken.", {"channel": channel}, count
     for signal in health.signals:
         labels = {"signal": signal.signal}
-        yield "signal", "gauge", "Value of an input signal.", labels, float(signal.value)
+        if not signal.values:
+            yield "signal", "gauge", "Value of an input signal.", labels, float(bool(signal.value))
+        for value in signal.values:
+            is_now = float(signal.value == value)
+            yield "signal", "gauge", "Value of an input signal.", {**labels, "value": value}, is_now
         yield "signal_stale", "gauge", "Whether its source is silent.", labels, float(signal.is_stale)
         if signal.age is not None:
             yield "signal_age_seconds", "gauge", "Since it was heard.", labels, signal.age

@@ -103,7 +103,12 @@ def _instances(engine: Engine) -> Iterator[_Sum]:
 
 
 def _signals(engine: Engine) -> Iterator[_Sum]:
-    return _either(engine, signals.I4, "true", "false")
+    yield from _either(engine, signals.I4, "true", "false")
+    of: dict[EObject, list[EObject]] = {}
+    for application in engine.applications_of(signals.I4Values):
+        of.setdefault(application.sources[0], []).append(application.made["holds"])
+    for places in of.values():
+        yield _Sum(f"{' or '.join(map(_id, places))}", 1, [(place, 1) for place in places])
 
 
 def _timers(engine: Engine) -> Iterator[_Sum]:
@@ -213,13 +218,20 @@ def _goal_histories(engine: Engine) -> Iterator[_Sum]:
 
 def _disjunctions(engine: Engine) -> Iterator[_Sum]:
     values = {application.sources[0]: application.made for application in engine.applications_of(signals.I4)}
+    holding = {each.sources[1]: each.made["holds"] for each in engine.applications_of(signals.I4Values)}
     for application in engine.applications_of(signals.I1):
         disjunction = next(source for source in application.sources if isinstance(source, sym.Disjunction))
         place = application.made["true_literals"]
         assert isinstance(place, pn.Place)
         terms: list[tuple[EObject, int]] = [(place, 1)]
         for literal in disjunction.literals:
-            terms.append((values[literal.signal]["false" if literal.negated else "true"], -1))
+            if literal.value is None:
+                terms.append((values[literal.signal]["false" if literal.negated else "true"], -1))
+                continue
+            others = [
+                each for each in literal.signal.values if (each.name == literal.value) is not literal.negated
+            ]
+            terms += [(holding[each], -1) for each in others]
         yield _Sum(f"{place.id} counts true literals", 0, terms)
 
 

@@ -20,10 +20,11 @@ class Meaning:
     ----------
     words : str
         What it is, or what its firing does. Names in braces are filled in: ``topic``, ``service``,
-        ``client``, ``instance``, ``signal``, ``publisher``, ``subscriber``, ``place``, ``callback``,
-        ``group``, ``node``, ``action`` and ``outcome`` are of what the rule matched, ``writing`` and
-        ``reading`` the node nets of a publisher and a subscriber, ``queue`` is its queue, ``writer`` the
-        server instance that writes there, and ``waits`` what a client does whose request is lost.
+        ``client``, ``instance``, ``signal``, ``value``, ``publisher``, ``subscriber``, ``place``,
+        ``callback``, ``group``, ``node``, ``action`` and ``outcome`` are of what the rule matched,
+        ``writing`` and ``reading`` the node nets of a publisher and a subscriber, ``queue`` is its queue,
+        ``writer`` the server instance that writes there, and ``waits`` what a client does whose request is
+        lost.
     on_server_page : str
         What is said instead where the client stands on a server page.
     step : type of Step or None
@@ -39,7 +40,7 @@ class Meaning:
         ``nothing``, ``reject``, ``refuse``, ``end``, ``too late``, ``unheeded`` or ``result`` of goals; of a
         managed node its state, or what it is asked for.
     value : bool or None
-        The value of a signal that it stands for.
+        The value of a signal that it stands for; true, too, for the value that the rule matched last.
     rests : bool
         Whether the place is marked while nothing happens.
     """

@@ -289,3 +289,24 @@ class SignalChange(Fragment):
             arc(true, self.to_false),
             arc(self.to_false, false),
         ]
+
+
+class ValueChange(Fragment):
+    """A transition that gives a signal another value.
+
+    Parameters
+    ----------
+    change : str
+        Its id; may hold placeholders.
+    before, after : Expression
+        The places of the two values.
+    """
+
+    roles = {"change": pn.Transition, "before": pn.Place, "after": pn.Place}
+    change: New
+
+    def __init__(self, change: str, *, before: Expression, after: Expression) -> None:
+        super().__init__(before=before, after=after)
+        meaning = Meaning("signal {signal} becomes {value}", step=Signal, value=True)
+        self.change = transition(change, meaning)
+        self.arcs = [arc(before, self.change), arc(self.change, after)]

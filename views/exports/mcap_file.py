@@ -41,6 +41,7 @@ _SCHEMAS: dict[str, dict[str, Any]] = {
         "details": {"type": "object"},
     },
     "dineros.Signal": {"value": {"type": "boolean"}},
+    "dineros.SignalValue": {"value": {"type": "string"}},
     "dineros.Queue": {
         "level": {"type": "integer"},
         "capacity": {"type": "integer"},
@@ -112,7 +113,7 @@ class _File:
         self._time = times[0] if times else 0
         for lane in self.builder.lanes.all:
             if lane.kind == "signal":
-                self._message(f"/dineros/signals/{lane.id}", "dineros.Signal", {"value": bool(lane.initial)})
+                self._signal(lane, lane.initial)
         marking = dict(self.builder.initial)
         self._message("/dineros/marking", "dineros.Marking", {"places": marking})
         for number, (time, step) in enumerate(zip(times, self.builder.steps, strict=True)):
@@ -135,9 +136,13 @@ class _File:
         log = {"timestamp": stamp, "level": level, "message": step.text, "name": step.node or ""}
         self._message("/dineros/log", "foxglove.Log", {**log, "file": "", "line": self._number + 1})
 
+    def _signal(self, lane: Lane, level: int) -> None:
+        schema = "dineros.Signal" if lane.values is None else "dineros.SignalValue"
+        self._message(f"/dineros/signals/{lane.id}", schema, {"value": lane.setting(level)})
+
     def _mark(self, lane: Lane, letter: str, values: list[int]) -> None:
         if lane.kind == "signal":
-            self._message(f"/dineros/signals/{lane.id}", "dineros.Signal", {"value": bool(values[0])})
+            self._signal(lane, values[0])
         elif lane.kind == "queue":
             said = {"level": values[0], "event": _EVENTS[letter], "lost": values[1] if letter == "d" else 0}
             if lane.capacity is not None:

@@ -36,11 +36,11 @@ def export(builder: TraceBuilder) -> bytes:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(_COLUMNS)
     lanes = builder.lanes.all
-    signals = {lane.id: bool(lane.initial) for lane in lanes if lane.kind == "signal"}
+    signals = {lane.id: lane.setting(lane.initial) for lane in lanes if lane.kind == "signal"}
     for number, step in enumerate(builder.steps):
         for lane, letter, *values in step.marks:
             if letter == "v":
-                signals[lanes[lane].id] = bool(values[0])
+                signals[lanes[lane].id] = lanes[lane].setting(values[0])
         writer.writerow(
             [
                 number + 1,

@@ -70,7 +70,8 @@ class Steering:
         -------
         list of dict
             ``node``, ``state`` and ``reason``; and but for a node that cannot tell ``signals``: values by id,
-            and ``enabled``: transitions that its net allows to fire.
+            ``values``: the names that each signal with values can have, and ``enabled``: transitions that its
+            net allows to fire.
         """
         found = []
         for node, steered in self._nodes.items():
@@ -78,6 +79,8 @@ class Steering:
             said: dict[str, Any] = {"node": node, "state": seen.state, "reason": seen.reason}
             if seen.signals is not None and seen.enabled is not None:
                 said |= {"signals": dict(seen.signals), "enabled": list(seen.enabled)}
+                if seen.values:
+                    said["values"] = {signal: list(names) for signal, names in seen.values.items()}
             found.append(said)
         return found
 

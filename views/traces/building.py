@@ -22,6 +22,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from dineros.metamodel import records as rec
+from dineros.metamodel.clauses import SignalSetting, setting_text
 from dineros.metamodel.lifecycles.states import STATES, State
 from dineros.metamodel.records import Header, Record, Start
 from dineros.metamodel.records.schema import Step as StepRecord
@@ -110,7 +111,7 @@ class TraceBuilder:
         self.steps: list[Step] = []
         self.initial: dict[str, int] = {}
         self.marking: dict[str, int] = {}
-        self.signals: dict[str, bool] = {}
+        self.signals: dict[str, SignalSetting] = {}
         self.nodes: list[str] = list(dict.fromkeys(self.facts.owner.values()))
         self.loop: int | None = None
         self._loads = dict(loads or {})
@@ -232,7 +233,8 @@ class TraceBuilder:
         marks: list[Mark] = []
         for signal, value in record.signals.items():
             if self.signals.get(signal) != value:
-                marks.append([self._signal_lane(signal, value).index, "v", int(value)])
+                lane = self._signal_lane(signal, value)
+                marks.append([lane.index, "v", lane.level_of(value)])
                 self.signals[signal] = value
         if known and not change and not marks and not record.resumed:
             return None  # it follows the checkpoint that a journal begins with
@@ -275,11 +277,11 @@ class TraceBuilder:
             case rec.Fire() | rec.Error() | rec.Aside() | rec.Release():
                 self._transition(step, record)
             case rec.Signal():
-                lane = self._signal_lane(record.signal, not record.value)
+                lane = self._signal_lane(record.signal, self._before(record))
                 self.signals[record.signal] = record.value
                 step.node = node or lane.node
-                step.marks.append([lane.index, "v", int(record.value)])
-                step.text = said or f"signal {record.signal} becomes {'true' if record.value else 'false'}"
+                step.marks.append([lane.index, "v", lane.level_of(record.value)])
+                step.text = said or f"signal {record.signal} becomes {setting_text(record.value)}"
             case rec.Drop(queue="request"):
                 self._bar(step, self._calls.mark_lost(record, node))
             case _ if record.declared.goal:
@@ -386,10 +388,23 @@ class TraceBuilder:
         self._counts.setdefault(lane.index, state)
         return lane
 
-    def _signal_lane(self, signal: str, initial: bool) -> Lane:
+    def _before(self, record: rec.Signal) -> SignalSetting:
+        """Return what a signal was before it changed, as far as that is known."""
+        if isinstance(record.value, bool):
+            return not record.value
+        return next((each for each in self.facts.values.get(record.signal, ()) if each != record.value), "?")
+
+    def _signal_lane(self, signal: str, initial: SignalSetting) -> Lane:
+        values = None if isinstance(initial, bool) else list(self.facts.values.get(signal, ()))
+        lane = self.lanes.get("signal", signal)
+        if lane is not None:
+            return lane
+        if values is not None and initial not in values:
+            values.append(str(initial))
         return self.lanes.make(
             "signal", signal, group="signals", kind="signal", id=signal, label=self.facts.label_of(signal),
-            node=self.facts.owner_of(signal), initial=int(initial),
+            node=self.facts.owner_of(signal), values=values,
+            initial=int(initial) if values is None else values.index(str(initial)),
         )  # fmt: skip
 
     def _queue_lane(self, channel: str, queue: str, place: str) -> Lane:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.calls import Served, copy_id, instance_counts, server_pages, services, serving
+from dineros.metamodel.clauses import value_names
 from dineros.metamodel.elements import label, node_net_of, node_nets, nodes, resolve
 
 _INSTANCE = re.compile(r"^(?P<channel>.+?)\[(?P<number>[0-9]+)\]\.(?P<element>.+)$")
@@ -14,8 +15,8 @@ _INSTANCE = re.compile(r"^(?P<channel>.+?)\[(?P<number>[0-9]+)\]\.(?P<element>.+
 DISPATCHER_LIMIT = 16
 """Capacity of a dispatcher queue for which the model says nothing (paper, Sect. 5.5.2)."""
 
-Literal = tuple[str, bool]
-"""A signal, and whether it is negated."""
+Literal = tuple[str, bool] | tuple[str, bool, str]
+"""A signal, whether it is negated, and the value that it is compared with, if it has values."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,8 @@ class Facts:
         The client whose request or response place this is, by channel and place.
     goals : dict of (str, str) to str
         The place of the goals of each client of an action, by channel and client.
+    values : dict of str to list of str
+        The names of the values of each signal that has some.
     managed : list of str
         Node nets that are managed.
     has_histories : bool
@@ -71,6 +74,7 @@ class Facts:
     channels: dict[str, str] = field(default_factory=dict)
     ports: dict[tuple[str, str], str] = field(default_factory=dict)
     goals: dict[tuple[str, str], str] = field(default_factory=dict)
+    values: dict[str, list[str]] = field(default_factory=dict)
     managed: list[str] = field(default_factory=list)
     has_histories: bool = False
 
@@ -140,6 +144,7 @@ def facts_of(model: pn.Net | None) -> Facts:
                 facts.clauses[node.id] = _clause(clause)
     for net in node_nets(model):
         facts.owner.update({signal.id: net.id for signal in net.signals})
+        facts.values.update({each.id: list(value_names(each)) for each in net.signals if each.values})
         if net.lifecycle is not None:
             facts.managed.append(net.id)
     for channel in model.channels if isinstance(model, sym.SystemModel) else ():
@@ -153,7 +158,12 @@ def facts_of(model: pn.Net | None) -> Facts:
 
 def _clause(clause: sym.InputClause) -> Clause:
     disjunctions = tuple(
-        tuple((str(literal.signal.id), bool(literal.negated)) for literal in disjunction.literals)
+        tuple(
+            (str(each.signal.id), bool(each.negated))
+            if each.value is None
+            else (str(each.signal.id), bool(each.negated), each.value)
+            for each in disjunction.literals
+        )
         for disjunction in clause.disjunctions
     )
     return Clause(clause.text, disjunctions)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
+from dineros.metamodel.clauses import SignalSetting
+
 Group = Literal["property", "lifecycle", "signals", "topics", "services", "actions", "transitions"]
 Kind = Literal["state", "signal", "queue", "client", "transition", "place"]
 
@@ -37,6 +39,8 @@ class Lane:
         Of a queue, where it is known.
     initial : int
         Value or level before the first step.
+    values : list of str or None
+        Of a signal with values: their names; its level is the position of one.
     """
 
     index: int
@@ -50,6 +54,19 @@ class Lane:
     queue: str | None = None
     capacity: int | None = None
     initial: int = 0
+    values: list[str] | None = None
+
+    def level_of(self, value: SignalSetting) -> int:
+        """Return the level of a signal; a name that is not known yet gets the next one."""
+        if self.values is None or isinstance(value, bool):
+            return int(bool(value))
+        if value not in self.values:
+            self.values.append(value)
+        return self.values.index(value)
+
+    def setting(self, level: int) -> SignalSetting:
+        """Return what a signal is at a level."""
+        return bool(level) if self.values is None else self.values[level]
 
     def to_json(self) -> dict[str, Any]:
         """Return the lane for the page; its index is its position."""

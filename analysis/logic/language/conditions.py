@@ -27,10 +27,11 @@ from dineros.analysis.logic.language.syntax import (
     Or,
     SignalTrue,
 )
+from dineros.metamodel.clauses import SignalSetting
 
 _INSTANCE = re.compile(r".+\[\d+\]\.(.+)")
 
-Predicate = Callable[[Mapping[str, int], Mapping[str, bool]], bool]
+Predicate = Callable[[Mapping[str, int], Mapping[str, SignalSetting]], bool]
 
 
 class Condition:
@@ -66,7 +67,7 @@ class Condition:
         self._signals = {signal: signal for signal in signals}
         self._holds = self._compiled(parse(text, "state"))
 
-    def __call__(self, marking: Mapping[str, int], signals: Mapping[str, bool]) -> bool:
+    def __call__(self, marking: Mapping[str, int], signals: Mapping[str, SignalSetting]) -> bool:
         """Say whether the condition holds; a place that is not mentioned holds no token."""
         return self._holds(marking, signals)
 
@@ -78,7 +79,8 @@ class Condition:
             return self._comparison(formula)
         if isinstance(formula, SignalTrue):
             signal = self._signal(formula.name)
-            return lambda marking, signals: signals.get(signal, False)
+            id, _, wanted = signal.rpartition(".")
+            return lambda marking, signals: signals.get(signal) is True or signals.get(id) == wanted
         parts = [self._compiled(operand) for operand in formula.operands]
         if isinstance(formula, Not):
             return lambda marking, signals: not parts[0](marking, signals)

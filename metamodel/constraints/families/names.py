@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.clauses import value_names
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, kind_of
@@ -265,7 +266,8 @@ def _reserved(index: Index) -> tuple[_Reserved, _Reserved, _Reserved]:
     def make() -> tuple[_Reserved, _Reserved, _Reserved]:
         services, topics, owned = _Reserved(), _Reserved(), _Reserved()
         for node, (_, _, own) in _node_names(index).items():
-            signals, is_managed = [signal.id for signal in node.signals], node.lifecycle is not None
+            signals = {signal.id: value_names(signal) for signal in node.signals}
+            is_managed = node.lifecycle is not None
             for name, what in reserved_services(own, signals, is_managed).items():
                 services.setdefault(name, []).append((node, what))
             for name, (type, is_own) in reserved_topics(own, signals, is_managed).items():

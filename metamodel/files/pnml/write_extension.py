@@ -312,9 +312,12 @@ def _says_all(clause: sym.InputClause) -> bool:
     signals = {label(signal): signal for signal in node_net.signals}
     try:
         form = [
-            [(signals.get(name), negated) for name, negated in part] for part in to_cnf(parse(clause.text))
+            [(signals.get(each.signal), each.negated, each.value) for each in part]
+            for part in to_cnf(parse(clause.text))
         ]
     except DinerosError:
         return False
-    stored = [[(each.signal, each.negated) for each in part.literals] for part in clause.disjunctions]
+    stored = [
+        [(each.signal, each.negated, each.value) for each in part.literals] for part in clause.disjunctions
+    ]
     return form == stored

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.ros.process.session import RosError
 from dineros.runtime.scheduling.watchdog import LIMIT
@@ -82,7 +83,7 @@ LOG_LEVEL = Parameter(
 )
 
 
-def signal_parameters(signals: Iterable[tuple[str, bool]]) -> dict[str, Parameter]:
+def signal_parameters(signals: Iterable[tuple[str, SignalSetting]]) -> dict[str, Parameter]:
     """Return the parameter for the start value of each signal, by the signal's id."""
     initial = dict(signals)
     names = resource_names(initial)
@@ -92,8 +93,15 @@ def signal_parameters(signals: Iterable[tuple[str, bool]]) -> dict[str, Paramete
     }
 
 
-def stale_parameters(signals: Iterable[str]) -> dict[str, tuple[Parameter, Parameter]]:
-    """Return the parameters for a silent source of each signal, by its id: the time, and what is done."""
+def stale_parameters(signals: Mapping[str, Sequence[str]]) -> dict[str, tuple[Parameter, Parameter]]:
+    """Return the parameters for a silent source of each signal, by its id: the time, and what is done.
+
+    Parameters
+    ----------
+    signals : mapping of str to sequence of str
+        Ids of the signals, with the names of their values.
+    """
+    choices = {id: " or ".join(values or ("true", "false")) for id, values in signals.items()}
     return {
         id: (
             Parameter(
@@ -106,7 +114,7 @@ def stale_parameters(signals: Iterable[str]) -> dict[str, tuple[Parameter, Param
             Parameter(
                 f"when_stale.{name}",
                 "keep",
-                f"What is done when {id} is stale: keep its value, stop the net, or true or false.",
+                f"What is done when {id} is stale: keep its value, stop the net, or {choices[id]}.",
                 is_any=True,
             ),
         )

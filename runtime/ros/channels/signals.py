@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.clauses import SignalSetting
+from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.ros_names import SET_SIGNAL, SIGNALS, SIGNALS_WANTED, resource_names
-from dineros.runtime.bridges.values import read_signals
+from dineros.runtime.bridges.values import read_setting, read_signals
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.nets.ports import SignalPort
 from dineros.runtime.nets.staleness import Expectation, StalenessError, parse_then
@@ -55,8 +56,11 @@ class RosSignals:
             self._start_values(node, signals)
             names = resource_names(signal.id for signal in signals)
             for signal in signals:
-                self._add(node, signal.id, names[signal.id])
-            self._add_together(node)
+                if signal.values:
+                    self._add_valued(node, signal, names[signal.id])
+                else:
+                    self._add(node, signal.id, names[signal.id])
+            self._add_together(node, {name: s.values for s in signals for name in (s.id, s.name)})
             self._ask(node, [names[signal.id] for signal in signals])
         except BaseException:
             self.close()
@@ -64,14 +68,22 @@ class RosSignals:
 
     def _start_values(self, node: Any, signals: Sequence[SignalPort]) -> None:
         values = signal_parameters((signal.id, signal.initial) for signal in signals)
-        stale = stale_parameters(signal.id for signal in signals)
+        stale = stale_parameters({signal.id: signal.values for signal in signals})
         for signal in signals:
-            start = bool(declare(node, values[signal.id]))
+            start = declare(node, values[signal.id])
+            start = start if signal.values else bool(start)
+            try:
+                signal.require(start)
+            except FeatureValueError as error:
+                raise RosError(
+                    f"the parameter {values[signal.id].name} cannot have the value it was given: {error}"
+                ) from error
             if start != signal.initial:
                 self._receiver.signals_changed({signal.id: start}, "parameter")
             after, then = (declare(node, parameter) for parameter in stale[signal.id])
             try:
                 expected = Expectation(float(after) or 1.0, parse_then(then))
+                expected.require(signal.values)
             except (StalenessError, AttributeError) as error:
                 raise RosError(
                     f"the parameter {stale[signal.id][1].name} cannot have the value it was given: {error}"
@@ -97,12 +109,26 @@ class RosSignals:
         service = node.create_service(SetBool, f"~/{SET_SIGNAL}/{name}", asked)
         self._closing += [topic.close, lambda: node.destroy_service(service)]
 
-    def _add_together(self, node: Any) -> None:
+    def _add_valued(self, node: Any, signal: SignalPort, name: str) -> None:
+        """Let a topic set a signal with values; ROS has no service of its own for this."""
         from std_msgs.msg import String
 
         def heard(message: Any) -> None:
             try:
-                values = read_signals(message.data)
+                value = read_setting(message.data, signal.values)
+            except DinerosError as error:
+                self._source.refuse(f"{TOGETHER}/{name}", error)
+                return
+            self._set({signal.id: value}, "topic")
+
+        self._closing.append(LatchedTopic(node, String, f"{TOGETHER}/{name}", heard).close)
+
+    def _add_together(self, node: Any, known: Mapping[str, Sequence[str]]) -> None:
+        from std_msgs.msg import String
+
+        def heard(message: Any) -> None:
+            try:
+                values = read_signals(message.data, lambda name: known.get(name, ()))
             except DinerosError as error:
                 self._source.refuse(TOGETHER, error)
                 return
@@ -118,7 +144,7 @@ class RosSignals:
         publisher.publish(String(data=json.dumps(names)))
         self._closing.append(lambda: node.destroy_publisher(publisher))
 
-    def _set(self, values: dict[str, bool], source: str) -> None:
+    def _set(self, values: dict[str, SignalSetting], source: str) -> None:
         if not self._is_open:
             return
         try:

@@ -26,7 +26,8 @@ def recorded(model: sym.SystemModel, seed: int, steps: int) -> dict[str, list[Re
         for _ in range(steps):
             if signals and draw.random() < 0.2:
                 net, name = draw.choice(signals)
-                net.signal(name).set(draw.random() < 0.5)
+                values = net.signal(name).values
+                net.signal(name).set(draw.choice(values) if values else draw.random() < 0.5)
             application.step()
         application.close()
         return {node: list(read_trace(parts)) for node, parts in traces_of_runs([Path(folder)]).items()}

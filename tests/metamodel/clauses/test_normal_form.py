@@ -4,7 +4,7 @@ import time
 import pytest
 from hypothesis import given
 
-from dineros.metamodel.clauses import MAX_DISJUNCTIONS, Not, Signal, parse, to_cnf
+from dineros.metamodel.clauses import MAX_DISJUNCTIONS, Not, Signal, SignalLiteral, parse, to_cnf
 from dineros.metamodel.clauses.normal_form import NormalForm
 from dineros.metamodel.errors import ClauseError
 from tests.support.clauses import NAMES, Clause, assignments, clauses
@@ -14,7 +14,7 @@ def read(form: str) -> NormalForm:
     """Read a form such as ``a | !b; c``; a lone dash is the empty disjunction."""
     disjunctions = [part.split("|") for part in form.split(";")] if form else []
     return tuple(
-        tuple((name.strip(" !"), "!" in name) for name in literals if name.strip() != "-")  # type: ignore[misc]
+        tuple(SignalLiteral(name.strip(" !"), "!" in name) for name in literals if name.strip() != "-")
         for literals in disjunctions
     )
 
@@ -51,8 +51,8 @@ def test_brings_into_normal_form(text: str, form: str) -> None:
 
 def test_literals_follow_the_text() -> None:
     assert to_cnf(parse("(z | a | !m) & (m | z)")) == (
-        (("z", False), ("a", False), ("m", True)),
-        (("z", False), ("m", False)),
+        (SignalLiteral("z"), SignalLiteral("a"), SignalLiteral("m", negated=True)),
+        (SignalLiteral("z"), SignalLiteral("m")),
     )
 
 
@@ -60,10 +60,10 @@ def test_literals_follow_the_text() -> None:
 def test_is_equivalent_simplified_and_over_the_same_signals(clause: Clause) -> None:
     form = to_cnf(parse(clause.text))
     for values in assignments(NAMES):
-        holds = all(any(values[name] is not negated for name, negated in literals) for literals in form)
+        holds = all(any(values[name] is not negated for name, negated, _ in literals) for literals in form)
         assert holds is clause.holds(values)
     for literals in form:
-        names = [name for name, _ in literals]
+        names = [literal.signal for literal in literals]
         assert len(set(names)) == len(names)
     for left, right in itertools.permutations(form, 2):
         assert not set(left) <= set(right)

@@ -59,7 +59,7 @@ def test_reads(text: str, expression: Expression) -> None:
         ("a & )", 5, "expected a signal, '!' or '(', found ')'"),
         ("(a", 3, "expected an operator or ')', found the end"),
         ("a)", 2, "expected an operator or the end, found ')'"),
-        ("a = b", 3, "expected an operator, found '='"),
+        ("a = b", 5, "expected a value in single quotes, found 'b'"),
         ("a b", 3, "found 'b' (a name with blanks or signs stands in double quotes)"),
         ("a-->b", 2, "found '-' (a name with blanks or signs stands in double quotes)"),
         ('a & "b', 5, "the quote that opens here is not closed"),

@@ -37,6 +37,18 @@ def pair() -> Iterator[Net]:
 
 
 @pytest.fixture
+def moded() -> Iterator[Net]:
+    """The first with a second signal that has values."""
+    model = talker()
+    (node,) = (page for page in model.pages if isinstance(page, sym.NodeNet) and page.id == "talker")
+    values = [sym.SignalValue(name=each) for each in ("mute", "low", "loud")]
+    node.signals.append(sym.InputSignal(id="Mode", values=values))
+    (part,) = (part for part in split(model) if part.node.id == "talker")
+    with Net(part) as running:
+        yield running
+
+
+@pytest.fixture
 def broker(tmp_path: Path) -> Iterator[Broker]:
     if MOSQUITTO is None:
         require("mosquitto")

@@ -70,6 +70,16 @@ class TestMqtt:
             assert pair.inspect().sources[0].refused == 2
         assert seen == [{"Button": True, "Bell": True}] * 2 + [{"Button": False, "Bell": False}] * 2
 
+    def test_a_signal_with_values(self, moded: Net, broker: Broker) -> None:
+        with MqttSignals(moded, port=broker.port) as bridge:
+            assert bridge.wait(PATIENCE)
+            broker.publish("talker/signals/Mode", "true")
+            broker.publish("talker/signals/Mode", "loud")
+            moded.wait_for(lambda state: state.signals["Mode"] == "loud", PATIENCE)
+            broker.publish("talker/signals", '{"Mode": "mute", "Button": true}')
+            moded.wait_for(lambda state: state.signals == {"Button": True, "Mode": "mute"}, PATIENCE)
+            assert moded.inspect().sources[0].refused == 1
+
     def test_broker_that_comes_back(self, net: Net, broker: Broker) -> None:
         with MqttSignals(net, port=broker.port) as bridge:
             assert bridge.wait(PATIENCE)
@@ -91,6 +101,17 @@ class TestRest:
     def server(self, net: Net) -> Iterator[RestServer]:
         with RestServer(net, port=0) as running:
             yield running
+
+    def test_a_signal_with_values(self, moded: Net) -> None:
+        with RestServer(moded, port=0) as server:
+            url = f"{server.url}/signals/Mode"
+            assert httpx.put(url, json={"value": "loud"}).json() == {"value": "loud"}
+            moded.wait_for(lambda state: state.signals["Mode"] == "loud", PATIENCE)
+            assert httpx.get(f"{server.url}/signals").json() == {"Button": False, "Mode": "loud"}
+            for wrong in ("lout", True, None):
+                assert httpx.put(url, json={"value": wrong}).status_code == 422
+            answer = httpx.put(f"{server.url}/signals", json={"Button": True, "Mode": False})
+            assert answer.status_code == 422 and not moded.inspect().signals["Button"]
 
     def test_put_sets_signal(self, net: Net, server: RestServer) -> None:
         assert httpx.get(f"{server.url}/signals").json() == {"Button": False}

@@ -44,7 +44,7 @@ def test_signals_pausing_and_proceeding(net: Net) -> None:
         until(lambda: steered.look() == paused)
         for wrong in ({"Buttons": True}, {"Button": "yes"}):
             with pytest.raises((UnknownElementError, FeatureValueError)):
-                steered.set_signals(wrong, "test")  # type: ignore[arg-type]
+                steered.set_signals(wrong, "test")
         assert net.count("Words") == 3
         steered.proceed()
         until(lambda: steered.look() == Outlook("running", None, {"Button": True}, []))

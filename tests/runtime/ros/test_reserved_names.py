@@ -42,7 +42,7 @@ def test_the_list_of_reserved_names_is_complete(ros: Ros, is_managed: bool) -> N
     for change in (CONFIGURE, ACTIVATE) if is_managed else ():
         ros.script(CHANGE.format(id=change))
     services, published, heard = json.loads(ros.script(LOOK))
-    signals = ["Open", "too-late"]
+    signals: dict[str, tuple[str, ...]] = {"Open": (), "too-late": ()}
     known = reserved_services("/office", signals, is_managed)
     own = {name for name in services if name.startswith("/office/")}
     assert own <= known.keys()

@@ -122,3 +122,59 @@ def unused(small: Small) -> None:
 )
 def one_exclusive_signal(small: Small) -> None:
     small.net.assumptions.append(sym.ExclusiveSignals(id="apart", signals=[small["Danger"]]))
+
+
+def _with_values(small: Small) -> sym.InputSignal:
+    mode = sym.InputSignal(
+        id="Mode", values=[sym.SignalValue(name="idle"), sym.SignalValue(name="busy")], node=small["listener"]
+    )
+    set_clause(small["Serve"], "Open & Mode <> 'idle'")
+    return mode
+
+
+@CASES.breaks(
+    "signal-values",
+    "input signal 'Mode' has one value",
+    "give it two values or more with different names, or none",
+)
+def a_single_value(small: Small) -> None:
+    mode = _with_values(small)
+    mode.values.remove(mode.values[1])
+
+
+@CASES.breaks(
+    "signal-values",
+    "input signal 'Mode' starts as 'idel', which is none of its values",
+    "did you mean 'idle'?",
+)
+def start_that_is_no_value(small: Small) -> None:
+    _with_values(small).start = "idel"
+
+
+@CASES.breaks(
+    "signal-values",
+    "input signal 'Mode' has a value 'not busy', which is not a name of letters, digits and underscores",
+    "give it two values or more with different names, or none",
+)
+def value_that_is_no_name(small: Small) -> None:
+    _with_values(small).values[1].name = "not busy"
+
+
+@CASES.breaks(
+    "clause-values-known",
+    "input clause of transition 'Serve' compares the signal 'Mode' with 'idle', which is none of its values",
+    "write the name of a boolean signal alone, and compare others: Mode = 'idle'",
+)
+def value_that_is_gone(small: Small) -> None:
+    _with_values(small).values[0].name = "resting"
+
+
+@CASES.breaks(
+    "clause-values-known",
+    "input clause of transition 'Serve' uses the signal 'Mode' without a value",
+    "write the name of a boolean signal alone, and compare others: Mode = 'idle'",
+)
+def signal_without_its_value(small: Small) -> None:
+    mode = sym.InputSignal(id="Mode", node=small["listener"])
+    set_clause(small["Serve"], "Open & Mode")
+    mode.values.extend([sym.SignalValue(name="idle"), sym.SignalValue(name="busy")])

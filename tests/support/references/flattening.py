@@ -6,6 +6,7 @@ It shares no code with `dineros.transformations`. Names of nodes are tuples, suc
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -13,7 +14,7 @@ from typing import TypeAlias
 from dineros.metamodel import pn, sym
 
 Name: TypeAlias = Hashable
-Pair: TypeAlias = tuple[Name, Name]
+Changes: TypeAlias = "dict[Name, tuple[bool | str, bool | str]]"
 
 
 @dataclass
@@ -23,7 +24,7 @@ class PlainNet:
     places: dict[Name, int] = field(default_factory=dict)
     transitions: set[Name] = field(default_factory=set)
     arcs: list[tuple[Name, Name, int, str]] = field(default_factory=list)
-    overrides: set[Pair] = field(default_factory=set)
+    overrides: set[tuple[Name, Name]] = field(default_factory=set)
 
     def place(self, name: Name, tokens: int = 0) -> Name:
         assert name not in self.places
@@ -219,9 +220,7 @@ class _Flattening:
         disjunctions: list[tuple[Name, sym.Disjunction]] = []
         for transition, clause in self.clauses.items():
             for number, disjunction in enumerate(clause.disjunctions):
-                true = [
-                    literal for literal in disjunction.literals if literal.signal.initial != literal.negated
-                ]
+                true = [literal for literal in disjunction.literals if _starts_true(literal)]
                 name = self.net.place(("D", transition, number), len(true))
                 disjunctions.append((name, disjunction))
                 self.net.arcs.append((name, transition, 1, "read"))
@@ -232,46 +231,66 @@ class _Flattening:
                         users[signal.id].append(transition)
         plain_arcs = [arc for arc in self.net.arcs if not _is_disjunction(arc[0])]
         for id, signal in used.items():
-            self.net.place(("true", id), int(signal.initial))
-            self.net.place(("false", id), int(not signal.initial))
-            pairs = [self._pair(id, "any")] if self.signals == "fully-enabled" else []
+            for setting in _settings(signal):
+                self.net.place(("is", id, setting), int(_start(signal) == setting))
+            all_changes = [self._changes(signal, "any")] if self.signals == "fully-enabled" else []
             if self.signals in ("input-enabled", "io-enabled"):
                 for transition in users[id]:
-                    pair = self._pair(id, ("in", transition))
-                    pairs.append(pair)
+                    changes = self._changes(signal, ("in", transition))
+                    all_changes.append(changes)
                     for source, target, weight, kind in plain_arcs:
                         if target == transition and kind != "inhibitor":
-                            self.net.arcs += [(source, change, weight, "read") for change in pair]
+                            self.net.arcs += [(source, change, weight, "read") for change in changes]
             if self.signals == "io-enabled":
                 for transition in users[id]:
-                    pair = self._pair(id, ("out", transition))
-                    pairs.append(pair)
+                    changes = self._changes(signal, ("out", transition))
+                    all_changes.append(changes)
                     for source, target, weight, kind in plain_arcs:
                         if source == transition:
-                            self.net.arcs += [(target, change, weight, "read") for change in pair]
+                            self.net.arcs += [(target, change, weight, "read") for change in changes]
                         elif target == transition and kind == "read":
-                            self.net.arcs += [(source, change, weight, "read") for change in pair]
-            for to_true, to_false in pairs:
-                self._count_literals(id, to_true, to_false, disjunctions)
+                            self.net.arcs += [(source, change, weight, "read") for change in changes]
+            for changes in all_changes:
+                self._count_literals(id, changes, disjunctions)
 
-    def _pair(self, id: str, why: Name) -> Pair:
-        to_true, to_false = (
-            self.net.transition(("toTrue", id, why)),
-            self.net.transition(("toFalse", id, why)),
-        )
-        self.net.move(to_true, [("false", id)], [("true", id)])
-        self.net.move(to_false, [("true", id)], [("false", id)])
-        return to_true, to_false
+    def _changes(self, signal: sym.InputSignal, why: Name) -> Changes:
+        """Make the transitions from each setting to each other one."""
+        found: Changes = {}
+        for before, after in itertools.permutations(_settings(signal), 2):
+            change = self.net.transition(("change", signal.id, before, after, why))
+            self.net.move(change, [("is", signal.id, before)], [("is", signal.id, after)])
+            found[change] = before, after
+        return found
 
     def _count_literals(
-        self, id: str, to_true: Name, to_false: Name, disjunctions: list[tuple[Name, sym.Disjunction]]
+        self, id: str, changes: Changes, disjunctions: list[tuple[Name, sym.Disjunction]]
     ) -> None:
         for name, disjunction in disjunctions:
             for literal in disjunction.literals:
-                if literal.signal.id == id:
-                    up, down = (to_false, to_true) if literal.negated else (to_true, to_false)
-                    self.net.move(up, [], [name])
-                    self.net.move(down, [name], [])
+                for change, (before, after) in changes.items() if literal.signal.id == id else ():
+                    held, holds = _is_true(literal, before), _is_true(literal, after)
+                    if holds and not held:
+                        self.net.move(change, [], [name])
+                    elif held and not holds:
+                        self.net.move(change, [name], [])
+
+
+def _settings(signal: sym.InputSignal) -> list[bool | str]:
+    return [str(value.name) for value in signal.values] or [True, False]
+
+
+def _start(signal: sym.InputSignal) -> bool | str:
+    if not signal.values:
+        return bool(signal.initial)
+    return signal.start or str(signal.values[0].name)
+
+
+def _is_true(literal: sym.Literal, setting: bool | str) -> bool:
+    return (setting == (literal.value or True)) is not literal.negated
+
+
+def _starts_true(literal: sym.Literal) -> bool:
+    return _is_true(literal, _start(literal.signal))
 
 
 def _is_disjunction(name: Name) -> bool:

@@ -130,7 +130,7 @@ class Slow:
         self.looks += 1
         return Outlook("running", None, {}, [])
 
-    def set_signals(self, values: Mapping[str, bool], source: str) -> None:
+    def set_signals(self, values: Mapping[str, bool | str], source: str) -> None:
         raise AssertionError("nobody asks for that")
 
     def pause(self, reason: str) -> None:

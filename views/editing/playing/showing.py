@@ -9,6 +9,7 @@ from typing import Any
 from dineros.analysis.model.origins import Origins
 from dineros.analysis.model.subject import Subject
 from dineros.metamodel.base import EObject
+from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.editing import Document
 from dineros.views.editing.playing.game import Game
 
@@ -47,8 +48,9 @@ class Stage:
             ``at``, ``length``, ``loop``, ``title``; ``places``: tokens by handle; ``queues``: by handle of
             their channel, each with its ``text``, how many messages wait (``load``) and how many more can
             (``room``); ``under``: tokens in channels beside them; ``signals``: values by handle; ``firings``:
-            what is enabled, each with its ``id``, ``text``, ``kind`` and the ``elements`` it is seen at;
-            ``steps``: those around the present one, from number ``first`` on.
+            what is enabled, each with its ``id``, ``text``, ``kind`` and the ``elements`` it is seen at, and,
+            of a change of a signal with values, its new ``value``; ``steps``: those around the present one,
+            from number ``first`` on.
         """
         first = max(0, game.at - MOST_LISTED // 2)
         return {
@@ -66,7 +68,7 @@ class Stage:
     def _tokens(self, marking: Sequence[int]) -> dict[str, Any]:
         net, origins = self._subject.net, self._origins
         places: dict[str, int] = defaultdict(int)
-        signals: dict[str, bool] = {}
+        signals: dict[str, SignalSetting] = {}
         under: dict[str, list[dict[str, Any]]] = defaultdict(list)
         for index, (name, initial) in enumerate(zip(net.places, net.initial.tolist(), strict=True)):
             tokens = marking[index]
@@ -94,11 +96,13 @@ class Stage:
 
     def _firing(self, transition: int) -> dict[str, Any]:
         name = self._subject.net.transitions[transition]
+        value = self._origins.setting(name)
         return {
             "id": name,
             "text": self._subject.transition_text(transition),
             "kind": self._origins.kind(name),
             "elements": self._handles(*self._origins.transitions.get(name, ())),
+            **({"value": value} if isinstance(value, str) else {}),
         }
 
     def _handles(self, *some: EObject) -> list[str]:

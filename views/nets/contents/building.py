@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from dineros.metamodel import elements, pn, pnm, rtm, sym
+from dineros.metamodel.clauses import start_value
 from dineros.metamodel.elements import label
 from dineros.metamodel.lifecycles.states import STATES
 from dineros.views.nets.contents.channels import draw_channels, draw_ports
@@ -107,7 +108,10 @@ def _box(page: pn.Page, outer: pn.Page | None) -> Box:
         threads = f", {page.threads} threads" if page.executor == sym.Executor.multi else ""
         box.subtitle = f"{'managed ' if page.lifecycle is not None else ''}ROS node{threads}"
         box.states = list(STATES) if page.lifecycle is not None else []
-        box.signals = [Signal(signal.id, label(signal), bool(signal.initial)) for signal in page.signals]
+        box.signals = [
+            Signal(each.id, label(each), bool(each.initial), str(start_value(each)) if each.values else None)
+            for each in page.signals
+        ]
         box.detail = {"ROS package": page.package or label(page)}
         if page.namespace:
             box.detail["Namespace"] = page.namespace

@@ -48,13 +48,16 @@ def finish_box(box: Box) -> None:
         height = 34
     signals, x = "", 9.0
     for signal in box.signals:
-        name = escape(signal.label)
+        name, shown = escape(signal.label), signal.label
+        if signal.value is not None:
+            name = f'{name} = <tspan class="value">{escape(signal.value)}</tspan>'
+            shown = f"{shown} = {signal.value}"
         signals += (
             f'<g class="signal{" true" if signal.initial else ""}" data-id="{escape(signal.id)}">'
             f'<circle class="lamp" cx="{x + 4:g}" cy="{height + 6}" r="4"/>'
             f'<text x="{x + 12:g}" y="{height + 9}">{name}</text></g>'
         )
-        x = round(x + text_width(signal.label, SMALL_SIZE, bold=True) + 26, 1)
+        x = round(x + text_width(shown, SMALL_SIZE, bold=True) + 26, 1)
     box.head += signals
     height += 18 if signals else 0
     if box.states:

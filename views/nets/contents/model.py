@@ -102,11 +102,12 @@ class Node:
 
 @dataclass
 class Signal:
-    """An input signal of a ROS node."""
+    """An input signal of a ROS node; `value`: its value at the start, if it has several."""
 
     id: str
     label: str
     initial: bool
+    value: str | None = None
 
 
 @dataclass

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
+from dineros.metamodel.clauses import SignalSetting
 from dineros.views.javascript.client import evaluate
 from dineros.views.nets.placement.placing import SCRIPTS
 from dineros.views.pages import own_text
@@ -25,7 +26,7 @@ def to_svg(
     positioned: Picture,
     *,
     marking: Mapping[str, int] | None = None,
-    signals: Mapping[str, bool] | None = None,
+    signals: Mapping[str, SignalSetting] | None = None,
     highlights: Iterable[str] = (),
     theme: Theme = "light",
     paper: Paper | None = None,
@@ -38,7 +39,7 @@ def to_svg(
         What `dineros.views.nets.layout` returns.
     marking : mapping of str to int, optional
         Tokens by id of place; places that are not named show their initial ones.
-    signals : mapping of str to bool, optional
+    signals : mapping of str to bool or str, optional
         Values by id of signal; the others show their initial ones.
     highlights : iterable of str
         Ids of elements to point out.

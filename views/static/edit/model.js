@@ -105,11 +105,19 @@ export class Model {
     return this.marks.marks.filter(({ element, at }) => element === handle || at === handle);
   }
 
-  /** Names of the signals that clauses of an element can speak of. @type {(handle: string) => string[]} */
+  /**
+   * What clauses of an element can speak of: signals, and comparisons with the values of those that have some.
+   *
+   * @type {(handle: string) => { name: string, value?: string }[]}
+   */
   signalsFor(handle) {
     for (let at = this.get(handle).in; at !== undefined; at = this.get(at).in) {
       if (this.feature(at, "signals")?.kind === "part")
-        return this.links(at, "signals").map((signal) => this.label(signal));
+        return this.links(at, "signals").flatMap((signal) => {
+          const values = this.links(signal, "values").map((value) => this.label(value));
+          const name = this.label(signal);
+          return values.length ? values.map((value) => ({ name, value })) : [{ name }];
+        });
     }
     return [];
   }

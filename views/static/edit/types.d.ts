@@ -147,6 +147,8 @@ export interface Firing {
   text: string;
   kind: "fire" | "signal" | "channel" | "loss";
   elements: string[];
+  /** Of a change of a signal with values: what the signal becomes. */
+  value?: string;
 }
 
 /** A token game, as views/editing/playing/showing.py has it. */
@@ -160,7 +162,7 @@ export interface Game {
   places: Record<string, number>;
   queues: Record<string, { text: string; load: number; room: number }[]>;
   under: Record<string, { text: string; tokens: number }[]>;
-  signals: Record<string, boolean>;
+  signals: Record<string, boolean | string>;
   firings: Firing[];
   first: number;
   steps: Firing[];

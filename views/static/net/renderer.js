@@ -9,10 +9,10 @@ import { SIGNS } from "./words.js";
 /**
  * @typedef {object} Overlay  what is shown of a state; places and signals that are not named show their initial one
  * @property {Marking} [marking]
- * @property {Record<string, boolean>} [signals] values by id
+ * @property {Record<string, boolean | string>} [signals] values by id
  * @property {string[]} [highlights] ids of what is pointed out
  */
-/** @typedef {{ marking: Map<string, number>, signals: Map<string, boolean>, marked: Set<string> }} Shown */
+/** @typedef {{ marking: Map<string, number>, signals: Map<string, boolean | string>, marked: Set<string> }} Shown */
 /** @typedef {{ id: string, change?: Change, badge?: string }} Signed */
 
 /** How up to four tokens are drawn. @type {Point[][]} */
@@ -78,13 +78,20 @@ function signs(item, x, y) {
 
 /** The lettering of a box, with the values of its signals. @type {(item: PlacedBox, text: string, shown: Shown) => string} */
 function lettering(item, text, { signals, marked }) {
+  const named = text.replace(
+    /(data-id="([^"]*)">(?:(?!<\/g>).)*?<tspan class="value">)[^<]*/g,
+    (all, begin, id) => {
+      const value = [...signals].find(([each]) => escaped(each) === id)?.[1];
+      return typeof value === "string" ? begin + escaped(value) : all;
+    },
+  );
   const groups = new Map(
     item.signals?.map(({ id, initial }) => {
       const all = ["signal", (signals.get(id) ?? initial) && "true", marked.has(id) && "marked"];
       return [escaped(id), all.filter(Boolean).join(" ")];
     }),
   );
-  return text.replace(
+  return named.replace(
     /<g class="signal[^"]*" data-id="([^"]*)"/g,
     (_, id) => `<g class="${lookUp(groups, id)}" data-id="${id}"`,
   );
@@ -270,9 +277,14 @@ export class DrawnNet {
     }
   }
 
-  /** Shows values by id of signal. @type {(values: Record<string, boolean>) => void} */
+  /** Shows values by id of signal. @type {(values: Record<string, boolean | string>) => void} */
   setSignals(values) {
-    for (const [id, value] of Object.entries(values)) this.groups.get(id)?.classList.toggle("true", value);
+    for (const [id, value] of Object.entries(values)) {
+      const group = this.groups.get(id);
+      const shown = group?.querySelector("tspan.value");
+      if (shown) shown.textContent = String(value);
+      else group?.classList.toggle("true", Boolean(value));
+    }
   }
 
   /** Shows the states that managed nodes are in, by id of box and number. @type {(states: Record<string, number>) => void} */

@@ -62,6 +62,8 @@ export interface Signal {
   id: string;
   label: string;
   initial?: boolean;
+  /** Its value at the start, if it has several. */
+  value?: string | null;
 }
 
 export interface Box extends Shape {

@@ -53,7 +53,7 @@ export function facts(item, labels) {
   } else if (item.tokens !== undefined) found.push(["Tokens", String(item.tokens)]);
   if ("title" in item)
     for (const signal of item.signals ?? [])
-      found.push([`Signal ${signal.label}`, `starts ${Boolean(signal.initial)}`]);
+      found.push([`Signal ${signal.label}`, `starts ${signal.value ?? Boolean(signal.initial)}`]);
   found.push(...Object.entries(item.detail ?? {}));
   if (item.change) found.push(["Change", [item.change, ...(item.notes ?? [])].join("; ")]);
   return found;

@@ -4,6 +4,9 @@
 /** @typedef {Map<number, number>} Marking  tokens by number of the place */
 
 /** States of managed nodes, as marks number them. */
+/** What a signal is at a level of its lane. @type {(lane: { values?: string[] }, level: number) => boolean | string} */
+export const settingOf = (lane, level) => (lane.values ? lane.values[level] : Boolean(level));
+
 export const STATES = ["unconfigured", "inactive", "active", "finalized"];
 
 const EVERY = 256; // steps between two kept markings
@@ -207,7 +210,7 @@ export class Data {
     const clause = this.view.clauses[name] ?? this.view.clauses[prototypeOf(name)];
     if (!clause) return null;
     const disjunctions = clause.cnf.map((literals) =>
-      literals.map(([signal, negated]) => this.literal(signal, negated, step - 1)),
+      literals.map((literal) => this.literal(literal, step - 1)),
     );
     // A disjunction holds since its first literal that still holds; the clause since its last disjunction
     // does.
@@ -223,13 +226,14 @@ export class Data {
     return { text: clause.text, off: this.view.signalsOff, disjunctions };
   }
 
-  /** @type {(signal: string, negated: boolean, step: number) => Literal} */
-  literal(signal, negated, step) {
+  /** @type {(literal: [signal: string, negated: boolean, wanted?: string], step: number) => Literal} */
+  literal([signal, negated, wanted], step) {
     const lane = this.signal(signal);
-    if (!lane) return { signal, negated, value: null, holds: null, since: -1, deciding: false };
-    const value = Boolean(this.level(lane, step));
+    const said = { signal, negated, wanted, deciding: false };
+    if (!lane) return { ...said, value: null, holds: null, since: -1 };
+    const value = settingOf(lane, this.level(lane, step));
     const since = lane.at[lastAtMost(lane.at, step)] ?? -1;
-    return { signal, negated, value, holds: value !== negated, since, deciding: false };
+    return { ...said, value, holds: (value === (wanted ?? true)) !== negated, since };
   }
 }
 

@@ -3,7 +3,7 @@
 import { byId, make } from "../elements.js";
 import { Pan } from "../net/pan.js";
 import { DrawnNet } from "../net/renderer.js";
-import { prototypeOf } from "./data.js";
+import { prototypeOf, settingOf } from "./data.js";
 
 /** @import { Picture } from "../net/types.js" */
 /** @import { Data } from "./data.js" */
@@ -78,7 +78,7 @@ export class NetPane {
     this.drawn.setMarking(marking);
     const signals = data.lanes.filter((lane) => lane.kind === "signal");
     this.drawn.setSignals(
-      Object.fromEntries(signals.map((lane) => [lane.id, Boolean(data.level(lane, step))])),
+      Object.fromEntries(signals.map((lane) => [lane.id, settingOf(lane, data.level(lane, step))])),
     );
     const states = data.lanes.filter((lane) => lane.kind === "state");
     this.drawn.setStates(Object.fromEntries(states.map((lane) => [lane.id, data.level(lane, step)])));

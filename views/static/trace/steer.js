@@ -5,7 +5,7 @@ import { make } from "../elements.js";
 /**
  * A node as views/live/steering.py tells of it; one that cannot tell now, since it is blocked, say, tells nothing of its net.
  *
- * @typedef {{ node: string, state: string, reason: string | null, signals?: Record<string, boolean>, enabled?: string[] }} NodeState
+ * @typedef {{ node: string, state: string, reason: string | null, signals?: Record<string, boolean | string>, values?: Record<string, string[]>, enabled?: string[] }} NodeState
  */
 
 export class SteeringPanel {
@@ -58,7 +58,7 @@ class Row {
   turn = make("button", {
     onclick: () => this.tell({ ask: this.isHalted ? "proceed" : "pause", node: this.node }),
   });
-  /** A switch for each signal that was ever told. @type {Map<string, HTMLButtonElement>} */
+  /** A switch, or a choice of values, for each signal that was ever told. @type {Map<string, HTMLElement>} */
   signals = new Map();
   switches = make("div", { class: "switches" });
   enabled = make("div", { class: "enabled" });
@@ -80,16 +80,33 @@ class Row {
   }
 
   /** @type {(seen: NodeState) => void} */
-  show({ state, reason, signals, enabled }) {
+  show({ state, reason, signals, values, enabled }) {
     this.isHalted = state === "halted";
     this.state.textContent = `${state}${reason ? `: ${reason}` : ""}`;
     this.turn.textContent = this.isHalted ? "Proceed" : "Pause";
     this.turn.setAttribute("aria-label", `${this.turn.textContent} ${this.node}`);
     this.turn.disabled = !["running", "halted"].includes(state);
-    for (const [signal, value] of Object.entries(signals ?? {})) this.switch(signal, value);
+    for (const [signal, value] of Object.entries(signals ?? {}))
+      if (typeof value === "string") this.choose(signal, value, values?.[signal] ?? [value]);
+      else this.switch(signal, value);
     this.switches.hidden = signals === undefined || this.signals.size === 0;
     this.enabled.hidden = enabled === undefined;
     this.enabled.textContent = enabled?.length ? `enabled: ${enabled.join(", ")}` : "nothing is enabled";
+  }
+
+  /** @type {(signal: string, value: string, values: string[]) => void} */
+  choose(signal, value, values) {
+    let found = /** @type {HTMLSelectElement | null} */ (this.signals.get(signal)?.querySelector("select"));
+    if (!found) {
+      const options = values.map((each) => make("option", { value: each }, each));
+      const choice = make("select", { "aria-label": signal }, ...options);
+      choice.onchange = () => this.tell({ ask: "signal", node: this.node, signal, value: choice.value });
+      const element = make("label", {}, `${signal}: `, choice);
+      this.signals.set(signal, element);
+      this.switches.append(element);
+      found = choice;
+    }
+    found.value = value;
   }
 
   /** @type {(signal: string, value: boolean) => void} */

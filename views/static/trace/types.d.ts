@@ -19,6 +19,8 @@ export interface Lane {
   queue?: string;
   capacity?: number;
   initial: number;
+  /** Of a signal with values: their names; its level is the position of one. */
+  values?: string[];
 }
 
 /** What a step does to a lane; `dineros.views.traces.building` lists the letters. */
@@ -82,7 +84,7 @@ export interface View extends Tables {
   cause: Cause | null;
   /** Places and their tokens before the first step. */
   initial: [place: number, tokens: number][] | null;
-  clauses: Record<string, { text: string; cnf: [signal: string, negated: boolean][][] }>;
+  clauses: Record<string, { text: string; cnf: [signal: string, negated: boolean, wanted?: string][][] }>;
   /** Transitions of the model. */
   known: string[];
   modelPlaces: string[];
@@ -152,7 +154,9 @@ export interface FilledLane extends Lane {
 export interface Literal {
   signal: string;
   negated: boolean;
-  value: boolean | null;
+  /** What the signal is compared with, if it has values. */
+  wanted?: string;
+  value: boolean | string | null;
   holds: boolean | null;
   since: number;
   deciding: boolean;

@@ -11,7 +11,7 @@ const KEYWORDS = new Set(["true", "false", "and", "or", "not"]);
  * Gives a field what clauses need.
  *
  * @param {HTMLInputElement} input
- * @param {string[]} signals what can be spoken of
+ * @param {{ name: string, value?: string }[]} signals what can be spoken of
  * @param {(text: string) => Promise<Refused | null>} wrong what is wrong with a text
  * @returns {HTMLElement[]} what stands below the field
  */
@@ -32,6 +32,11 @@ export function clauseHelp(input, signals, wrong) {
       make("span", {}, hint ? `${reason} (${hint})` : reason),
     );
   };
+  const written = new Map(
+    signals.map(({ name, value }) =>
+      value === undefined ? [name, quoted(name)] : [`${name} = ${value}`, `${quoted(name)} = '${value}'`],
+    ),
+  );
   const list = completing(input, {
     id: "clause-signals",
     label: "signals",
@@ -39,10 +44,10 @@ export function clauseHelp(input, signals, wrong) {
     fitting(typed) {
       const word = typed.replace(/^"/, "");
       const isWithin = (/** @type {string} */ name) => name.toLowerCase().includes(word.toLowerCase());
-      return word ? signals.filter((name) => isWithin(name) && name !== word) : [];
+      return word ? [...written.keys()].filter((name) => isWithin(name) && name !== word) : [];
     },
     first: 0,
-    written: quoted,
+    written: (name) => written.get(name) ?? name,
     taken: check,
   });
   input.addEventListener("input", check);

@@ -167,6 +167,13 @@ function attribute(model, element, feature, asked) {
       [{ kind: "set", element, feature: feature.name, value: given }],
       `${inWords(feature.name)} of ${model.label(element)}`,
     );
+  const values = feature.name === "start" ? model.links(element, "values") : [];
+  if (values.length) {
+    const names = values.map((each) => model.label(each));
+    const options = names.map((name) => make("option", { value: name, selected: name === value }, name));
+    const choice = make("select", {}, make("option", { value: "" }, `(${names[0]})`), ...options);
+    return row(feature, choice, () => set(choice.value || null));
+  }
   const literals = model.metamodel.enumerations[feature.type];
   if (literals !== undefined) {
     const options = literals.map(({ name, says }) =>
@@ -253,7 +260,8 @@ function several(model, element, feature, asked) {
 function clause(model, element, asked) {
   const [present] = model.links(element, "clause");
   const text = present === undefined ? "" : String(model.value(present, "text") ?? "");
-  const says = "A boolean expression over the signals of the ROS node, such as: Button & !Danger";
+  const says =
+    "A boolean expression over the signals of the ROS node, such as: Button & !Danger & Mode = 'idle'";
   const input = make("input", { type: "text", value: text, spellcheck: "false" });
   const feature = { name: "clause", says, kind: /** @type {const} */ ("part"), type: "sym.InputClause" };
   const found = row(feature, input, () =>

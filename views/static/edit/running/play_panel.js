@@ -134,11 +134,42 @@ function position(player, game) {
   );
 }
 
+/** The values that a signal can get now. @type {(player: Player, game: Game, handle: string, value: string) => HTMLElement} */
+function choice(player, game, handle, value) {
+  const { model } = player.editor;
+  /** By value, what gives it: where several transitions test the signal, the first that is enabled. */
+  const changes = new Map(
+    game.firings
+      .filter(({ kind, elements }) => kind === "signal" && elements[0] === handle)
+      .reverse()
+      .map((firing) => [String(firing.value), firing.id]),
+  );
+  const names = model.links(handle, "values").map((each) => model.label(each));
+  const options = names.map((name) =>
+    make(
+      "option",
+      { value: name, selected: name === value, disabled: name !== value && !changes.has(name) },
+      name,
+    ),
+  );
+  const select = make(
+    "select",
+    { "data-key": `signal ${handle}`, disabled: changes.size === 0 || player.isStale },
+    ...options,
+  );
+  select.onchange = () => {
+    const id = changes.get(select.value);
+    if (id !== undefined) player.fire(id);
+  };
+  return make("label", {}, `${model.label(handle)}: `, select);
+}
+
 /** @type {(player: Player, game: Game) => HTMLElement[]} */
 function signals(player, game) {
   const { model } = player.editor;
   const known = Object.entries(game.signals).filter(([handle]) => model.objects.has(handle));
   const rows = known.map(([handle, value]) => {
+    if (typeof value === "string") return make("li", {}, choice(player, game, handle, value));
     const change = game.firings.find(({ kind, elements }) => kind === "signal" && elements[0] === handle);
     const above = model.get(handle).in;
     return make(

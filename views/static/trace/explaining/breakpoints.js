@@ -212,7 +212,8 @@ export class Breakpoints {
     this.toggle(true);
     const lane = this.data.lanes.find((one) => laneKey(one) === this.app.lane);
     if (lane?.kind === "transition") this.field.value = `fired(${lane.id})`;
-    else if (lane?.kind === "signal") this.field.value = `signal(${lane.id})`;
+    else if (lane?.kind === "signal")
+      this.field.value = `signal(${lane.id}${lane.values ? `.${lane.values[this.data.level(lane, this.app.cursor)]}` : ""})`;
     else if (lane?.kind === "place")
       this.field.value = `${lane.id} >= ${this.data.level(lane, this.app.cursor) + 1}`;
     this.field.select();

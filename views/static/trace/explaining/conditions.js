@@ -60,6 +60,13 @@ export function parseCondition(text, events) {
 }
 
 /**
+ * What conditions call a signal, or, if it has values, each of them: `Mode.idle`.
+ *
+ * @type {(lane: { id: string, values?: string[] }) => string[]}
+ */
+const settingsOf = ({ id, values }) => values?.map((value) => `${id}.${value}`) ?? [id];
+
+/**
  * Names that a trace knows, by kind; those of server instances also by the name in the model.
  *
  * @type {(data: Data) => Record<"transitions" | "places" | "signals", string[]>}
@@ -70,7 +77,7 @@ export function namesOf(data) {
   return {
     transitions: both([...data.view.known, ...data.transitions]),
     places: both([...data.view.modelPlaces, ...data.places]),
-    signals: data.lanes.filter((lane) => lane.kind === "signal").map((lane) => lane.id),
+    signals: data.lanes.filter((lane) => lane.kind === "signal").flatMap(settingsOf),
   };
 }
 
@@ -85,7 +92,7 @@ export function unknownIn(data, { kind, name }) {
   if (kind === "place") return places.includes(name) ? null : `no place is named ${name}`;
   if (kind === "signal") return signals.includes(name) ? null : `no signal is named ${name}`;
   if (kind === "fired") return transitions.includes(name) ? null : `no transition is named ${name}`;
-  if (transitions.includes(name) || signals.includes(name)) return null;
+  if (transitions.includes(name) || signals.includes(name) || data.signal(name)) return null;
   return places.includes(name)
     ? `${name} is a place: say how many tokens, such as ${name} >= 1`
     : `no transition, signal or kind of record is named ${name}`;
@@ -155,8 +162,13 @@ export class Watch {
     if (kind === "fired") return false;
     return (step.m ?? []).some(([number, letter, value]) => {
       const lane = data.lanes[number];
-      if (letter !== "v" || lane.kind !== "signal" || lane.id !== name) return false;
-      return condition.kind !== "signal" || Boolean(value) === condition.value;
+      if (letter !== "v" || lane.kind !== "signal") return false;
+      if (lane.id === name && (condition.kind !== "signal" || !lane.values))
+        return condition.kind !== "signal" || Boolean(value) === condition.value;
+      if (!lane.values || !settingsOf(lane).includes(name)) return false;
+      return (
+        (name === `${lane.id}.${lane.values[value]}`) === (condition.kind !== "signal" || condition.value)
+      );
     });
   }
 

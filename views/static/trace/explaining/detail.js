@@ -39,7 +39,8 @@ const windowText = (data, [earliest, latest]) => {
   return `from ${data.duration(earliest)} to ${latest === null ? "any time later" : data.duration(latest)}`;
 };
 /** @type {(literal: Literal) => string} */
-const named = ({ negated, signal }) => `${negated ? "¬" : ""}${signal}`;
+const named = ({ negated, signal, wanted }) =>
+  wanted === undefined ? `${negated ? "¬" : ""}${signal}` : `${signal} ${negated ? "≠" : "="} ${wanted}`;
 
 /** @type {(literal: Literal, off: boolean) => HTMLElement} */
 function literalOf(literal, off) {
@@ -177,7 +178,8 @@ export function fillTip(tip, app, step, row) {
     const { label, note, capacity } = row.lane;
     const most = capacity ? ` of ${capacity}` : "";
     const level = data.level(row.lane, step);
-    const said = row.lane.kind === "state" ? STATES[level] : `${level}${most}`;
+    const names = row.lane.kind === "state" ? STATES : row.lane.values;
+    const said = names ? names[level] : `${level}${most}`;
     lines.push(make("div", { class: "level" }, `${label}${note && ` ${note}`}: ${said}`));
   }
   tip.replaceChildren(...lines);

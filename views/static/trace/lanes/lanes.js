@@ -92,8 +92,29 @@ const stairs = (levels, yOf) =>
     i ? points(x, yOf(levels[i - 1][1]), x, yOf(value)) : points(x, yOf(value)),
   );
 
+/** A signal that has values: a band for each, with its name. @type {DrawLane} */
+function valued(view, lane, y, height) {
+  const { surface, theme } = view;
+  const values = levels(view, lane);
+  for (let i = 0; i + 1 < values.length; i++) {
+    const [x, value] = values[i];
+    const [from, to] = [clampX(view, x), clampX(view, values[i + 1][0])];
+    const fill = value % 2 ? theme.signalFill : theme.fold;
+    surface.rect(from, y + 3, to - from, height - 6, { fill });
+    if (i) surface.path(points(from, y + 2, from, y + height - 2), { stroke: theme.signal, width: 1.6 });
+    const name = lane.values?.[value] ?? "";
+    const begin = Math.max(from, view.left);
+    if (textWidth(name, 9.5) + 8 <= Math.min(to, view.left + view.width) - begin)
+      surface.text(begin + 4, y + height - 6, name, { fill: theme.ink, size: 9.5 });
+  }
+}
+
 /** @type {DrawLane} */
 function signal(view, lane, y, height) {
+  if (lane.values) {
+    valued(view, lane, y, height);
+    return;
+  }
   const { surface, theme } = view;
   const top = y + 4;
   const low = y + height - 4;
