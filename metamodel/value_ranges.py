@@ -26,12 +26,20 @@ class ValueRange:
     minimum, maximum : int or None
         Least and greatest value; None: no bound but that of the field's ROS type.
     names : tuple of (str, int)
-        Named values. If there are any, the field has no others.
+        Named values. If there are any, the field has no others, unless it is open.
+    is_open : bool
+        Whether the field may have other values than the named ones, as constants of ROS messages allow.
     """
 
     minimum: int | None = None
     maximum: int | None = None
     names: tuple[tuple[str, int], ...] = ()
+    is_open: bool = False
+
+    @property
+    def listed(self) -> tuple[tuple[str, int], ...]:
+        """Named values, if the field has no others."""
+        return () if self.is_open else self.names
 
     def value_of(self, name: str) -> int | None:
         """Return the value with a name; None: no value has it."""
@@ -39,8 +47,8 @@ class ValueRange:
 
     def fault(self, value: int) -> str | None:
         """Return which values are allowed, in words, if a value is none of them; None: it is one."""
-        if self.names and value not in dict(self.names).values():
-            return ", ".join(name for name, _ in self.names)
+        if self.listed and value not in dict(self.listed).values():
+            return ", ".join(name for name, _ in self.listed)
         is_low = self.minimum is not None and value < self.minimum
         is_high = self.maximum is not None and value > self.maximum
         return self.bounds if is_low or is_high else None

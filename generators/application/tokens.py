@@ -153,7 +153,7 @@ def _constants(type_: TokenType, name: Name, known: set[str]) -> dict[Name, Valu
     """Return the constants of a message under names that are not `known` yet."""
     constants: dict[Name, Value] = {}
     own_values: dict[str, Value] = {
-        each: value for field in type_.fields for each, value in field.range.names
+        each: value for field in type_.fields for each, value in field.range.listed
     }
     for constant, value in (installed_constants(type_.ros) if type_.ros else own_values).items():
         own = Name(f"{snake_case(name).upper()}_{constant}")
@@ -236,7 +236,7 @@ def _fields(
                 field.default,
                 _made(field, makers) if field.name not in names else python(field.default),
                 _ros_default(field.default) if has_default else Written(),
-                tuple((Name(each), value) for each, value in field.range.names),
+                tuple((Name(each), value) for each, value in field.range.listed),
                 _allowed(field.range),
             )
         )
@@ -254,16 +254,16 @@ def _types(field: FieldType, nested: dict[str, Name]) -> tuple[str, str, str]:
         return f"list[{plain}]", f"{ros}[{size}]", f"list of {count}{element}"
     if kind == "map":
         return f"dict[str, {plain}]", f"{entry_name(element)}[]", f"map of {element}"
-    literal = f"Literal[{', '.join(str(value) for _, value in field.range.names)}]"
-    if field.range.names and len(literal) <= LONGEST_LITERAL:
+    literal = f"Literal[{', '.join(str(value) for _, value in field.range.listed)}]"
+    if field.range.listed and len(literal) <= LONGEST_LITERAL:
         return literal, ros, kind
     return plain, ros, kind
 
 
 def _allowed(values: ValueRange) -> str:
     """Return the values of a range in words: ``IDLE=0, BUSY=1``, or ``0 to 100``; empty: all."""
-    if values.names:
-        return ", ".join(f"{name}={value}" for name, value in values.names)
+    if values.listed:
+        return ", ".join(f"{name}={value}" for name, value in values.listed)
     return values.bounds
 
 

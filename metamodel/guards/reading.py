@@ -39,8 +39,8 @@ def finite_values(field: FieldType) -> tuple[int, ...] | None:
         return (0, 1)
     if field.kind != "integer":
         return None
-    if field.range.names:
-        return tuple(sorted(value for _, value in field.range.names))
+    if field.range.listed:
+        return tuple(sorted(value for _, value in field.range.listed))
     low, high = _WIDTHS.get(field.ros or "", (None, None))
     low = low if field.range.minimum is None else field.range.minimum
     high = high if field.range.maximum is None else field.range.maximum

@@ -20,6 +20,7 @@ from dineros.metamodel.errors import DinerosError, FeatureValueError, ModelFileE
 from dineros.metamodel.files.reading import read_text
 from dineros.metamodel.json_text import decode_json
 from dineros.metamodel.token_data import EMPTY, FieldType, Value, field_value
+from dineros.metamodel.token_types.constants import Constant, with_named_values
 
 SIZE_LIMIT = 16 * 1024 * 1024
 DEPTH_LIMIT = 32
@@ -34,7 +35,7 @@ _SCALARS |= {17: "string", 18: "wstring", 21: "string", 22: "wstring"}
 _PACKAGE = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 _NESTED = 1
 _FORMS = ((144, "sequence"), (96, "bounded"), (48, "array"), (0, "single"))
-_CONSTANT = re.compile(r"\s*[a-z]\w*(?:<=\d+)?\s+([A-Z][A-Z0-9_]*)\s*=\s*(.*?)\s*", re.ASCII)
+_CONSTANT = re.compile(r"\s*([a-z]\w*(?:<=\d+)?)\s+([A-Z][A-Z0-9_]*)\s*=\s*(.*?)\s*", re.ASCII)
 # What is in messages without fields, as C has no empty structures.
 _FILLER = "structure_needs_at_least_one_member"
 
@@ -53,6 +54,8 @@ class UnknownInterfaceError(DinerosError):
 
 def installed_fields(name: str) -> tuple[FieldType, ...]:
     """Return the fields of an installed message, nested ones as records.
+
+    Its constants are names of values: see `with_named_values`.
 
     Parameters
     ----------
@@ -113,13 +116,21 @@ def installed_constants(name: str) -> dict[str, Value]:
     UnknownInterfaceError
         It is not installed, or cannot be read.
     """
-    file = _file(name, ".msg")
-    constants: dict[str, Value] = {}
-    for line in _text(name, file).splitlines():
+    return {constant.name: constant.value for constant in _constants(name)}
+
+
+def _constants(name: str) -> Iterator[Constant]:
+    for line in _text(name, _file(name, ".msg")).splitlines():
         match = _CONSTANT.fullmatch(line if '"' in line or "'" in line else line.partition("#")[0])
         if match is not None:
-            constants[match[1]] = _literal(match[2])
-    return constants
+            yield Constant(match[1], match[2], _literal(match[3]))
+
+
+def _constants_if_there(name: str) -> Iterator[Constant]:
+    try:
+        yield from _constants(name)
+    except UnknownInterfaceError:
+        return  # a package may bring the description alone
 
 
 @lru_cache(maxsize=256)
@@ -130,9 +141,10 @@ def _fields_of(name: str, prefixes: str) -> tuple[FieldType, ...]:
         described = decode_json(_text(name, file))
         message = described["type_description_msg"]
         referenced = {each["type_name"]: each for each in message["referenced_type_descriptions"]}
-        return _described(message["type_description"], referenced, 0)
+        fields = _described(message["type_description"], referenced, 0)
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise UnknownInterfaceError(f"the type description of {name} cannot be read: {error}") from error
+    return with_named_values(fields, _constants_if_there(name))
 
 
 def _file(name: str, suffix: str) -> Path:
