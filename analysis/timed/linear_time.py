@@ -1,8 +1,8 @@
 """LTL on nets with time: every run satisfies a formula, or here is one that does not, with its schedule.
 
 Runs are those of the state class graph: infinite firing sequences that some schedule has, and runs that stay
-in a marking forever, because nothing has to fire there. A run in which infinitely many firings take no time
-is a run like others.
+in a marking forever, because nothing has to fire there; such a run never fires again. A run in which
+infinitely many firings take no time is a run like others.
 
 References
 ----------
@@ -150,7 +150,11 @@ def _transitions(labels: Sequence[int]) -> tuple[int, ...]:
 
 
 class _Product:
-    """The product of a graph and an automaton: states are class * states + state of the automaton."""
+    """The product of a graph and an automaton: states are class * states + state of the automaton.
+
+    A run that waits forever never fires again. So waiting leads to a copy of the class, which is never left:
+    else *next*, and ``fired(t)``, could tell a run that waits for a while from one that does not.
+    """
 
     def __init__(self, graph: TimedGraph, automaton: Automaton, atoms: BoundAtoms, budget: Budget) -> None:
         self._graph, self._automaton, self._budget = graph, automaton, budget
@@ -163,28 +167,35 @@ class _Product:
             else:
                 held = graph.where(condition)[graph.source]
             letters |= held.astype(np.int64) << bit
-        self._letters = letters
-        self._join()
+        waiting = np.flatnonzero(graph.label == WAITING)
+        copies = graph.classes + np.arange(len(waiting))
+        target = graph.target.copy()
+        target[waiting] = copies
+        self._classes = graph.classes + len(waiting)
+        self._original = np.concatenate([np.arange(len(graph.source)), waiting])
+        self._join(
+            np.concatenate([graph.source, copies]),
+            np.concatenate([target, copies]),
+            letters[self._original],
+        )
 
-    def _join(self) -> None:
+    def _join(self, source: Int64Array, target: Int64Array, letters: Int64Array) -> None:
         """Make the edges of the product that start in states which can be reached."""
-        graph, states = self._graph, self._states
+        states = self._states
         parts: list[tuple[Int64Array, Int64Array, Int64Array, Int64Array]] = []
         total = 0
         for state, edges in enumerate(self._automaton.edges):
             for edge in edges:
-                reads = (self._letters & edge.positive == edge.positive) & (
-                    self._letters & edge.negative == 0
-                )
+                reads = (letters & edge.positive == edge.positive) & (letters & edge.negative == 0)
                 chosen = np.flatnonzero(reads)
                 total += len(chosen)
                 self._budget.check_memory(4 * 8 * total)
                 self._budget.check_time()
                 parts.append(
                     (
-                        graph.source[chosen] * states + state,
-                        graph.target[chosen] * states + edge.target,
-                        chosen,
+                        source[chosen] * states + state,
+                        target[chosen] * states + edge.target,
+                        self._original[chosen],
                         np.full(len(chosen), edge.marks),
                     )
                 )
@@ -200,7 +211,7 @@ class _Product:
     def _matrix(self) -> csr_array:
         from scipy.sparse import csr_array
 
-        size = self._graph.classes * self._states
+        size = self._classes * self._states
         return csr_array(
             (np.ones(len(self.source), dtype=np.int8), (self.source, self.target)), shape=(size, size)
         )
@@ -208,14 +219,14 @@ class _Product:
     def _reached(self) -> Flags:
         from scipy.sparse.csgraph import breadth_first_order
 
-        reached = np.zeros(self._graph.classes * self._states, dtype=np.bool_)
+        reached = np.zeros(self._classes * self._states, dtype=np.bool_)
         order = breadth_first_order(self._matrix(), self._automaton.initial, return_predecessors=False)
         reached[order] = True
         return reached
 
     def accepted(self) -> _LassoRun | None:
         """Return an accepted run, or None if there is none."""
-        size = self._graph.classes * self._states
+        size = self._classes * self._states
         _, component = numbered_parts(size, self.source.astype(np.int32), self.target.astype(np.int32))
         inside = component[self.source] == component[self.target]
         found = np.zeros(int(component.max(initial=0)) + 1, dtype=np.int64)

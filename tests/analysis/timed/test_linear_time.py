@@ -77,6 +77,25 @@ def test_a_run_may_wait_for_ever_where_nothing_has_to_fire() -> None:
     assert verify_timed_ltl(urgent, "F deadlock").status == "holds"
 
 
+@pytest.mark.parametrize(
+    ("formula", "expected"),
+    [
+        ("fired(leave) | fired(stop) | G (!fired(leave) & !fired(stop))", "holds"),
+        ("F (a == 1 & b == 1) -> X X (a == 1 & b == 1)", "holds"),
+        ("X (p == 0 | q == 0)", "violated"),
+        ("F (a == 1) -> X (a == 1)", "violated"),
+        ("G (fired(leave) -> X (a == 1))", "holds"),
+    ],
+)
+def test_a_run_that_waits_for_ever_never_fires_again(formula: str, expected: str) -> None:
+    """How long a run waits before it fires is no step of its own: *next* is after the next firing."""
+    steps = [Transition("leave", {"p": 1}, {"a": 1}), Transition("stop", {"q": 1}, {"b": 1})]
+    times = {"leave": Interval(Fraction(1)), "stop": Interval(Fraction(2))}
+    net = TimedNet.build({"p": 1, "q": 1, "a": 0, "b": 0}, steps, times)
+    for kind in ("W", "S"):
+        assert verify_timed_ltl(net, formula, kind=kind).status == expected  # type: ignore[arg-type]
+
+
 def test_time_decides() -> None:
     steps = [Transition("fast", {"p": 1}, {"a": 1}), Transition("slow", {"p": 1}, {"b": 1})]
     times = {"fast": Interval(Fraction(1), Fraction(2)), "slow": Interval(Fraction(3), Fraction(4))}
