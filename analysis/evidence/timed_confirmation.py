@@ -4,11 +4,15 @@ A question about markings is asked of the net in which time is counted, which sh
 classes but the net. It knows closed intervals without priorities only. Otherwise, and for questions about
 runs, strong classes answer where linear ones did: the matrices are computed by the same code, but the
 classes are others.
+
+CTL has one engine, unless a formula says something of all markings only. Whole units of time do not keep
+what can come next: it may depend on whether something happened between two units.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
@@ -23,6 +27,9 @@ from dineros.analysis.logic.language.syntax import (
     And,
     Atom,
     Comparison,
+    Exists,
+    Finally,
+    ForAll,
     Formula,
     Globally,
     Name,
@@ -30,6 +37,7 @@ from dineros.analysis.logic.language.syntax import (
     Or,
 )
 from dineros.analysis.questions import engines
+from dineros.analysis.timed.durations.bounded_response import decide_bounded
 from dineros.analysis.timed.goals import find_timed, find_timed_firing
 from dineros.analysis.timed.integers.net import IntegerNet, integer_net
 from dineros.analysis.timed.linear_time import is_condition, verify_timed_ltl
@@ -38,6 +46,7 @@ from dineros.metamodel.errors import DinerosError
 
 COUNTED = "time as a counter"
 STRONG = "strong state classes"
+ONLY_ATOMIC = "only atomic classes tell what can come next; whole units of time and other classes do not"
 
 
 def confirm_timed_answer(
@@ -58,7 +67,12 @@ def confirm_timed_answer(
     match question:
         case engines.Marking(_, names, condition):
             return _confirm_marking(net, parse(condition, "state"), names, answer, budget)
-        case engines.Linear(_, names, formula, (), ()) if read_bounded(formula) is None:
+        case engines.Branching(_, names, formula):
+            return _confirm_branching(net, parse(formula, "ctl"), names, answer, budget)
+        case engines.Linear(_, names, formula, (), ()):
+            bounded = read_bounded(formula)
+            if bounded is not None:
+                return _by_strong(net, answer, lambda: decide_bounded(net, bounded, names, budget, "S"))
             tree = parse(formula)
             if isinstance(tree, Globally) and is_condition(tree.operand):
                 return _confirm_marking(net, Not(tree.operand), names, answer, budget)
@@ -66,6 +80,19 @@ def confirm_timed_answer(
         case engines.Enabled(_, names, name):
             return _by_strong(net, answer, lambda: find_timed_firing(net, name, names, budget, "S"))
     return Confirmation(None, reason=ONE_ENGINE)
+
+
+def _confirm_branching(
+    net: TimedNet, tree: Formula, names: Names, answer: Outcome, budget: Budget
+) -> Confirmation:
+    """Ask again what a formula of CTL says of all markings."""
+    match tree:
+        case ForAll(Globally(condition)) if is_condition(condition):
+            return _confirm_marking(net, Not(condition), names, answer, budget)
+        case Exists(Finally(condition)) if is_condition(condition):
+            status = "unreachable" if answer.status == "violated" else "reachable"
+            return _confirm_marking(net, condition, names, replace(answer, status=status), budget)
+    return Confirmation(None, reason=ONLY_ATOMIC)
 
 
 def _confirm_marking(

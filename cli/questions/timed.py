@@ -80,7 +80,6 @@ def count_with_time(asked: TimedCount) -> int:
     net = subject.timed
     kind: Kind = asked.construction or ("S" if net.has_priorities else "W")
     engine = "classes" if asked.engine == "auto" else asked.engine
-    other = "integer" if engine == "classes" else "classes"
     flattened = subject.flattened is not None
     about = {
         "model": str(asked.model),
@@ -88,10 +87,9 @@ def count_with_time(asked: TimedCount) -> int:
         "overflow": asked.overflow if flattened else None,
         **rules_of(subject.model),
     }
-    agrees: list[bool | None] = []
+    confirmed: dict[str, object] = {}
 
     def tell(space: TimedStateSpace) -> int:
-        confirmed = {"confirmed_by": other, "agrees": agrees[0]} if agrees else {}
         figures = {**about, **space.to_dict(), **confirmed}
         if asked.as_json:
             say_json(figures)
@@ -110,15 +108,30 @@ def count_with_time(asked: TimedCount) -> int:
     space = _counted(net, kind, engine, budget)
     if asked.confirm and space.complete:
         run.stage("confirming the counts")
-        again = _counted(net, kind, other, budget)
-        differing = _differing(space, again)
-        agrees.append(not differing if again.complete else None)
-        if agrees[0] is False:
-            name, ours, theirs = differing[0]
-            why = f"{engine} counts {ours} {name}, {other} {theirs}: a fault of an engine"
-            space = replace(space, complete=False, reason=why)
+        space, said = _confirmed(space, net, kind, engine, budget)
+        confirmed.update(said)
     with run.answer():
         return tell(replace(space, reason=run.reason(space.reason)))
+
+
+def _confirmed(
+    space: TimedStateSpace, net: TimedNet, kind: Kind, engine: str, budget: Budget
+) -> tuple[TimedStateSpace, dict[str, object]]:
+    """Count once more by the other engine; return the figures, and what the output says of that."""
+    from dineros.metamodel.errors import DinerosError
+
+    other = "integer" if engine == "classes" else "classes"
+    try:
+        again = _counted(net, kind, other, budget)
+    except DinerosError as error:
+        return space, {"confirmed_by": None, "agrees": None, "not_confirmed": str(error.message)}
+    differing = _differing(space, again)
+    agrees = not differing if again.complete else None
+    if agrees is False:
+        name, ours, theirs = differing[0]
+        why = f"{engine} counts {ours} {name}, {other} {theirs}: a fault of an engine"
+        space = replace(space, complete=False, reason=why)
+    return space, {"confirmed_by": other, "agrees": agrees}
 
 
 def _counted(net: TimedNet, kind: Kind, engine: str, budget: Budget) -> TimedStateSpace:

@@ -31,6 +31,8 @@ _WINDOW = re.compile(
     rf"\b(?P<operator>[FG])\s*(?:\[\s*(?P<less><=|<)\s*(?P<most>{_NUMBER})\s*\]"
     rf"|(?P<left>[\[(])\s*(?P<low>{_NUMBER})\s*,\s*(?P<high>{_NUMBER})\s*(?P<right>[\])]))"
 )
+_NO_WINDOW = re.compile(r"\b[FG]\s*(?P<window>\[[^\[\]()]*[<>=,][^\[\]()]*[\])[]?)")
+"""An operator with what looks like a window. Numbers alone may be part of a name, such as ``F[1]``."""
 _TRIGGER = re.compile(r"\s*(?:G|\[\])\s*\((?P<trigger>.*?)->\s*(?P<next>X\s*)?", re.DOTALL)
 _OPAQUE = re.compile(r'"(?:[^"\\]|\\.)*"|\{(?:[^{}\\]|\\.)*\}')
 _LONGEST = 40
@@ -122,6 +124,7 @@ def read_bounded(text: str) -> Bounded | None:
     hidden = _hidden(text)
     found = _WINDOW.search(hidden)
     if found is None:
+        _refuse_no_window(hidden)
         return None
     column = found.start() + 1
     if _WINDOW.search(hidden, found.end()):
@@ -141,6 +144,24 @@ def read_bounded(text: str) -> Bounded | None:
 
 
 _SHAPES = "write F[<=d] b, G[<=d] b, G (a -> F[<=d] b) or G (a -> G[<=d] b)"
+
+
+def _refuse_no_window(hidden: str) -> None:
+    """Refuse brackets behind an operator that hold no window.
+
+    Raises
+    ------
+    FormulaError
+        There are such brackets.
+    """
+    found = _NO_WINDOW.search(hidden)
+    if found is not None:
+        shown = found["window"][:_LONGEST]
+        raise FormulaError(
+            f"{shown} is no window of time",
+            column=found.start("window") + 1,
+            hint="write [<=5], [<5], [2,5] or [2,5), with decimal or rational numbers",
+        )
 
 
 def _hidden(text: str) -> str:

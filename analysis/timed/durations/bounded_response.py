@@ -29,6 +29,7 @@ from dineros.analysis.logic.language.atoms import BoundAtoms, NoneEnabled, SomeF
 from dineros.analysis.logic.language.bounded import Bounded, Window, is_step
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.syntax import Atom, Formula
+from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.durations.paths import shortest_way
 from dineros.analysis.timed.durations.watched import GATE, Watched, Watcher, watched
 from dineros.analysis.timed.graph import Flags, TimedGraph, first_classes, holding, marked_so, nothing_enabled
@@ -42,9 +43,20 @@ BY = "state classes and an observer"
 
 
 def decide_bounded(
-    net: TimedNet, formula: Bounded, names: Names | None = None, budget: Budget = UNLIMITED
+    net: TimedNet,
+    formula: Bounded,
+    names: Names | None = None,
+    budget: Budget = UNLIMITED,
+    kind: Kind | None = None,
 ) -> Outcome:
     """Decide whether all runs satisfy a formula that bounds times.
+
+    Parameters
+    ----------
+    net, formula, names, budget
+        The net, the formula, what its names stand for, and limits.
+    kind
+        Which state classes; by default linear ones if there are no priorities.
 
     Returns
     -------
@@ -62,7 +74,9 @@ def decide_bounded(
     way = None
     for most in (*FIRST_LOOKS, None):
         try:
-            graph, is_complete = first_classes(observed.net, "S" if net.has_priorities else "W", budget, most)
+            graph, is_complete = first_classes(
+                observed.net, kind or ("S" if net.has_priorities else "W"), budget, most
+            )
         except BudgetExceededError as limit:
             return Outcome("unknown", seconds=budget.spent, reason=RAN_OUT.get(str(limit), str(limit)))
         way = _View(graph, observed, formula, atoms).violation()

@@ -90,6 +90,8 @@ def statespace(
         start_quickly()
         if reduce or engine not in ("auto", "classes", "integer", "tina"):
             raise click.UsageError("--time goes with --engine classes, integer or tina, and without --reduce")
+        if engine == "integer" and construction is not None:
+            raise click.UsageError("--engine integer builds no state classes, so it goes without --classes")
         asked_of = TimedCount(model, settings, signals, overflow, construction, engine, confirm, as_json)
         return count_with_time(asked_of)
     if engine in ("classes", "integer") or construction is not None:

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from random import Random
 
 import pytest
 
 from dineros.analysis.answers.budget import UNLIMITED
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.evidence.timed_confirmation import COUNTED, STRONG, confirm_timed_answer
+from dineros.analysis.evidence.timed_confirmation import (
+    COUNTED,
+    ONLY_ATOMIC,
+    STRONG,
+    confirm_timed_answer,
+)
 from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.nets.compiled import Transition
 from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking, Question, Timed
+from dineros.analysis.timed.branching_time import check_timed_ctl
+from dineros.analysis.timed.nets import Interval, TimedNet
 from tests.analysis.timed.test_linear_time import FORMULAS
 from tests.analysis.timed.time_nets import RandomNet, lively_net
 
@@ -63,8 +72,38 @@ def test_who_decides() -> None:
         net.net, Marking(plain, names, "p0 >= 100 & deadlock"), Outcome("unreachable")
     )
     assert told.agrees and told.by[0].startswith(STRONG)
-    told = confirm_timed_answer(net.net, Branching(plain, names, "AG p0 <= 100"), Outcome("holds"))
-    assert told.agrees is None
+    for formula, status in (("AG p0 <= 100", "holds"), ("EF p0 > 100", "violated")):
+        told = confirm_timed_answer(net.net, Branching(plain, names, formula), Outcome(status))
+        assert told.agrees and told.by[0].startswith(COUNTED)
+        lie = opposite(Outcome(status))
+        assert confirm_timed_answer(net.net, Branching(plain, names, formula), lie).agrees is False
+    told = confirm_timed_answer(net.net, Branching(plain, names, "AG EF p0 <= 100"), Outcome("holds"))
+    assert (told.agrees, told.reason) == (None, ONLY_ATOMIC)
+    told = confirm_timed_answer(net.net, Linear(plain, names, "G[<=3] p0 <= 100"), Outcome("holds"))
+    assert told.agrees and told.by[0].startswith(STRONG)
+
+
+def test_whole_units_of_time_do_not_keep_what_can_come_next() -> None:
+    """Why CTL is not confirmed by counted time: this formula is true if `go` fires between 0 and 1 only.
+
+    After `go` at x, `left` fires at 1 + x. At x = 0 it may come before `early`, at x = 1 after `late`. In
+    whole units `go` fires at 0 or at 1, and all that follows has one moment.
+    """
+    steps = [
+        Transition("go", {"start": 1}, {"gone": 1}),
+        Transition("early", {"soon": 1}, {"first": 1}),
+        Transition("left", {"gone": 1}, {"a": 1}),
+        Transition("late", {"wait": 1}, {"b": 1}),
+    ]
+    one, two = Fraction(1), Fraction(2)
+    times = {"go": Interval(Fraction(0), one), "early": Interval(one, one)}
+    times |= {"left": Interval(one, one), "late": Interval(two, two)}
+    places = {"start": 1, "gone": 0, "soon": 1, "first": 0, "wait": 1, "a": 0, "b": 0}
+    between = "EF (gone == 1 & soon == 1 & AX (first == 1 & a == 0 & AX (a == 1)))"
+    assert check_timed_ctl(TimedNet.build(places, steps, times), between).status == "holds"
+    for whole in (Fraction(0), one):
+        times["go"] = Interval(whole, whole)
+        assert check_timed_ctl(TimedNet.build(places, steps, times), between).status == "violated"
 
 
 def test_strong_classes_do_not_confirm_themselves() -> None:

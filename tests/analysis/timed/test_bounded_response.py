@@ -280,6 +280,11 @@ def test_a_violation_has_the_times_that_show_it() -> None:
         "F[<=1/0] (p >= 1)",
         "F[<=5]",
         "F (G (p >= 1 -> F[<=5] (q >= 1)))",
+        "F[<=NaN] (q >= 1)",
+        "F[<=-1] (q >= 1)",
+        "F[>=2] (q >= 1)",
+        "F[2,w[ (q >= 1)",
+        "G (p >= 1 -> F[<=1e30] (q >= 1))",
     ],
 )
 def test_what_cannot_be_read(text: str) -> None:
@@ -293,4 +298,5 @@ def test_formulas_are_written_as_they_are_read() -> None:
         assert formula is not None
         assert read_bounded(str(formula)) == formula
     assert read_bounded("G (p >= 1 -> F (q >= 1))") is None
-    assert read_bounded('"F[<=5] p" >= 1') is None
+    for plain in ('"F[<=5] p" >= 1', "F[1] >= 1", "G [] (p >= 1)", "F (G[2] == 1)"):
+        assert read_bounded(plain) is None

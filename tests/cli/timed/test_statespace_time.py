@@ -84,9 +84,25 @@ def test_open_intervals_are_not_counted(run: Run, tmp_path: Path) -> None:
     assert "the interval ]1,2] of transition fast is open" in done.stderr
 
 
+def test_open_intervals_are_not_confirmed(run: Run, tmp_path: Path) -> None:
+    """The figures of the classes are there all the same."""
+    path = tmp_path / "open.net"
+    path.write_text(OPEN)
+    done = run("statespace", str(path), "--time", "--confirm", "--json")
+    space = json.loads(done.stdout)
+    assert (done.exit_code, space["classes"], space["agrees"]) == (0, 2, None)
+    assert "the interval ]1,2] of transition fast is open" in space["not_confirmed"]
+
+
 @pytest.mark.parametrize(
     "options",
-    [["--classes", "W"], ["--engine", "integer"], ["--time", "--reduce"], ["--time", "--engine", "symbolic"]],
+    [
+        ["--time", "--engine", "integer", "--classes", "A"],
+        ["--classes", "W"],
+        ["--engine", "integer"],
+        ["--time", "--reduce"],
+        ["--time", "--engine", "symbolic"],
+    ],
 )
 def test_options_that_do_not_go_together(run: Run, race: Path, options: list[str]) -> None:
     done = run("statespace", str(race), *options)
