@@ -6,6 +6,7 @@
 | ``.pnml`` | PNML (ISO/IEC 15909-2) with the DiNeROS extension | system models and plain nets |
 | ``.net`` | TINA's textual format | plain nets |
 | ``.xml`` | Romeo's format | plain nets |
+| ``.cts`` | Romeo's language | plain nets |
 
 Reading is safe for files from anywhere, writing is atomic and deterministic.
 """
@@ -88,7 +89,6 @@ _OTHER_FORMATS = {
     ".epml": _ELSEWHERE.format("EPML", "ProM"),
     ".ptml": _ELSEWHERE.format("a process tree", "PM4Py"),
     ".xes": _ELSEWHERE.format("an event log", "PM4Py"),
-    ".cts": "this is Romeo's language of states and actions: save the net as .xml there",
     ".ecore": "this is a metamodel; a model of it is an .xmi file",
 }
 """What files of other tools are, by suffix; near suffixes would mislead."""

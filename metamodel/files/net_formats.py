@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from dineros.metamodel import pn
     from dineros.metamodel.base import EObject
 
-SUFFIXES_OF_NETS = (".pnml", ".net", ".xml")
+SUFFIXES_OF_NETS = (".pnml", ".net", ".xml", ".cts")
 
 
 def net_format(suffix: str) -> tuple[Callable[[Path], EObject], Callable[[EObject, Path], None]]:
@@ -25,6 +25,10 @@ def net_format(suffix: str) -> tuple[Callable[[Path], EObject], Callable[[EObjec
         from dineros.metamodel.files.romeo import read_romeo, write_romeo
 
         return read_romeo, _for_nets(write_romeo)
+    if suffix == ".cts":
+        from dineros.metamodel.files.romeo import read_cts, write_cts
+
+        return read_cts, _for_nets(write_cts)
     from dineros.metamodel.files.tina import read_net, write_net
 
     return read_net, _for_nets(write_net)

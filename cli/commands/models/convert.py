@@ -19,7 +19,7 @@ from dineros.cli.outputs import PICTURES, refuse_output
 )
 @model_argument()
 @output_option(
-    "The file to write; its suffix tells the format: .xmi, .sym, .pnml, .net, .xml; "
+    "The file to write; its suffix tells the format: .xmi, .sym, .pnml, .net, .xml, .cts; "
     "pictures are .svg, .png, .html.",
     required=True,
 )
@@ -30,7 +30,7 @@ from dineros.cli.outputs import PICTURES, refuse_output
 )
 @settings_option
 def convert(model: Path, output: Path, properties: str | None, settings: tuple[str, ...]) -> int:
-    """Write a model in another format: XMI (.xmi), PNML (.pnml), TINA (.net), Romeo (.xml), or as a picture.
+    """Write a model in another format: XMI, PNML, TINA (.net), Romeo (.xml, .cts), or as a picture.
 
     A model that violates constraints is still converted, with a warning. OUT is written as a whole or not at
     all. 'dineros view' has more options for pictures.

@@ -71,7 +71,6 @@ def test_no_format_is_imported_before_it_is_needed() -> None:
         ("net.bpmn", "exports one as PNML"),
         ("net.llnet", "a net of PEP"),
         ("net.ndr", "TINA's drawing: save it as .net"),
-        ("net.cts", "save the net as .xml there"),
         ("net.PNPRO", "GreatSPN"),
         ("net.pmnl", "did you mean '.pnml'"),
     ],
