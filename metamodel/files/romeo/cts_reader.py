@@ -2,7 +2,7 @@
 
 ::
 
-    .cts        ::= typedef* 'initially' '{' ('place' token (',' token)* ';')* '}' transition* rest
+    .cts        ::= typedef* 'initially' '{' (('place' | 'int') token (',' token)* ';')* '}' transition* rest
     typedef     ::= 'typedef' 'int' 'place' ';'
     token       ::= name '=' number
     transition  ::= 'transition' ['[' option (',' option)* ']'] name interval
@@ -47,6 +47,8 @@ _TOKEN = re.compile(
 )
 _REST = frozenset({"check", "graph", "cost_rate", "simulate", "control", "nodes"})
 _ROLES = {"read": pn.ArcKind.read, "inhibitor": pn.ArcKind.inhibitor}
+_PLACES = ("place", "int")
+"""Versions up to 3.4 declare places as whole numbers."""
 _NO_VARIABLES = "a net has places only: variables, types and functions are not analysed"
 _CHANGES = "what a transition does is read as NAME = NAME + NUMBER, or with -"
 
@@ -101,7 +103,9 @@ class _CtsReader:
         self._expect("initially", _NO_VARIABLES)
         self._expect("{")
         while self._peek() != "}":
-            self._expect("place", _NO_VARIABLES)
+            declares = self._next()
+            if declares.text not in _PLACES:
+                raise self._unexpected(declares, "'place'", _NO_VARIABLES)
             self._list_of_places()
         self._next()
         while self._peek() == "transition":

@@ -84,6 +84,10 @@ def test_reading_what_was_written_gives_a_net_of_the_same_meaning(net: pn.Net) -
     assert cts_text(again) == text
 
 
+def test_old_versions_declare_places_as_numbers() -> None:
+    assert cts_text(parse(CELL.replace("place  Idle", "int Idle"))) == cts_text(parse(CELL))
+
+
 def test_files_by_their_suffix(tmp_path: Path) -> None:
     save(parse(CELL), tmp_path / "cell.cts")
     assert meaning(load(tmp_path / "cell.cts")) == meaning(parse(CELL))  # type: ignore[arg-type]
@@ -105,8 +109,8 @@ def step(
         ("", "is empty"),
         ("transition T [0,1] when (true) { }", "'initially' is expected"),
         (
-            one("", "int x = 0; place P=1;"),
-            "1:13: unexpected 'int': 'place' is expected (a net has places only",
+            one("", "bool x = true; place P=1;"),
+            "1:13: unexpected 'bool': 'place' is expected (a net has places only",
         ),
         ("typedef int[2] place;" + one(""), "only 'typedef int place;' is read"),
         ("const int n = 2; " + one(""), "unexpected 'const'"),
