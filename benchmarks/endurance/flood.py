@@ -22,7 +22,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from benchmarks._processes import mebibytes
 from benchmarks.endurance.applications import APPLICATIONS
@@ -35,6 +35,8 @@ SORTING = APPLICATIONS["sorting"]
 #: The safety loop without a pace of its own.
 SETTINGS = ("TRetry.interval.earliest=0", "TSense.interval.earliest=0")
 PATIENCE = 300.0
+#: The node that reads what the stranger publishes.
+READER = "feedback"
 #: The end of a trace in which the number of the last request is looked for.
 TAIL_BYTES = 1 << 16
 
@@ -48,10 +50,12 @@ class Sample(NamedTuple):
         Since the nodes are there.
     messages : int
         Requests and responses of the safety loop so far.
+    records : int
+        What the node that reads the stranger's topic has recorded: each message is taken, or dropped.
     memory : float
         Anonymous memory of all processes, MiB: pages of files come and go as others on the machine need room.
-    executor, supervisor : float
-        That of the node with the loop, and of the supervisor, MiB.
+    executor, reader, supervisor : float
+        That of the node with the loop, of the reader of what the stranger publishes, and of the supervisor, MiB.
     disk : float
         All files of the run, MiB.
     descriptors : int
@@ -60,8 +64,10 @@ class Sample(NamedTuple):
 
     seconds: float
     messages: int
+    records: int
     memory: float
     executor: float
+    reader: float
     supervisor: float
     disk: float
     descriptors: int
@@ -119,7 +125,8 @@ def flood(
             if run.poll() is not None:
                 raise FloodError(log.read_text(encoding="utf-8"))
             messages = 2 * (_calls(traces) - first)
-            yield Sample(time.monotonic() - started, messages, *_measure(run.pid, traces))
+            used = _measure(run.pid, traces)
+            yield Sample(time.monotonic() - started, messages, _reader_records(traces), *used)
     finally:
         run.send_signal(signal.SIGINT)
         run.wait(PATIENCE)
@@ -136,20 +143,30 @@ def _await_messages(run: subprocess.Popen[bytes], traces: Path, log: Path) -> No
 
 def _calls(traces: Path) -> int:
     """Return how often the sensor was asked, by the number of the last request."""
-    for path in reversed(parts_of(traces, "executor")) if traces.is_dir() else ():
+    for record in _latest_records(traces, "executor"):
+        if record["event"] == "request":
+            return int(record["message"].rpartition("/")[2])
+    return 0
+
+
+def _reader_records(traces: Path) -> int:
+    """Return the number of the reader's latest record."""
+    return next((int(record["sequence"]) for record in _latest_records(traces, READER)), 0)
+
+
+def _latest_records(traces: Path, node: str) -> Iterator[dict[str, Any]]:
+    """Yield the records at the end of each part of a node's trace, the latest first."""
+    for path in reversed(parts_of(traces, node)) if traces.is_dir() else ():
         with path.open("rb") as file:
             file.seek(max(0, path.stat().st_size - TAIL_BYTES))
             lines = file.read().splitlines()
         for line in reversed(lines):
             with suppress(ValueError):
-                record = json.loads(line)
-                if record["event"] == "request":
-                    return int(record["message"].rpartition("/")[2])
-    return 0
+                yield json.loads(line)
 
 
-def _measure(supervisor: int, traces: Path) -> tuple[float, float, float, float, int]:
-    """Return memory of all, of the executor and of the supervisor, disk in MiB, and open files."""
+def _measure(supervisor: int, traces: Path) -> tuple[float, float, float, float, float, int]:
+    """Return memory of all, of executor, reader and supervisor, disk in MiB, and open files."""
     processes = {supervisor: "supervisor"}
     for line in (traces / "supervisor.log.jsonl").read_text("utf-8").splitlines():
         event = json.loads(line)
@@ -161,7 +178,7 @@ def _measure(supervisor: int, traces: Path) -> tuple[float, float, float, float,
         with suppress(FileNotFoundError):  # pruned meanwhile
             disk += path.stat().st_size
     descriptors = sum(len(list(Path(f"/proc/{process}/fd").iterdir())) for process in processes)
-    own = memory["executor"], memory["supervisor"]
+    own = memory["executor"], memory[READER], memory["supervisor"]
     return sum(memory.values()), *own, disk / 2**20, descriptors
 
 

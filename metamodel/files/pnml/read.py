@@ -8,7 +8,13 @@ from lxml import etree
 
 from dineros.metamodel.errors import ModelFileError, counted, near_matches
 from dineros.metamodel.files.pnml.delays import convert_test_arcs
-from dineros.metamodel.files.pnml.plain.checks import NetWide, check_attributes, check_element, check_parts
+from dineros.metamodel.files.pnml.plain.checks import (
+    NetWide,
+    check_attributes,
+    check_element,
+    check_parts,
+    check_text,
+)
 from dineros.metamodel.files.pnml.plain.known import ELEMENTS
 from dineros.metamodel.files.pnml.plain.values import (
     capacity_of,
@@ -16,6 +22,7 @@ from dineros.metamodel.files.pnml.plain.values import (
     interval_of,
     kind_of,
     label_text,
+    only,
     tokens_of,
     weight_of,
 )
@@ -118,6 +125,8 @@ class _PnmlReader:
     def _page(self, page: PageRecord) -> list[PageRecord]:
         assert page.xml is not None
         inner: list[PageRecord] = []
+        check_text(page.xml, self._source)
+        self._collect(only, page.xml, "name", self._source)
         for xml in children(page.xml):
             if check_element(xml, ELEMENTS["net" if page.kind == "net" else "page"], page.xml, self._source):
                 self._collect(self._part, xml, page, inner)

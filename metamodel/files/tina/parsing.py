@@ -8,7 +8,7 @@ r"""The grammar of TINA's ``.net``, as its manual page "formats" describes it: f
     pldesc    ::= 'pl' name [':' name] ['(' number ')'] [arc* '->' arc*]
     lbdesc    ::= 'lb' name name
     prdesc    ::= 'pr' name+ ('<' | '>') name+
-    ntdesc    ::= 'nt' name name name
+    ntdesc    ::= 'nt' name ('0' | '1') name
     interval  ::= ('[' | ']') bound ',' bound ('[' | ']')  |  ('[' | ']') bound ',' 'w' '['
     bound     ::= number  |  digits '.' digits  |  digits '/' digits
     arc       ::= name [('*' | '?' | '?-' | '!' | '!-') number]
@@ -177,7 +177,10 @@ class Parser:
                 yield self._priority()
             else:
                 count = {"net": 1, "lb": 2, "nt": 3}[word.text]
-                yield Statement(word.text, [self._name() for _ in range(count)], [])
+                names = [self._name() for _ in range(count)]
+                if word.text == "nt" and names[1].text not in ("0", "1"):
+                    raise self._text.error(names[1], "a note has the number 0 or 1 between its name and text")
+                yield Statement(word.text, names, [])
 
     def _node(self, kind: str) -> Declaration:
         name = self._name()

@@ -14,7 +14,7 @@ from dineros.metamodel.files.pnml.plain.known import (
     LEFT_OUT,
     MEANINGS,
 )
-from dineros.metamodel.files.pnml.plain.values import label_text, only
+from dineros.metamodel.files.pnml.plain.values import contradiction, label_text, loose_text, only
 from dineros.metamodel.files.pnml.source import Source, children, local, shortened
 from dineros.metamodel.files.pnml.vocabulary import tag
 from dineros.metamodel.files.xml import line_of
@@ -55,11 +55,20 @@ def check_element(
 
 
 def check_parts(xml: etree._Element, kind: str, source: Source) -> None:
-    """Complain about each attribute and element of a node or an arc that is not known."""
+    """Complain about each attribute, element and text of a node or an arc that is not known."""
     check_attributes(xml, kind, source)
+    check_text(xml, source)
     allowed = ELEMENTS[kind]
     for part in children(xml):
         check_element(part, allowed, xml, source)
+
+
+def check_text(xml: etree._Element, source: Source) -> None:
+    """Complain about text of a page, a node or an arc that stands in no label."""
+    text = loose_text(xml)
+    if text:
+        what = f"<{local(xml)}> {xml.get('id')!r} holds the text {shortened(text)}"
+        source.complain(what, xml, id=xml.get("id"), hint=_HINT)
 
 
 class NetWide:
@@ -92,12 +101,20 @@ class NetWide:
         if xml.get("urgent", "false").strip().lower() not in ("false", "0", ""):
             what = f"transition {xml.get('id')!r} is urgent"
             self._source.complain(what, xml, id=xml.get("id"), hint="urgent transitions are not understood")
+        has_delay = any(local(part) == "delay" for part in children(xml))
+        if has_delay and (self._said(xml, "infiniteServer") or "false") not in ("false", "0"):
+            what = f"transition {xml.get('id')!r} has an interval and infinitely many servers"
+            hint = "only one clock of a transition is understood: remove infiniteServer or the interval"
+            self._source.complain(what, xml, id=xml.get("id"), hint=hint)
         self._priorities.append((self._said(xml, "priority"), xml))
         self._timed.append((self._said(xml, "timed"), xml))
 
     def _said(self, xml: etree._Element, name: str) -> str | None:
-        label = only(xml, name, self._source)
-        said = label_text(label, self._source) if label is not None else xml.get(name)
+        """Return the value of an attribute or of the element of the same name, in lower case."""
+        label, attribute = only(xml, name, self._source), xml.get(name)
+        said = label_text(label, self._source) if label is not None else attribute
+        if attribute is not None and said is not None and attribute.strip() != said.strip():
+            raise contradiction(xml, name, said, attribute, self._source)
         return None if said is None else said.strip().lower()
 
     def finish(self) -> None:

@@ -40,7 +40,7 @@ def only_net(root: etree._Element, source: Source) -> etree._Element:
         if local(inner) not in BESIDE_NET:
             hint = MEANINGS.get(local(inner), "remove it if it says nothing about the net")
             source.complain(f"<{local(inner)}> is not known next to the net", inner, hint=hint)
-        elif local(inner) == "feature" and inner.get("isColored") == "true":
+        elif local(inner) == "feature" and inner.get("isColored", "").strip().lower() == "true":
             source.complain("the net is coloured", inner, hint="only P/T nets are read; unfold it first")
     if not is_symmetric(nets[0]):
         _check_type(nets[0], source)

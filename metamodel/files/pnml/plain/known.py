@@ -22,7 +22,6 @@ _DRAWN = frozenset(
 """Attributes of any element that only a drawing or a list of names needs."""
 
 ATTRIBUTES: dict[str, frozenset[str]] = {
-    "pnml": frozenset({"version"}),
     "net": _DRAWN | {"id", "type", "name", "active"},
     "page": _DRAWN | {"id", "name"},
     "place": _DRAWN | {"id", "name", "initialMarking", "capacity", "invariant"},

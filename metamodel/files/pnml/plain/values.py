@@ -7,6 +7,7 @@ contradictory value is an error that names both lines.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from typing import NamedTuple
 
 from lxml import etree
@@ -14,7 +15,7 @@ from lxml import etree
 from dineros.metamodel.errors import ModelFileError, with_article
 from dineros.metamodel.files.exact import fraction_of
 from dineros.metamodel.files.pnml.layout import is_inhibitor_mark
-from dineros.metamodel.files.pnml.plain.known import TEXTS
+from dineros.metamodel.files.pnml.plain.known import HARMLESS_NAMESPACES, TEXTS
 from dineros.metamodel.files.pnml.source import Source, children, local, shortened
 from dineros.metamodel.files.pnml.vocabulary import tag
 from dineros.metamodel.files.xml import line_of
@@ -64,9 +65,7 @@ def label_text(label: etree._Element, source: Source) -> str:
     ModelFileError
         It has two texts, or elements and attributes that a label does not have.
     """
-    for name in label.attrib:
-        if not (local(label) in ("type", "arctype") and name == "value"):
-            raise source.error(f"<{local(label)}> has an unknown attribute {str(name)!r}", label)
+    check_attributes_of(label, ("value",) if local(label) in ("type", "arctype") else (), source)
     found: etree._Element | None = None
     for part in children(label):
         kind = local(part)
@@ -83,10 +82,33 @@ def label_text(label: etree._Element, source: Source) -> str:
         if kind == "value":
             part.tag = tag("text")
             source.note("<value> taken as <text>")
+        check_attributes_of(part, (), source)
+    if found is not None and loose_text(label):
+        hint = "write its text into <text> alone"
+        what = f"<{local(label)}> holds the text {shortened(loose_text(label))} outside of <text>, too"
+        raise source.error(what, label, hint=hint)
     text = (label.text if found is None else found.text) or ""
     if found is None and text.strip() and local(label) in ("initialMarking", "inscription"):
         source.note(f"text of <{local(label)}> outside of <text>")
     return text.strip()
+
+
+def loose_text(xml: etree._Element) -> str:
+    """Return the text of an element that stands in none of the elements inside."""
+    return "".join([xml.text or "", *(part.tail or "" for part in children(xml))]).strip()
+
+
+def check_attributes_of(xml: etree._Element, known: Collection[str], source: Source) -> None:
+    """Check the attributes of a part of a label.
+
+    Raises
+    ------
+    ModelFileError
+        It has an attribute that is not known.
+    """
+    for name in map(str, xml.attrib):
+        if name not in known and not name.startswith(HARMLESS_NAMESPACES):
+            raise source.error(f"<{local(xml)}> has an unknown attribute {shortened(name)}", xml)
 
 
 def only(xml: etree._Element, name: str, source: Source) -> etree._Element | None:
@@ -107,10 +129,11 @@ def only(xml: etree._Element, name: str, source: Source) -> etree._Element | Non
 
 
 def check_labels(xml: etree._Element, source: Source) -> None:
-    """Check labels that no value is read of, such as the name."""
-    for inner in children(xml):
-        if local(inner) in TEXTS:
-            label_text(inner, source)
+    """Check labels that no value is read of here, such as the name."""
+    for name in TEXTS:
+        label = only(xml, name, source)
+        if label is not None:
+            label_text(label, source)
 
 
 def tokens_of(place: etree._Element, source: Source) -> int | None:
@@ -121,7 +144,7 @@ def tokens_of(place: etree._Element, source: Source) -> int | None:
     if attribute is not None:
         source.note("attribute initialMarking taken as the marking")
         if text and text != attribute.strip():
-            raise _contradiction(place, "marking", text, attribute, source)
+            raise contradiction(place, "marking", text, attribute, source)
     if not text and attribute is None:
         return None
     where = place if label is None or not text else label
@@ -136,7 +159,7 @@ def capacity_of(place: etree._Element, source: Source) -> int | None:
     if label is not None and not text:
         raise source.error("the capacity is empty", label)
     if attribute is not None and text and text != attribute.strip():
-        raise _contradiction(place, "capacity", text, attribute, source)
+        raise contradiction(place, "capacity", text, attribute, source)
     said = (text or attribute or "").strip()
     if not said:
         return None
@@ -163,7 +186,7 @@ def weight_of(arc: etree._Element, source: Source) -> int:
         aged = ""  # TAPAAL writes both, and means the weight
     for name, value in (("inscription", aged), ("weight", attribute)):
         if value and said and value != said:
-            raise _contradiction(arc, "weight", said, value, source)
+            raise contradiction(arc, "weight", said, value, source)
         if value:
             source.note(f"attribute {name} taken as the weight")
             said = value
@@ -182,7 +205,7 @@ def kind_of(arc: etree._Element, source: Source) -> str:
             text = label_text(label, source)
             value = (label.get("value") or text).strip()
             if text and label.get("value") is not None and text != value:
-                raise _contradiction(arc, "type", text, value, source)
+                raise contradiction(arc, "type", text, value, source)
             said.append((_type(value, label, arc, source), label))
     attribute = arc.get("type")
     if attribute is not None:
@@ -215,12 +238,16 @@ def interval_of(transition: etree._Element, source: Source) -> Interval | None:
     if len(parts) != 1 or local(parts[0]) != "interval":
         raise source.error("<delay> holds one <interval>", delay)
     (xml,) = parts
+    check_attributes_of(delay, (), source)
+    check_attributes_of(xml, ("closure",), source)
+    if loose_text(delay) or loose_text(xml):
+        raise source.error("<delay> and <interval> hold no text", delay)
     closure = xml.get("closure", "closed")
     bounds = list(children(xml))
     if closure not in _OPEN or len(bounds) != 2:
         hint = f"closures are {', '.join(_OPEN)}, and it holds two numbers"
         raise source.error("<interval> is not understood", xml, hint=hint)
-    low, high = ((local(bound), _bound_text(bound)) for bound in bounds)
+    low, high = ((local(bound), _bound_text(bound, source)) for bound in bounds)
     low_open, high_open = _OPEN[closure]
     earliest = source.number(low[1], bounds[0], "the earliest time")
     latest = None
@@ -237,8 +264,15 @@ def interval_of(transition: etree._Element, source: Source) -> Interval | None:
     return Interval(earliest, latest, low_open, high_open and latest is not None)
 
 
-def _bound_text(xml: etree._Element) -> str:
+def _bound_text(xml: etree._Element, source: Source) -> str:
     """Return the text of a MathML number; ``1<sep/>3`` is ``1/3``."""
+    check_attributes_of(xml, ("type",), source)
+    kind = "rational" if len(xml) else xml.get("type", "real")
+    if xml.get("type", kind) != kind or kind not in ("real", "integer", "rational") or len(xml) > 1:
+        hint = "numbers are <cn>0.5</cn> and <cn>1<sep/>2</cn>"
+        raise source.error(f"<{local(xml)}> is not understood", xml, hint=hint)
+    if any(local(part) != "sep" or len(part) or part.text for part in xml):
+        raise source.error(f"<{local(xml)}> holds more than <sep/>", xml)
     parts = [xml.text or "", *(part.tail or "" for part in xml)]
     return "/".join(part.strip() for part in parts)
 
@@ -260,7 +294,8 @@ def _count(text: str, where: etree._Element, what: str, least: int, source: Sour
     return source.integer(text, where, what, least)
 
 
-def _contradiction(xml: etree._Element, what: str, first: str, second: str, source: Source) -> ModelFileError:
+def contradiction(xml: etree._Element, what: str, first: str, second: str, source: Source) -> ModelFileError:
+    """Return the error about an element that says one thing in two ways."""
     both = f"{shortened(first)} and {shortened(second.strip())}"
     message = f"<{local(xml)}> {_named(xml)} says its {what} twice: {both}"
     return source.error(message, xml, id=xml.get("id"))

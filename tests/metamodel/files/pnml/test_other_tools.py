@@ -276,10 +276,54 @@ REFUSED = {
         "'d' is not a number",
         6,
     ),
+    "text next to text": (
+        page(inplace="<initialMarking>3<text>1</text></initialMarking>"),
+        "<initialMarking> holds the text '3' outside of <text>",
+        5,
+    ),
+    "text of a place": (page(inplace="3"), "<place> 'p' holds the text '3'", 5),
+    "text of an arc": (page(inarc="inhibitor"), "<arc> 'a' holds the text 'inhibitor'", 7),
+    "text of a page": ("<page id='g'>3</page>", "<page> 'g' holds the text '3'", 4),
+    "attribute of a text": (
+        page(inplace='<initialMarking><text class="x">1</text></initialMarking>'),
+        "<text> has an unknown attribute 'class'",
+        5,
+    ),
+    "two names": (
+        page(inplace="<name><text>x</text></name>\n<name><text>x</text></name>"),
+        "<place> 'p' has two <name>, on lines 5 and 6",
+        6,
+    ),
+    "two names of a page": ("<page id='g'><name/>\n<name/></page>", "<page> 'g' has two <name>", 5),
+    "two priorities in two forms": (
+        page(transition='priority="2"', intransition="<priority><value>1</value></priority>"),
+        "<transition> 't' says its priority twice: '1' and '2'",
+        6,
+    ),
+    "many servers with times": (
+        page(transition='infiniteServer="true"', intransition=mathml("closed", "<cn>4</cn>", "<cn>9</cn>")),
+        "'t' has an interval and infinitely many servers",
+        6,
+    ),
+    "attribute of an interval": (
+        page(intransition=mathml('closed" unit="ms', "<cn>4</cn>", "<cn>9</cn>")),
+        "<interval> has an unknown attribute 'unit'",
+        6,
+    ),
+    "number with an exponent": (
+        page(intransition=mathml("closed", '<cn type="e-notation">2<sep/>3</cn>', "<cn>2000</cn>")),
+        "<cn> is not understood",
+        6,
+    ),
+    "number of another base": (
+        page(intransition=mathml("closed", '<cn base="16">10</cn>', "<cn>20</cn>")),
+        "<cn> has an unknown attribute 'base'",
+        6,
+    ),
     "net inside of a page": ('<page id="g"><net id="h"/></page>', "<net> is not part of the <page>", 4),
     "attribute of the net": (EMPTY.format(' semantics="x"', ""), "'semantics'", 1),
     "next to the net": (EMPTY.format("", "<shared-place/>"), "<shared-place>", 1),
-    "coloured feature": (EMPTY.format("", '<feature isColored="true"/>'), "coloured", 1),
+    "coloured feature": (EMPTY.format("", '<feature isColored="True"/>'), "coloured", 1),
 }
 
 
