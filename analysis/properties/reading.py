@@ -126,11 +126,17 @@ class _Reader:
     def property(self, node: etree._Element) -> Property:
         if _local(node) != "property":
             raise self.error(f"<{_local(node)}> is not a <property>", node)
-        parts = {_local(part): part for part in self.children(node)}
+        parts: dict[str, etree._Element] = {}
+        for part in self.children(node):
+            first = parts.setdefault(_local(part), part)
+            if first is not part:
+                lines = f"lines {line_of(first)} and {line_of(part)}"
+                raise self.error(f"a <property> has two <{_local(part)}>, on {lines}", part)
         if "id" not in parts or "formula" not in parts:
             raise self.error("a <property> needs an <id> and a <formula>", node)
         id = self.text(parts["id"])
-        examination = next((name for name in GLOBAL_PROPERTIES if id.endswith(name)), "")
+        # The contest's ids are "ReachabilityDeadlock" and "NET-ReachabilityDeadlock".
+        examination = next((name for name in GLOBAL_PROPERTIES if f"-{id}".endswith(f"-{name}")), "")
         if examination and examination != "ReachabilityDeadlock":
             return Property(id, "global", examination=examination)
         (formula,) = self.children(parts["formula"], 1, 1)

@@ -55,7 +55,7 @@ class Sample(NamedTuple):
     memory : float
         Anonymous memory of all processes, MiB: pages of files come and go as others on the machine need room.
     executor, reader, supervisor : float
-        That of the node with the loop, of the reader of what the stranger publishes, and of the supervisor, MiB.
+        That of the node with the loop, of the node that reads from the stranger, and of the supervisor, MiB.
     disk : float
         All files of the run, MiB.
     descriptors : int

@@ -112,6 +112,8 @@ def test_bounds_and_global_questions(tmp_path: Path) -> None:
         "b",
     )
     assert read(tmp_path, "<true/>", "net-Liveness").examination == "Liveness"
+    assert read(tmp_path, "<true/>", "Liveness").examination == "Liveness"
+    assert read(tmp_path, FIREABLE, "RobotLiveness").kind == "ctl"
 
 
 @pytest.mark.parametrize(
@@ -140,6 +142,16 @@ def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, formula: str, said:
     with pytest.raises(DinerosError, match=r"questions\.xml:1: ") as caught:
         read(tmp_path, formula)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("part", ["id", "formula"])
+def test_of_two_ids_or_formulas_none_is_dropped(tmp_path: Path, part: str) -> None:
+    path = tmp_path / "questions.xml"
+    inside = {"id": "x", "formula": "<true/>"}
+    path.write_text(FILE.format(ONE.format("x", f"<true/></formula>\n<{part}>{inside[part]}</{part}><formula>")))
+    with pytest.raises(DinerosError) as caught:
+        read_properties(path, GroupedNames(NetNames(NET)))
+    assert f"has two <{part}>, on lines 1 and 2" in str(caught.value)
 
 
 @pytest.mark.parametrize(
