@@ -70,6 +70,13 @@ def net_from_content(content: bytes, path: Path) -> pn.Net:
         raise ModelFileError(
             f"is not a net of Romeo: its root is <{name}>", location=Location(path, line_of(root)), hint=hint
         )
+    second = net.getnext() if net is not root else None
+    while second is not None and second.tag != "TPN":
+        second = second.getnext()
+    if second is not None:
+        raise ModelFileError(
+            "holds two nets", location=Location(path, line_of(second)), hint="a model is one <TPN>"
+        )
     return _RomeoReader(net, path).read()
 
 

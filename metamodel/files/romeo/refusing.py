@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from dineros.metamodel.errors import Location, ModelFileError
+from dineros.metamodel.errors import Location, ModelFileError, near_matches
 from dineros.metamodel.files.schema import read_integer
 from dineros.metamodel.files.xml import line_of
 
@@ -63,8 +63,21 @@ class Attributes:
         if text and text not in neutral:
             raise self.error(f"{name} {text[:40]!r} is not read", reason)
 
+    def refuse_unknown(self) -> None:
+        """Refuse attributes, elements and text that Romeo does not write: they may change the behaviour."""
+        attributes, elements = _PARTS[str(self.xml.tag)]
+        for name in map(str, self.xml.attrib):
+            if name not in attributes:
+                raise self.error(f"has an unknown attribute {name[:40]!r}", near_matches(name, attributes))
+        for inner in self.xml.iterchildren(tag=etree.Element):
+            if inner.tag not in elements:
+                what = f"<{str(inner.tag)[:40]}> is not part of a <{self.xml.tag}>"
+                raise Attributes(inner, self._path).error(what)
+        refuse_text(self.xml, self._path)
+
     def refuse_place(self) -> None:
         """Refuse what places of a time Petri net do not have."""
+        self.refuse_unknown()
         reason = "intervals of places are not read: clocks belong to transitions"
         self.refuse("eft", ("0", "0.0"), reason)
         self.refuse("lft", ("inf", "infini", "infinity"), reason)
@@ -75,6 +88,7 @@ class Attributes:
 
     def refuse_transition(self) -> None:
         """Refuse what transitions of a time Petri net do not have."""
+        self.refuse_unknown()
         parametric = "a bound that is a parameter has no value: parametric nets are not analysed"
         for name in ("eft_param", "lft_param", "minparam", "maxparam"):
             self.refuse(name, (), parametric)
@@ -88,8 +102,39 @@ class Attributes:
 
     def refuse_arc(self) -> None:
         """Refuse what arcs of a time Petri net do not have."""
+        self.refuse_unknown()
         self.refuse("tokenColor", ("-1",), "tokens with colours are not read: unfold the net")
         self.refuse("inhibitingCondition", (), "conditions on inhibitor arcs are not read: use a weight")
+
+
+_NODE = frozenset({"id", "identifier", "label", "eft", "lft"})
+_PARTS: dict[str, tuple[frozenset[str], frozenset[str]]] = {
+    "place": (_NODE | {"initialMarking"}, frozenset({"graphics", "scheduling"})),
+    "transition": (
+        _NODE
+        | {"eftIncl", "lftIncl", "eft_param", "lft_param", "minparam", "maxparam"}
+        | {"speed", "priority", "cost", "unctrl", "obs", "guard"},
+        frozenset({"graphics", "update"}),
+    ),
+    "arc": (
+        frozenset({"place", "transition", "type", "weight", "tokenColor", "inhibitingCondition"}),
+        frozenset({"nail", "graphics"}),
+    ),
+}
+"""Attributes and elements of places, transitions and arcs that are read, refused by value, or harmless."""
+
+
+def refuse_text(xml: etree._Element, path: Path) -> None:
+    """Refuse text next to the elements inside an element.
+
+    Raises
+    ------
+    ModelFileError
+        There is some.
+    """
+    text = "".join([xml.text or "", *(part.tail or "" for part in xml)]).strip()
+    if text:
+        raise Attributes(xml, path).error(f"the text {text[:40]!r} inside <{xml.tag}> is not read")
 
 
 def refuse_extras(net: etree._Element, path: Path) -> None:
@@ -100,6 +145,7 @@ def refuse_extras(net: etree._Element, path: Path) -> None:
     ModelFileError
         Constraints on parameters, nets in other files, synchronised transitions, or an unknown element.
     """
+    refuse_text(net, path)
     for xml in net.iterchildren(tag=etree.Element):
         attributes = Attributes(xml, path)
         if xml.tag == "misc" and (inner := xml.find("constraint")) is not None:

@@ -206,6 +206,17 @@ REFUSED: dict[str, tuple[str, str, int]] = {
     "an unknown place": (net_with(arc='place="9"'), "the arc names place '9', which is not there", 4),
     "two places of an id": (net_with(more=PLACE.format("")), "the id '1' is taken by another place", 5),
     "an arc twice": (net_with(more=ARC.format("")), "two arcs of type PlaceTransition join place p", 5),
+    "an unknown attribute of a place": (
+        net_with(place='capacity="1"'),
+        "p: has an unknown attribute 'cap",
+        2,
+    ),
+    "an unknown attribute of a step": (net_with(step='reset="1"'), "has an unknown attribute 'reset'", 3),
+    "an unknown attribute of an arc": (net_with(arc='wieght="2"'), "(did you mean 'weight'?)", 4),
+    "an unknown element of a step": (net_with(inside="<when/>"), "<when> is not part of a <transition>", 3),
+    "text of a step": (net_with(inside="x = 1"), "transition t: the text 'x = 1' inside <transition>", 3),
+    "text of the net": (net_with(more="p > 0"), "the text 'p > 0' inside <TPN> is not read", 1),
+    "two nets": (f"<romeo>{net_with()}\n{net_with()}</romeo>", "holds two nets (a model is one <TPN>)", 6),
     "another root": ("<pnml/>", "is not a net of Romeo: its root is <pnml> (rename the file to .pnml)", 1),
     "no net": ("<romeo><x/></romeo>", "its root is <romeo>", 1),
 }
