@@ -157,9 +157,12 @@ def _reader_records(traces: Path) -> int:
 def _latest_records(traces: Path, node: str) -> Iterator[dict[str, Any]]:
     """Yield the records at the end of each part of a node's trace, the latest first."""
     for path in reversed(parts_of(traces, node)) if traces.is_dir() else ():
-        with path.open("rb") as file:
-            file.seek(max(0, path.stat().st_size - TAIL_BYTES))
-            lines = file.read().splitlines()
+        try:
+            with path.open("rb") as file:
+                file.seek(max(0, path.stat().st_size - TAIL_BYTES))
+                lines = file.read().splitlines()
+        except FileNotFoundError:  # renamed or pruned meanwhile
+            continue
         for line in reversed(lines):
             with suppress(ValueError):
                 yield json.loads(line)

@@ -89,6 +89,7 @@ _OTHER_FORMATS = {
     ".epml": _ELSEWHERE.format("EPML", "ProM"),
     ".ptml": _ELSEWHERE.format("a process tree", "PM4Py"),
     ".xes": _ELSEWHERE.format("an event log", "PM4Py"),
+    **dict.fromkeys((".gz", ".xz", ".bz2", ".zst", ".zip", ".7z", ".tgz", ".tar"), "unpack it first"),
     ".ecore": "this is a metamodel; a model of it is an .xmi file",
 }
 """What files of other tools are, by suffix; near suffixes would mislead."""

@@ -19,6 +19,15 @@ SIZE_LIMIT = 64 * 1024 * 1024
 LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 """Start of what Git leaves in place of a large file that was not fetched."""
 LFS_HINT = "`git lfs pull` gets it"
+_PACKED = {
+    b"\x1f\x8b": "gzip",
+    b"PK\x03\x04": "zip",
+    b"BZh": "bzip2",
+    b"\xfd7zXZ\0": "xz",
+    b"\x28\xb5\x2f\xfd": "zstd",
+    b"7z\xbc\xaf\x27\x1c": "7-Zip",
+}
+"""Programs that pack files, by the first bytes of what they write."""
 
 
 def open_plain(
@@ -98,8 +107,8 @@ def read_bytes(
     Raises
     ------
     ModelFileError
-        There is no such file, it is a directory, a pipe or a device, it may not be read, it is too large, or
-        a pointer of Git LFS stands in its place.
+        There is no such file, it is a directory, a pipe or a device, it may not be read, it is too large or
+        packed, or a pointer of Git LFS stands in its place.
     """
     location = Location(path if shown is None else shown)
     try:
@@ -111,8 +120,7 @@ def read_bytes(
     if len(content) > limit:
         size = f"{limit >> 20} MiB" if limit >> 20 else f"{limit} bytes"
         raise ModelFileError(f"is larger than {size}", location=location)
-    if content.startswith(LFS_POINTER):
-        raise ModelFileError("is a pointer of Git LFS, not the file itself", location=location, hint=LFS_HINT)
+    _refuse_stand_in(content, location)
     return content
 
 
@@ -141,7 +149,11 @@ def read_pieces(path: Path | str, start: int = 0, *, size: int = 1 << 18) -> Ite
     try:
         with os.fdopen(open_plain(path), "rb", buffering=0) as file:
             file.seek(start)
+            is_first = start == 0
             while piece := file.read(size):
+                if is_first:
+                    _refuse_stand_in(piece, Location(path))
+                    is_first = False
                 yield piece
     except OSError as error:
         raise _cannot(os.O_RDONLY, Location(path), error) from error
@@ -161,6 +173,15 @@ def collector_paused() -> Iterator[None]:
                 gc.freeze()
                 gc.unfreeze()
             gc.enable()
+
+
+def _refuse_stand_in(start: bytes, location: Location) -> None:
+    """Refuse what stands in a file's place: a pointer of Git LFS, or the file packed."""
+    if start.startswith(LFS_POINTER):
+        raise ModelFileError("is a pointer of Git LFS, not the file itself", location=location, hint=LFS_HINT)
+    for magic, packer in _PACKED.items():
+        if start.startswith(magic):
+            raise ModelFileError(f"is packed by {packer}", location=location, hint="unpack it first")
 
 
 def linked(location: Location) -> ModelFileError:

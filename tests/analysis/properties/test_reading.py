@@ -148,7 +148,8 @@ def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, formula: str, said:
 def test_of_two_ids_or_formulas_none_is_dropped(tmp_path: Path, part: str) -> None:
     path = tmp_path / "questions.xml"
     inside = {"id": "x", "formula": "<true/>"}
-    path.write_text(FILE.format(ONE.format("x", f"<true/></formula>\n<{part}>{inside[part]}</{part}><formula>")))
+    second = f"<true/></formula>\n<{part}>{inside[part]}</{part}><formula>"
+    path.write_text(FILE.format(ONE.format("x", second)))
     with pytest.raises(DinerosError) as caught:
         read_properties(path, GroupedNames(NetNames(NET)))
     assert f"has two <{part}>, on lines 1 and 2" in str(caught.value)

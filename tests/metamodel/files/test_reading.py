@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import bz2
+import gzip
+import lzma
 import os
 from pathlib import Path
 
 import pytest
+from backports import zstd
 
 from dineros.metamodel.errors import ModelFileError
+from dineros.metamodel.files import load
 from dineros.metamodel.files.reading import open_plain, read_bytes, read_pieces, read_text
 
 
@@ -30,6 +35,25 @@ def test_only_plain_files_are_read(tmp_path: Path, kind: str, said: str) -> None
     elif kind == "folder":
         path.mkdir()
     for read in (read_bytes, read_text, lambda path: list(read_pieces(path))):
+        with pytest.raises(ModelFileError, match=said):
+            read(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n", "is a pointer of Git LFS"),
+        (gzip.compress(b"net n"), r"is packed by gzip \(unpack it first\)"),
+        (bz2.compress(b"net n"), "is packed by bzip2"),
+        (lzma.compress(b"net n"), "is packed by xz"),
+        (zstd.compress(b"net n"), "is packed by zstd"),
+        (b"PK\x03\x04", "is packed by zip"),
+    ],
+)
+def test_what_stands_in_the_place_of_a_file_is_named(tmp_path: Path, content: bytes, said: str) -> None:
+    path = tmp_path / "net.net"
+    path.write_bytes(content)
+    for read in (read_bytes, read_text, load, lambda path: list(read_pieces(path))):
         with pytest.raises(ModelFileError, match=said):
             read(path)
 
