@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from dineros.cli.running.watching import Ending, Wanted, observe, watch
+from dineros.cli.running.watching import Ending, Wanted, observe_all, watch
 from dineros.metamodel.clauses import SignalSetting
 from dineros.runtime.application.observer import FolderObserver
 
@@ -126,7 +126,7 @@ def run_in_process(
     if not options.is_simulated:
         with application:
             ending: Ending = watch(wanted, observer, _Threads(application))
-        return ending if observe(wanted, observer) else "deviated"
+        return ending if observe_all(wanted, observer) else "deviated"
     until = wanted.until
     with application:
         try:
@@ -139,7 +139,7 @@ def run_in_process(
                 ending = "interrupted"
         except KeyboardInterrupt:
             ending = "interrupted"
-    return ending if observe(wanted, observer) else "deviated"
+    return ending if observe_all(wanted, observer) else "deviated"
 
 
 class _Threads:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TextIO
 
 from dineros.cli.console import note, summarise, warn, working
 from dineros.cli.running.announcing import Announcer
-from dineros.cli.running.watching import Ending, RosOptions, Wanted, observe, watch
+from dineros.cli.running.watching import Ending, RosOptions, Wanted, observe_all, watch
 from dineros.metamodel.clauses import setting_text
 from dineros.metamodel.files import save
 from dineros.metamodel.files.reading import open_plain
@@ -229,7 +229,7 @@ def _run_processes(
         finally:
             announcer.close()
             observer.restarts = supervisor.restarts
-            observe(wanted, observer)  # what the nodes wrote while they ended
+            observe_all(wanted, observer)  # what the nodes wrote while they ended
             remove_abandoned()
 
 

@@ -194,6 +194,8 @@ def watch(wanted: Wanted, observer: FolderObserver, running: Running) -> Ending:
                     return "ended"
                 if end is not None and time.monotonic() >= end:
                     return "timeout"
+                if observer.is_behind:
+                    continue
                 until = looked + min(traces.longest, running.longest)
                 _sleep(
                     until if end is None else min(until, end),
@@ -221,8 +223,16 @@ def _look(wanted: Wanted, observer: FolderObserver) -> Ending | None:
     return None
 
 
+def observe_all(wanted: Wanted, observer: FolderObserver) -> bool:
+    """Take in everything that is new, such as what nodes wrote while they ended; see `observe`."""
+    conforms = observe(wanted, observer)
+    while observer.is_behind:
+        conforms = observe(wanted, observer) and conforms
+    return conforms
+
+
 def observe(wanted: Wanted, observer: FolderObserver) -> bool:
-    """Take in what is new; False: the monitor has found a step that the model does not allow."""
+    """Take in what is new, or a batch; False: the monitor has found a step that the model does not allow."""
     records = observer.look()
     for record in records:
         if record.event == "error":

@@ -43,14 +43,24 @@ class Follower:
     ----------
     folder : Path
         The traces of a run; nodes and files may come later.
+    batch : int, optional
+        Pieces of each node's trace (see `read_pieces`) that are read at a time; all if not given. A long line
+        is read whole.
+
+    Attributes
+    ----------
+    is_behind : bool
+        Whether there is more than was read the last time.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, batch: int | None = None) -> None:
+        self.is_behind = False
         self._folder = folder
+        self._batch = batch
         self._places: dict[str, _Place] = {}
 
     def new(self) -> list[Record]:
-        """Return the records written since the last call, node by node, each node's in order.
+        """Return the records written since the last call, or a batch, node by node, each node's in order.
 
         Raises
         ------
@@ -59,6 +69,7 @@ class Follower:
         DinerosError
             The folder cannot be read.
         """
+        self.is_behind = False
         if not self._folder.is_dir():
             return []
         records: list[Record] = []
@@ -78,10 +89,14 @@ class Follower:
                 last = -1 if place is None else place.last
                 place = self._places[node] = _Place(file, last, RecordDecoder(path))
             place.decoder.source = path
-            for record in new_records(path, place.decoder, file):
+            found, is_more = _read(path, place.decoder, file, self._batch)
+            for record in found:
                 if record.sequence > place.last:  # a part that was read before may be the oldest that is kept
                     place.last = record.sequence
                     records.append(record)
+            if is_more:
+                self.is_behind = True
+                break
         return records
 
 
@@ -105,7 +120,7 @@ def _is_at(path: Path, file: _File) -> bool:
         return False
 
 
-def new_records(path: Path, decoder: RecordDecoder, file: _File | None = None) -> list[Record]:
+def new_records(path: Path, decoder: RecordDecoder) -> list[Record]:
     """Return the records of the lines of a growing file that a decoder has not read yet.
 
     Parameters
@@ -114,22 +129,34 @@ def new_records(path: Path, decoder: RecordDecoder, file: _File | None = None) -
         The file.
     decoder : RecordDecoder
         Knows up to where it was read.
-    file : _File, optional
-        Which file it is: nothing is read where the path has become that of another one meanwhile.
 
     Raises
     ------
     RecordError
         A complete line is not a record, or the file cannot be read.
     """
+    return _read(path, decoder, None, None)[0]
+
+
+def _read(
+    path: Path, decoder: RecordDecoder, file: _File | None, most: int | None
+) -> tuple[list[Record], bool]:
+    """Return new records, and whether there may be more of them.
+
+    Nothing is read if the path has become that of another file meanwhile.
+    """
+    pieces: list[bytes] = []
+    has_line = is_more = False
     try:
-        if file is None:
-            return [
-                record for piece in trace_pieces(path, decoder.position) for record in decoder.feed(piece)
-            ]
-        pieces = list(trace_pieces(path, decoder.position)) if _is_at(path, file) else []
-        if not _is_at(path, file):  # rotated away, or removed, while it was read or before
-            return []
-        return [record for piece in pieces for record in decoder.feed(piece)]
+        if file is None or _is_at(path, file):
+            for piece in trace_pieces(path, decoder.position):
+                pieces.append(piece)
+                has_line = has_line or b"\n" in piece
+                if most is not None and len(pieces) >= most and has_line:
+                    is_more = True
+                    break
+        if file is not None and not _is_at(path, file):  # rotated away, or removed, meanwhile or before
+            return [], False
+        return [record for piece in pieces for record in decoder.feed(piece)], is_more
     finally:
         decoder.forget()

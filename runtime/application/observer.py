@@ -10,6 +10,9 @@ from dineros.metamodel.records import Drop, Error, Fire, Record, Signal, Start
 from dineros.metamodel.records.following import Follower
 from dineros.metamodel.records.schema import Step
 
+BATCH = 8
+"""Pieces of each node's trace that are read at a time: 2 MiB."""
+
 
 class Observer:
     """Marking and signals of all nodes, as far as their traces tell.
@@ -74,7 +77,9 @@ class Observer:
 
 
 class FolderObserver(Observer):
-    """An observer of the traces in a folder.
+    """An observer of the traces in a folder, which takes in a batch at a time.
+
+    If nodes write faster than it reads, as in a flood on a busy machine, its memory stays the same.
 
     Parameters
     ----------
@@ -84,10 +89,15 @@ class FolderObserver(Observer):
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
-        self._follower = Follower(folder)
+        self._follower = Follower(folder, BATCH)
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether there is more to look at than the last look took in."""
+        return self._follower.is_behind
 
     def look(self) -> list[Record]:
-        """Take in what is new, and return it."""
+        """Take in what is new, or a batch of it, and return it."""
         records = self._follower.new()
         self.see(records)
         return records

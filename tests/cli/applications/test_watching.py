@@ -101,6 +101,24 @@ def test_a_record_that_is_written_wakes_who_waits_for_it(
 
 
 @pytest.mark.usefixtures("patient")
+def test_what_is_more_than_a_batch_is_taken_in_without_sleep(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("dineros.runtime.application.observer.BATCH", 1)
+    fired = (Fire(sequence=each, node="arm", transition="T", change={"Done": 1}) for each in range(10_000))
+    text = "".join(encode_record(record) + "\n" for record in fired)
+    assert len(text) > 3 << 18  # more than three pieces
+    (tmp_path / "arm.jsonl").write_text(text)
+    observer = Counting(tmp_path)
+    done = wanted(tmp_path, until=lambda marking, signals: marking.get("Done") == 10_000)
+    assert watch(done, observer, Idle()) == "reached"
+    assert observer.looks > 3
+    (tmp_path / "second.jsonl").write_text(text)
+    assert watching.observe_all(done, observer)
+    assert observer.marking["Done"] == 20_000
+
+
+@pytest.mark.usefixtures("patient")
 def test_a_process_that_ends_wakes_who_waits_for_it(tmp_path: Path) -> None:
     """The end of one process and the restart of another that failed, both within an hour's sleep."""
     before = len(list(Path("/proc/self/fd").iterdir()))

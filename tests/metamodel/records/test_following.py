@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from dineros.metamodel.records import Fire, Header, RecordError, encode_record
+from dineros.metamodel.files.reading import read_pieces
+from dineros.metamodel.records import Fire, Header, RecordError, encode_record, following
 from dineros.metamodel.records.following import Follower
 
 
@@ -69,3 +70,26 @@ def test_a_line_that_is_no_record_is_an_error_with_its_place(tmp_path: Path) -> 
     append(tmp_path / "a.jsonl", HEADER + "{}\n")
     with pytest.raises(RecordError, match=r"a\.jsonl:2"):
         Follower(tmp_path).new()
+
+
+def test_a_batch_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(following, "trace_pieces", lambda path, start: read_pieces(path, start, size=100))
+    follower = Follower(tmp_path, batch=3)
+    for node in ("a", "b"):
+        append(tmp_path / f"{node}.jsonl", HEADER + "".join(map(fire, range(1, 20))))
+        (tmp_path / f"{node}.jsonl").rename(tmp_path / f"{node}.0001.jsonl")
+        append(tmp_path / f"{node}.jsonl", "".join(map(fire, range(20, 40))))
+    batches = [sequences(follower)]
+    while follower.is_behind:
+        batches.append(sequences(follower))
+    assert max(map(len, batches)) <= 20  # 300 bytes of two nodes
+    assert sorted(each for batch in batches for each in batch) == sorted([*range(40), *range(40)])
+    assert sequences(follower) == [] and not follower.is_behind
+
+
+def test_a_line_longer_than_a_batch_is_read_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(following, "trace_pieces", lambda path, start: read_pieces(path, start, size=10))
+    follower = Follower(tmp_path, batch=2)
+    append(tmp_path / "a.jsonl", HEADER + fire(1))
+    assert sequences(follower) == [0] and follower.is_behind
+    assert sequences(follower) == [1]
