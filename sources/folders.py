@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from dineros.metamodel.errors import DinerosError, Location, ModelFileError, counted
 from dineros.metamodel.files.reading import read_bytes, read_pieces
@@ -22,6 +22,8 @@ CPP = (".cpp", ".cc", ".cxx", ".hpp", ".hh", ".hxx", ".h", ".ipp", ".tpp")
 
 _KINDS = (".py", ".xml", ".yaml", ".yml", ".cfg", *CPP)
 _NAMES = {"CMakeLists.txt"}
+_TESTS = {"test", "tests", "benchmark", "mock"}
+_TEST_FILE = re.compile(r"(?:^|/)(?:test_[^/]*|[^/]*_test|conftest)\.\w+$")
 _OF_ROS1 = re.compile(r"^\s*(?:import rospy|from rospy|#\s*include\s*[<\"]ros/ros\.h[>\"])", re.MULTILINE)
 
 
@@ -85,6 +87,11 @@ def open_folder(root: Path) -> SourceFolder:
                 f"the folder has more than {counted(MOST_FILES, 'file')}", location=Location(root), hint=hint
             )
     return found
+
+
+def is_test(path: str) -> bool:
+    """Tell whether a file is one of tests, by its name or a folder around it."""
+    return bool(_TESTS & set(PurePosixPath(path).parts[:-1])) or bool(_TEST_FILE.search(path))
 
 
 def file_of_ros1(root: Path) -> str | None:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import groupby
-from pathlib import PurePosixPath
-from re import search
 from typing import NamedTuple
 
 from dineros.metamodel.errors import counted
+from dineros.sources.folders import is_test
 
-_TESTS = {"test", "tests", "benchmark", "mock"}
 _MOST_LINES = 6
 """Line numbers that are shown of a file."""
 
@@ -23,19 +21,12 @@ class MakingCall(NamedTuple):
     name: str
 
 
-def is_test(path: str) -> bool:
-    """Tell whether a file is one of tests, by its name or a folder around it."""
-    return bool(_TESTS & set(PurePosixPath(path).parts[:-1])) or bool(
-        search(r"(?:^|/)(?:test_[^/]*|[^/]*_test|conftest)\.\w+$", path)
-    )
-
-
 def lines(calls: Iterable[MakingCall], reached: set[tuple[str, int]]) -> Iterator[str]:
     """Yield a line for each file with calls that no program reached.
 
     Parameters
     ----------
-    calls : iterable of Call
+    calls : iterable of MakingCall
         All calls of the files that were read.
     reached : set of (str, int)
         Path and line of those that a program reached.

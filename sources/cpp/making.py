@@ -81,7 +81,7 @@ class Maker:
         fact.home = place.file
         this.node = fact
         self.machine.nodes.append(fact)
-        self.machine.reach.classes.add(id(this.cls))
+        self.machine.reached.classes.add(id(this.cls))
         if this.cls is None or not fact.managed:
             return
         for step in TRANSITIONS:
@@ -97,7 +97,7 @@ class Maker:
         kind = MAKES.get(call.last)
         if kind is not None and call.named is not None:
             name = end_of(call.named)
-            self.machine.reach.reached.add((call.frame.path, line_of(name)))
+            self.machine.reached.calls.add((call.frame.path, line_of(name)))
         if kind is None or (call.on is None and call.path in self.machine.idioms):
             return None
         owner, args = self._owner(call)
@@ -277,7 +277,7 @@ class Maker:
         if known is None or not known.makes:
             return None
         begin, end = line_of(call.node), call.node.end_point[0] + 1
-        self.machine.reach.reached |= {(call.frame.path, line) for line in range(begin, end + 1)}
+        self.machine.reached.calls |= {(call.frame.path, line) for line in range(begin, end + 1)}
         if len(call.args) == 1 and isinstance(call.args[0], Port):  # a copy
             return call.args[0]
         owner = next((each for each in map(node_in, call.args) if each is not None), None)

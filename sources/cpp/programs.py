@@ -13,15 +13,16 @@ from dineros.sources.cmake import Component
 from dineros.sources.cpp.doing import Ros
 from dineros.sources.cpp.following.machine import TooLong
 from dineros.sources.cpp.following.reach import Reach
+from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.index import ClassInfo, Index, Routine
 from dineros.sources.cpp.left_out import calls_of
 from dineros.sources.cpp.parsing import Source, parse
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
 from dineros.sources.facts import CallbackFact, NodeFact, Place
-from dineros.sources.folders import CPP, SourceFolder
+from dineros.sources.folders import CPP, SourceFolder, is_test
 from dineros.sources.launch.containers import THREADS
-from dineros.sources.left_out import is_test, lines
+from dineros.sources.left_out import lines
 from dineros.sources.libraries.idioms import Idiom, read_idioms
 from dineros.sources.packages import Package
 
@@ -65,6 +66,7 @@ class CppPrograms:
                     folder.unread.append(f"{path}: it is nested too deeply")
         self.index.finish()
         self._reach = Reach(self.index, self._idioms)
+        self._reached = Reached()
 
     def nodes(self, given: Mapping[str, Mapping[str, Any]] | None = None) -> list[NodeFact]:
         """Return the nodes of all programs, and one of each class of nodes that none makes."""
@@ -79,7 +81,7 @@ class CppPrograms:
                 found += nodes
             wanted = list(self._components())
             for cls in dict.fromkeys([*wanted, *self._classes()]):
-                if id(cls) not in self._reach.classes:
+                if id(cls) not in self._reached.classes:
                     nodes = self._run(self._component_name(cls), None, cls, given or {})
                     found += nodes
                     if cls in wanted and not nodes:
@@ -87,7 +89,7 @@ class CppPrograms:
                             f"{cls.path}: the component {cls.full} is no node that can be read, so its ports "
                             "are not known"
                         )
-        self._folder.unread += lines(calls_of(self._sources, self._made()), self._reach.reached)
+        self._folder.unread += lines(calls_of(self._sources, self._made()), self._reached.calls)
         return sorted(_different(found), key=lambda node: (node.at.file, node.at.line))
 
     def _made(self) -> list[str]:
@@ -177,7 +179,7 @@ class CppPrograms:
     ) -> list[NodeFact]:
         path = main.path if main is not None else cls.path if cls is not None else ""
         program = self._full(name, path)
-        machine = Statements(self.index, program, self._idioms, self._reach)
+        machine = Statements(self.index, program, self._idioms, self._reach, self._reached)
         machine.library = Ros(machine)
         machine.given = given.get(program, {})
         machine.fact = CallbackFact("main", "main", Place(path, main.line if main is not None else 1))

@@ -139,7 +139,8 @@ class Idioms:
     ) -> list[Entity]:
         found = []
         for index, row in enumerate(self.machine.turns(given.get(entry["each"]) or NONE)[0]):
-            if not isinstance(row, Items) or len(row.items) < 3:
+            columns = (entry["attribute"], entry["name"], entry["type"])
+            if not isinstance(row, Items) or len(row.items) <= max(columns):
                 continue
             place: ast.AST = _row(node, index) or node
             entity, is_new = self.maker.entity(entry["kind"], fact, place, frame, index)
@@ -152,7 +153,7 @@ class Idioms:
                     "depth": 1,
                     "reliability": "reliable",
                     "durability": durability,
-                    "via": entry["via"],
+                    "via": entry.get("via", ""),
                 }
                 if "callback" in entry and len(row.items) > entry["callback"]:
                     self.maker.callback(

@@ -14,24 +14,10 @@ from typing import Any
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.files.toml import decode_toml
+from dineros.sources.libraries.idiom_tables import checked
 
 MOST_BYTES = 1 << 20
 """Bytes of a table."""
-
-_KEYS = {
-    "path",
-    "also",
-    "arguments",
-    "makes",
-    "methods",
-    "node",
-    "do",
-    "what",
-    "how",
-    "synchronizes",
-    "quality",
-    "managed",
-}
 
 
 @dataclass(frozen=True)
@@ -77,7 +63,7 @@ def read_idioms(path: Path) -> dict[str, Idiom]:
     Raises
     ------
     DinerosError
-        The file cannot be read, is not TOML, or says something that is unknown.
+        The file cannot be read, is not TOML, or an entry is not as the guide describes it.
     """
     found = {}
     table = decode_toml(read_bytes(path, MOST_BYTES), path)
@@ -87,11 +73,8 @@ def read_idioms(path: Path) -> dict[str, Idiom]:
     entries = table.get("idiom", [])
     if not isinstance(entries, list) or not all(isinstance(each, dict) for each in entries):
         raise DinerosError("idiom: is not a list of tables", location=Location(path))
-    for entry in entries:
-        unknown = set(entry) - _KEYS
-        if unknown or not isinstance(entry.get("path"), str):
-            wrong = f"{sorted(unknown)[0]}: is unknown" if unknown else "an idiom has no path"
-            raise DinerosError(wrong, location=Location(path), hint=f"known are {', '.join(sorted(_KEYS))}")
+    for number, entry in enumerate(entries, start=1):
+        checked(entry, number, path)
         idiom = Idiom(
             entry["path"],
             tuple(entry.get("arguments", ())),
@@ -101,7 +84,7 @@ def read_idioms(path: Path) -> dict[str, Idiom]:
             {key: entry[key] for key in ("do", "what", "how") if key in entry},
             entry.get("synchronizes"),
             entry.get("quality", {}),
-            bool(entry.get("managed")),
+            entry.get("managed", False),
         )
         for name in (idiom.path, *entry.get("also", ())):
             found[name] = idiom

@@ -137,7 +137,7 @@ FOLDERS = {
         "wheels",
     ],
     "sources": [
-        *("facts", "left_out", "folders", "cmake", "packages", "language", "libraries", "launch", "cpp"),
+        *("facts", "folders", "left_out", "cmake", "packages", "language", "libraries", "launch", "cpp"),
         *("programs", "reading"),
     ],
     "sources/launch": [
@@ -149,7 +149,7 @@ FOLDERS = {
         *("making", "left_out", "ports", "waiting", "doing", "programs"),
     ],
     "sources/cpp/following": [
-        *("reach", "machine", "expressions", "routines", "calls", "loops", "statements"),
+        *("reach", "reached", "machine", "expressions", "routines", "calls", "loops", "statements"),
     ],
     "sources/language": [
         *(

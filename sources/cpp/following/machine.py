@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.cpp.following.reach import Reach
+from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.index import ClassInfo, Index
 from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
 from dineros.sources.cpp.values import Const, Either, Frame, Obj, Open, Seconds, Todo, Value, joined
@@ -48,10 +49,17 @@ class Machine:
         The table of libraries.
     reach : Reach, optional
         Of the index; programs of one folder share it.
+    reached : Reached, optional
+        What they reached so far; they share it, too.
     """
 
     def __init__(
-        self, index: Index, program: str, idioms: Mapping[str, Idiom], reach: Reach | None = None
+        self,
+        index: Index,
+        program: str,
+        idioms: Mapping[str, Idiom],
+        reach: Reach | None = None,
+        reached: Reached | None = None,
     ) -> None:
         self.index = index
         self.program = program
@@ -80,6 +88,7 @@ class Machine:
         self.unread: list[str] = []
         self.steps = 0
         self.reach = reach if reach is not None else Reach(index, idioms)
+        self.reached = reached if reached is not None else Reached()
         self._places: dict[tuple[int, str, str], Entity] = {}
         self._facts: dict[tuple[int, str, int, str], CallbackFact] = {}
 

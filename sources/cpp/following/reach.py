@@ -41,10 +41,6 @@ class Reach:
         self._all: dict[int, frozenset[str]] = {}
         self._matters: dict[int, bool] = {}
         self._index = index
-        self.classes: set[int] = set()
-        """Classes of the nodes that a program made."""
-        self.reached: set[tuple[str, int]] = set()
-        """Path and line of the calls that make entities and that a program reached."""
 
     def words(self, routine: Routine) -> frozenset[str]:
         """Return the words of a routine and of all that it may call."""
