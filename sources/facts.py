@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from dineros.sources.interfaces import Interfaces
+
 OPEN = "open"
 """Begins what is not known."""
 _OPEN_WITH = (f"{OPEN}:", f"{OPEN} ")
@@ -325,6 +327,8 @@ class Facts:
         Files that could not be read, a line each, and what could not be followed.
     files : int
         How many files were read.
+    interfaces : Interfaces
+        What the folder's own files of messages, services and actions define.
     """
 
     name: str
@@ -332,6 +336,7 @@ class Facts:
     launch: list[dict[str, Any]] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
     files: int = 0
+    interfaces: Interfaces = field(default_factory=Interfaces)
 
     @property
     def _language(self) -> str:

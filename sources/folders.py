@@ -20,7 +20,10 @@ _LEFT_OUT = {"build", "install", "log", "node_modules", "__pycache__", "venv", "
 CPP = (".cpp", ".cc", ".cxx", ".hpp", ".hh", ".hxx", ".h", ".ipp", ".tpp")
 """How files in C++ end."""
 
-_KINDS = (".py", ".xml", ".yaml", ".yml", ".cfg", *CPP)
+INTERFACES = (".msg", ".srv", ".action", ".idl")
+"""How files that define interfaces end."""
+
+_KINDS = (".py", ".xml", ".yaml", ".yml", ".cfg", *CPP, *INTERFACES)
 _NAMES = {"CMakeLists.txt"}
 _TESTS = {"test", "tests", "benchmark", "mock"}
 _TEST_FILE = re.compile(r"(?:^|/)(?:test_[^/]*|[^/]*_test|conftest)\.\w+$")

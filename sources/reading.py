@@ -12,6 +12,7 @@ from dineros.sources.cpp.parsing import is_there
 from dineros.sources.cpp.programs import CppPrograms
 from dineros.sources.facts import Facts, NodeFact, is_open
 from dineros.sources.folders import CPP, open_folder
+from dineros.sources.interfaces import read_interfaces
 from dineros.sources.language.modules import Modules
 from dineros.sources.launch.containers import ALONE, container_of, executor_in
 from dineros.sources.launch.description import Started, full
@@ -74,6 +75,7 @@ def read_source(root: Path, tables: Sequence[Path] = (), launch: Launch | None =
                 given.setdefault(f"{each.package}/{each.executable}", []).append(found)
     reading = Reading(folder, packages, idioms, {key: _agreed(found) for key, found in given.items()})
     facts = read_programs(reading, modules)
+    facts.interfaces = read_interfaces(folder, packages)
     programs = _add_cpp(facts, reading)
     _compose(facts, [started for _, started in descriptions])
     _complete(facts, descriptions)

@@ -32,6 +32,9 @@ MESSAGE = re.compile(r"[a-z][a-z0-9_]{0,99}/msg/[A-Z][A-Za-z0-9]{0,99}")
 _SCALARS = {2: "int8", 3: "uint8", 4: "int16", 5: "uint16", 6: "int32", 7: "uint32", 8: "int64", 9: "uint64"}
 _SCALARS |= {10: "float32", 11: "float64", 13: "char", 15: "bool", 16: "byte"}
 _SCALARS |= {17: "string", 18: "wstring", 21: "string", 22: "wstring"}
+_PART = re.compile(
+    r"(([a-z][a-z0-9_]{0,99})/(?:srv|action)/[A-Z][A-Za-z0-9]{0,99})_(?:Request|Response|Goal|Result|Feedback)"
+)
 _PACKAGE = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 _NESTED = 1
 _FORMS = ((144, "sequence"), (96, "bounded"), (48, "array"), (0, "single"))
@@ -106,6 +109,71 @@ def installed_messages(package: str) -> list[str]:
         raise UnknownInterfaceError(f"the package {package} is not installed", hint=how_to_install(package))
     names = {file.stem for folder in folders for file in (folder / "msg").glob("*.json")}
     return [f"{package}/msg/{name}" for name in sorted(names)]
+
+
+def installed_interfaces(package: str) -> frozenset[str] | None:
+    """Return the messages, services and actions of an installed package; None: it is not installed.
+
+    Examples
+    --------
+    >>> "std_srvs/srv/Trigger" in installed_interfaces("std_srvs")
+    True
+    """
+    return _interfaces_of(package, os.environ.get("AMENT_PREFIX_PATH", ""))
+
+
+@lru_cache(maxsize=256)
+def _interfaces_of(package: str, prefixes: str) -> frozenset[str] | None:
+    """Return the interfaces of a package; `prefixes` only tells where it was looked for."""
+    if not _PACKAGE.fullmatch(package):
+        return None
+    folders = [folder for folder in (prefix / "share" / package for prefix in _prefixes()) if folder.is_dir()]
+    names = {
+        f"{package}/{kind}/{file.stem}"
+        for folder in folders
+        for kind in ("msg", "srv", "action")
+        for file in (folder / kind).glob("*.json")
+    }
+    return frozenset(names) or None
+
+
+def installed_part(name: str) -> tuple[FieldType, ...]:
+    """Return the fields of an installed message, or of a part of a service or action.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``std_msgs/msg/String``, ``std_srvs/srv/Trigger_Response``, ``nav2_msgs/action/Wait_Goal``.
+
+    Raises
+    ------
+    UnknownInterfaceError
+        It is not installed, cannot be read, or has fields that tokens cannot have.
+    """
+    return _part_of(name, os.environ.get("AMENT_PREFIX_PATH", ""))
+
+
+@lru_cache(maxsize=256)
+def _part_of(name: str, prefixes: str) -> tuple[FieldType, ...]:
+    """Return the fields of a part; `prefixes` only tells where it was looked for."""
+    match = _PART.fullmatch(name)
+    if match is None:
+        return _fields_of(name, prefixes)
+    found = _interfaces_of(match[2], prefixes)
+    if found is None or match[1] not in found:
+        raise UnknownInterfaceError(
+            f"the ROS interface {match[1]} is not installed", hint=how_to_install(match[2])
+        )
+    ends = [prefix / "share" / f"{match[1]}.json" for prefix in _prefixes()]
+    try:
+        described = decode_json(_text(match[1], next(each for each in ends if each.is_file())))
+        known = {
+            each["type_name"]: each
+            for each in described["type_description_msg"]["referenced_type_descriptions"]
+        }
+        return _described(known[name], known, 0)
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
+        raise UnknownInterfaceError(f"the type description of {name} cannot be read: {error}") from error
 
 
 def installed_constants(name: str) -> dict[str, Value]:

@@ -137,7 +137,18 @@ FOLDERS = {
         "wheels",
     ],
     "sources": [
-        *("facts", "folders", "left_out", "cmake", "packages", "language", "libraries", "launch", "cpp"),
+        *(
+            "folders",
+            "cmake",
+            "packages",
+            "interfaces",
+            "facts",
+            "left_out",
+            "language",
+            "libraries",
+            "launch",
+            "cpp",
+        ),
         *("programs", "reading"),
     ],
     "sources/launch": [
