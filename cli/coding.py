@@ -96,6 +96,7 @@ class Code:
         from dineros.metamodel.errors import DinerosError, Location
         from dineros.metamodel.files.atomic import write_atomically
         from dineros.observation.findings.code import code_findings
+        from dineros.observation.findings.interfaces import missing_types, unchecked_types
         from dineros.observation.importing.coded import coded
         from dineros.sources.folders import file_of_ros1
         from dineros.sources.reading import Launch, read_source
@@ -119,7 +120,10 @@ class Code:
             if old is not None:
                 hint += f"; {old[0]}/{old[1]} is code of ROS 1"
             raise DinerosError("no node is in the source code", location=Location(self.folders[0]), hint=hint)
-        return coded(read, ", ".join(folder for folder, _ in read)), code_findings(read)
+        for line in unchecked_types(read):
+            note(f"type: {line}")
+        found = [*missing_types(read), *code_findings(read)]
+        return coded(read, ", ".join(folder for folder, _ in read)), found
 
 
 def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> ModelOfCode:
@@ -167,9 +171,10 @@ def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> Mo
 def faults_of_code() -> Mapping[str, Fault]:
     """Return all kinds of what a check of source code can find, by name."""
     from dineros.analysis.timed_checks.faults import TIMED_FAULTS
-    from dineros.observation.findings import code, mismatches
+    from dineros.observation.findings import code, interfaces, mismatches
 
-    return {**TIMED_FAULTS, **mismatches.FAULTS, **code.FAULTS}
+    missing = interfaces.MISSING
+    return {**TIMED_FAULTS, **mismatches.FAULTS, **code.FAULTS, missing.rule: missing}
 
 
 def code_options() -> Adds:

@@ -129,10 +129,8 @@ class Interfaces:
         return f"the package {package} has no {words} {name}{f' ({near})' if near else ''}"
 
     def is_missing(self, type: str) -> bool:
-        """Tell whether the package of a type is known, and does not have it."""
-        package = type.partition("/")[0]
-        is_known = package in self._packages or installed_interfaces(package) is not None
-        return is_known and self.doubt(type) is not None
+        """Tell whether the package of a type is in the folder, and does not have it."""
+        return type.partition("/")[0] in self._packages and self.doubt(type) is not None
 
     def define(self, type: str, ending: str, text: str, path: str) -> None:
         """Add an interface by the text of its file.

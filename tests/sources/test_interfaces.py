@@ -86,7 +86,7 @@ def test_types_that_are_not_there(tmp_path: Path) -> None:
     assert found.doubt("arm_msgs/srv/Gripp") == (
         "the package arm_msgs has no service Gripp (did you mean 'arm_msgs/srv/Grip'?)"
     )
-    assert found.is_missing("arm_msgs/srv/Gripp") and found.is_missing("std_msgs/msg/Strin")
+    assert found.is_missing("arm_msgs/srv/Gripp") and not found.is_missing("arm_msgs/srv/Grip")
     assert found.doubt("far_msgs/msg/Away") == (
         "no file in the folder defines far_msgs/msg/Away, and the package far_msgs is not installed"
     )
