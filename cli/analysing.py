@@ -62,7 +62,8 @@ scheduler_option: Adds = click.option(
 cache_option: Adds = click.option(
     "--no-cache",
     is_flag=True,
-    help="Do not read or write orders of decision diagrams in .dineros/ in the model's folder.",
+    help="Do not read or write orders of decision diagrams in .dineros/ in the model's folder; with "
+    "--source, read all code again.",
 )
 
 trace_option = output_option("Write the trace to this file (JSON Lines).", metavar="TRACE")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,13 +13,16 @@ import click
 
 from dineros.cli.console import note, warn
 from dineros.cli.models import change, refuse_invalid
-from dineros.cli.options import Adds, together
+from dineros.cli.options import Adds, cache_folder, together
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Fault, Finding
     from dineros.metamodel import sym
     from dineros.observation.importing.coded import Coded
+
+CACHE = "DINEROS_SOURCE_CACHE"
+"""Environment variable: the folder where what was read of source code is kept; empty: nothing is kept."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,8 @@ class Code:
         Tables of library idioms.
     arguments : tuple of str
         ``ARG:=VALUE`` of the launch file.
+    no_cache : bool
+        Whether nothing is taken from the cache, and nothing kept.
 
     Raises
     ------
@@ -68,6 +74,7 @@ class Code:
     launch: str | None = None
     idioms: tuple[Path, ...] = ()
     arguments: tuple[str, ...] = ()
+    no_cache: bool = False
 
     def __post_init__(self) -> None:
         given = {"--facts": self.facts, "--launch": self.launch, "--idioms": self.idioms}
@@ -106,7 +113,8 @@ class Code:
         if self.launch is not None:
             pairs = [argument.partition(":=") for argument in self.arguments]
             launch = Launch(self.launch, {name: value for name, _, value in pairs})
-        read = [(str(folder), read_source(folder, self.idioms, launch)) for folder in self.folders]
+        cache = None if self.no_cache else _cache()
+        read = [(str(folder), read_source(folder, self.idioms, launch, cache)) for folder in self.folders]
         if self.facts is not None:
             shown = [facts.to_json() for _, facts in read]
             text = json.dumps(shown[0] if len(shown) == 1 else shown, indent=2, ensure_ascii=False)
@@ -124,6 +132,14 @@ class Code:
             note(f"type: {line}")
         found = [*missing_types(read), *code_findings(read)]
         return coded(read, ", ".join(folder for folder, _ in read)), found
+
+
+def _cache() -> Path | None:
+    """Return the folder where what was read is kept; None: nothing is kept."""
+    said = os.environ.get(CACHE)
+    if said is not None:
+        return Path(said) if said else None
+    return cache_folder() / "sources"
 
 
 def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> ModelOfCode:
@@ -177,6 +193,11 @@ def faults_of_code() -> Mapping[str, Fault]:
     return {**TIMED_FAULTS, **mismatches.FAULTS, **code.FAULTS, missing.rule: missing}
 
 
+cache_option = click.option(
+    "--no-cache", is_flag=True, help="Read all source code again; keep nothing for the next time."
+)
+
+
 def code_options() -> Adds:
     """Return the options that name source code."""
     path = click.Path(path_type=Path)
@@ -187,7 +208,7 @@ def code_options() -> Adds:
             multiple=True,
             type=path,
             metavar="FOLDER",
-            help="Source code in Python; it is read, never executed; repeatable.",
+            help="Source code in Python and C++; it is read, never executed; repeatable.",
         ),
         click.option(
             "--facts",

@@ -327,3 +327,9 @@ def show_version(ctx: click.Context, param: click.Parameter, value: bool) -> Non
 
         click.echo(f"dineros {version('dineros')}")
         ctx.exit()
+
+
+def cache_folder() -> Path:
+    """Return the folder for what can be made again: of the XDG base directories, else ``~/.cache``."""
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "dineros"

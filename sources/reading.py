@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location, counted, near_matches
+from dineros.sources.cpp.keeping import tidy
 from dineros.sources.cpp.parsing import is_there
 from dineros.sources.cpp.programs import CppPrograms
 from dineros.sources.facts import Facts, NodeFact, is_open
@@ -39,7 +40,9 @@ class Launch:
     arguments: Mapping[str, str] = field(default_factory=dict)
 
 
-def read_source(root: Path, tables: Sequence[Path] = (), launch: Launch | None = None) -> Facts:
+def read_source(
+    root: Path, tables: Sequence[Path] = (), launch: Launch | None = None, cache: Path | None = None
+) -> Facts:
     """Return what the packages of a folder say, in Python and C++; nothing in it is executed or imported.
 
     Parameters
@@ -50,6 +53,9 @@ def read_source(root: Path, tables: Sequence[Path] = (), launch: Launch | None =
         Tables of library idioms, beside those that are known.
     launch : Launch, optional
         The launch file that says which nodes there are; by default there is one of each.
+    cache : Path, optional
+        Folder where what programs in C++ do is kept: one that has not changed is not followed again. The
+        facts are the same with and without.
 
     Raises
     ------
@@ -76,16 +82,18 @@ def read_source(root: Path, tables: Sequence[Path] = (), launch: Launch | None =
     reading = Reading(folder, packages, idioms, {key: _agreed(found) for key, found in given.items()})
     facts = read_programs(reading, modules)
     facts.interfaces = read_interfaces(folder, packages)
-    programs = _add_cpp(facts, reading)
+    programs = _add_cpp(facts, reading, cache)
     _compose(facts, [started for _, started in descriptions])
     _complete(facts, descriptions)
     if launch is not None:
         facts.nodes = _launched(launch, files, reading, modules, facts, programs)
     facts.unread = sorted(dict.fromkeys(folder.unread))
+    if cache is not None:
+        tidy(cache)
     return facts
 
 
-def _add_cpp(facts: Facts, reading: Reading) -> CppPrograms | None:
+def _add_cpp(facts: Facts, reading: Reading, cache: Path | None) -> CppPrograms | None:
     """Add the nodes in C++, if a parser is there; return their programs."""
     folder = reading.folder
     count = sum(path.endswith(CPP) for path in folder.files)
@@ -94,7 +102,7 @@ def _add_cpp(facts: Facts, reading: Reading) -> CppPrograms | None:
     if not is_there():
         folder.unread.append(f"{counted(count, 'file')} in C++: pip install 'dineros[sources]' reads them")
         return None
-    programs = CppPrograms(folder, reading.packages, reading.idioms)
+    programs = CppPrograms(folder, reading.packages, reading.idioms, cache)
     facts.nodes += programs.nodes(reading.given)
     facts.files += len(programs.files)
     return programs

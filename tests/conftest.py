@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import is_hypothesis_test, settings
 
+from dineros.cli.coding import CACHE
 from dineros.cli.searching import FOLLOW_AFTER, QUIET_COMPILATION
 from tests.support.programs.warm_commands import served
 from tests.views.browser import chromium
@@ -72,3 +73,4 @@ settings.load_profile("ci" if os.environ.get("CI") else "dev")
 # What commands print on stderr must not depend on which test is the first one after an installation.
 os.environ[QUIET_COMPILATION] = "1"
 os.environ[FOLLOW_AFTER] = "9999"
+os.environ[CACHE] = ""

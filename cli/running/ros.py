@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from dineros.cli.console import note, summarise, warn, working
+from dineros.cli.options import cache_folder
 from dineros.cli.running.announcing import Announcer
 from dineros.cli.running.watching import Ending, RosOptions, Wanted, observe_all, watch
 from dineros.metamodel.clauses import setting_text
@@ -133,7 +134,7 @@ def _model_processes(
     from dineros.generators import Options, generate
     from dineros.generators.workspace.building import build_interfaces, environment
 
-    workspace = _cache() / "workspaces" / system.id
+    workspace = cache_folder() / "workspaces" / system.id
     generate(system, workspace, Options(source=application.source.name))
     with working("Building the interfaces"):
         build_interfaces(workspace)
@@ -260,8 +261,3 @@ def _words(program: str) -> list[str]:
     """Return the words of a command line; ``python`` is the interpreter that runs this."""
     words = shlex.split(program)
     return [sys.executable, *words[1:]] if words[:1] == ["python"] else words
-
-
-def _cache() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "dineros"

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, TypeVar
 
+from dineros.sources.cpp.declarators import Parameter, function_of, name_of, parameters_of, used
 from dineros.sources.cpp.parsing import Source, path_of, text_of
 
 if TYPE_CHECKING:
     from tree_sitter import Node
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A parameter of a function: its name, type and default."""
-
-    name: str
-    type: Node | None
-    default: Node | None
-    is_out: bool = False
-    """Whether it is a reference by which a function gives a value to its caller."""
 
 
 @dataclass(eq=False)
@@ -101,10 +91,36 @@ _AROUND = {
 }
 
 
+@dataclass(eq=False)
+class Asked:
+    """What was looked up in an index.
+
+    Attributes
+    ----------
+    names : set of (str, str)
+        Last parts of names, each with the table: ``classes``, ``functions``, ``aliases``, ``constants``.
+    interfaces : dict
+        What `find_interface` returned, by name and path.
+    """
+
+    names: set[tuple[str, str]] = field(default_factory=set)
+    interfaces: dict[tuple[str, str], str | None] = field(default_factory=dict)
+
+
 class Index:
-    """What all files define, to be found by name from a place."""
+    """What all files define, to be found by name from a place.
+
+    Attributes
+    ----------
+    digests : dict of str to str
+        Hashes of the files, by path.
+    asked : Asked or None
+        Gets all that is looked up; None: nobody wants to know.
+    """
 
     def __init__(self) -> None:
+        self.digests: dict[str, str] = {}
+        self.asked: Asked | None = None
         self.classes: dict[str, list[ClassInfo]] = {}
         self.functions: dict[str, list[Routine]] = {}
         self.aliases: dict[str, list[Named]] = {}
@@ -116,6 +132,7 @@ class Index:
 
     def add(self, source: Source) -> None:
         """Add what a file defines."""
+        self.digests[source.path] = source.digest
         self._visit(source.root, source.path, "", None, [])
         for found in _COMPONENT.finditer(source.text):
             line = source.text.rfind(b"\n", 0, found.start())
@@ -144,7 +161,10 @@ class Index:
         last = name.rpartition("::")[2]
         if (last, path) not in self._interfaces:
             self._interfaces[last, path] = self._interface(last, path)
-        return self._interfaces[last, path]
+        found = self._interfaces[last, path]
+        if self.asked is not None:
+            self.asked.interfaces[last, path] = found
+        return found
 
     def _interface(self, last: str, path: str) -> str | None:
         snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", last).lower()
@@ -168,22 +188,49 @@ class Index:
 
     def find_class(self, name: str, path: str, space: str) -> ClassInfo | None:
         """Return the class that a name means at a place; None: it is not there, or it may be several."""
-        return _nearest(self.classes.get(name.rpartition("::")[2], []), name, path, space)
+        return _nearest(self._named("classes", self.classes, name), name, path, space)
 
     def find_alias(self, name: str, path: str, space: str) -> Node | None:
         """Return the type that an alias means at a place."""
-        found = _nearest(self.aliases.get(name.rpartition("::")[2], []), name, path, space)
+        found = _nearest(self._named("aliases", self.aliases, name), name, path, space)
         return None if found is None else found.node
 
     def find_constant(self, name: str, path: str, space: str) -> Named | None:
         """Return the constant that a name means at a place."""
-        return _nearest(self.constants.get(name.rpartition("::")[2], []), name, path, space)
+        return _nearest(self._named("constants", self.constants, name), name, path, space)
 
     def find_functions(self, name: str, path: str) -> list[Routine]:
         """Return the functions that a name may mean: those of the same file, else of the nearest."""
-        found = self.functions.get(name.rpartition("::")[2], [])
+        found = self._named("functions", self.functions, name)
         here = [each for each in found if each.path == path]
         return here or found
+
+    def _named(self, kind: str, table: dict[str, list[_Found]], name: str) -> list[_Found]:
+        """Return all that a table has under the last part of a name."""
+        last = name.rpartition("::")[2]
+        if self.asked is not None:
+            self.asked.names.add((kind, last))
+        return table.get(last, [])
+
+    def meaning(self, kind: str, last: str) -> list[list[object]]:
+        """Return what a table has under a name, as places and hashes of files: it says when that changes."""
+        tables: dict[str, Mapping[str, Sequence[ClassInfo | Routine | Named]]] = {
+            "classes": self.classes,
+            "functions": self.functions,
+            "aliases": self.aliases,
+            "constants": self.constants,
+        }
+        found: list[list[object]] = []
+        for each in tables[kind].get(last, ()):
+            inner = each.methods.values() if isinstance(each, ClassInfo) else ()
+            for part in (each, *(routine for routines in inner for routine in routines)):
+                found.append([_full(part), part.path, self.digests[part.path], part.node.start_byte])
+        return found
+
+    def all_classes(self) -> Iterator[ClassInfo]:
+        """Yield all classes."""
+        for found in self.classes.values():
+            yield from found
 
     # --------------------------------------------------------------------------------------------- visiting
 
@@ -202,7 +249,7 @@ class Index:
             if body is not None:
                 self._visit(body, path, "::".join(filter(None, (space, name))), None, [])
         elif kind == "template_declaration":
-            names = [_template(each) for each in _of(node.child_by_field_name("parameters"))]
+            names = [_template(each) for each in _inner(node.child_by_field_name("parameters"))]
             for child in node.named_children:
                 if child.type != "template_parameter_list":
                     self._visit_one(child, path, space, cls, names)
@@ -298,67 +345,8 @@ class Index:
                 )
 
 
-def used(node: Node) -> Node | None:
-    """Return what ``using std_msgs::msg::String`` names; None: a namespace, or of the standard library."""
-    name = node.named_children[0] if node.named_children else None
-    is_space = any(each.type == "namespace" for each in node.children)
-    if name is None or is_space or "::" not in path_of(name) or path_of(name).startswith("std::"):
-        return None
-    return name
-
-
-def name_of(node: Node | None) -> str:
-    """Return the name that a declarator declares."""
-    while node is not None:
-        inner = node.child_by_field_name("declarator")
-        if inner is None and node.type in ("reference_declarator", "init_declarator"):
-            inner = next((each for each in node.named_children), None)
-        if inner is None:
-            return path_of(node)
-        node = inner
-    return ""
-
-
-def function_of(node: Node | None) -> Node | None:
-    """Return the declarator of a function in a declarator; None: it declares something else."""
-    while node is not None:
-        if node.type == "function_declarator":
-            inner = node.child_by_field_name("declarator")
-            return node if inner is None or inner.type != "parenthesized_declarator" else None
-        inner = node.child_by_field_name("declarator")
-        if inner is None and node.type == "reference_declarator":
-            inner = next((each for each in node.named_children), None)
-        node = inner
-    return None
-
-
-def parameters_of(node: Node) -> list[Parameter]:
-    """Return the parameters of a declarator of a function or lambda."""
-    return [
-        Parameter(
-            name_of(each.child_by_field_name("declarator")),
-            each.child_by_field_name("type"),
-            each.child_by_field_name("default_value"),
-            _is_out(each),
-        )
-        for each in _of(node.child_by_field_name("parameters"))
-        if each.type in ("parameter_declaration", "optional_parameter_declaration")
-    ]
-
-
-def _is_out(node: Node) -> bool:
-    declarator = node.child_by_field_name("declarator")
-    return (
-        declarator is not None
-        and declarator.type == "reference_declarator"
-        and text_of(declarator).startswith("&")
-        and not text_of(declarator).startswith("&&")
-        and all(text_of(each) != "const" for each in node.children)
-    )
-
-
-def _of(node: Node | None) -> Iterator[Node]:
-    return iter([] if node is None else node.named_children)
+def _inner(node: Node | None) -> list[Node]:
+    return [] if node is None else node.named_children
 
 
 def _template(node: Node) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from dataclasses import dataclass
 from functools import cache
@@ -33,11 +34,14 @@ class Source:
         Of its tree.
     text : bytes
         What was parsed: macros of visibility are blanks.
+    digest : str
+        Hash of the file.
     """
 
     path: str
     root: Node
     text: bytes
+    digest: str
 
 
 @cache
@@ -80,7 +84,7 @@ def parse(folder: SourceFolder, path: str) -> Source | None:
             tried = _parser().parse(other).root_node
             if (number := _errors(tried)) < least:
                 root, text, least = tried, other, number
-    return Source(path, root, text)
+    return Source(path, root, text, hashlib.sha256(content).hexdigest())
 
 
 def _errors(root: Node) -> int:

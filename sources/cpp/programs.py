@@ -15,7 +15,8 @@ from dineros.sources.cpp.following.machine import TooLong
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.statements import Statements
-from dineros.sources.cpp.index import ClassInfo, Index, Routine
+from dineros.sources.cpp.index import Asked, ClassInfo, Index, Routine
+from dineros.sources.cpp.keeping import Followed, Keeper
 from dineros.sources.cpp.left_out import calls_of
 from dineros.sources.cpp.parsing import Source, parse
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
@@ -46,9 +47,17 @@ class CppPrograms:
         Its packages.
     idioms : mapping of str to Idiom
         The table of libraries.
+    cache : Path, optional
+        Folder where what programs do is kept from run to run.
     """
 
-    def __init__(self, folder: SourceFolder, packages: list[Package], idioms: Mapping[str, Idiom]) -> None:
+    def __init__(
+        self,
+        folder: SourceFolder,
+        packages: list[Package],
+        idioms: Mapping[str, Idiom],
+        cache: Path | None = None,
+    ) -> None:
         self._folder = folder
         self._packages = packages
         self._idioms = cpp_idioms() | dict(idioms)
@@ -67,6 +76,8 @@ class CppPrograms:
         self.index.finish()
         self._reach = Reach(self.index, self._idioms)
         self._reached = Reached()
+        context = [str(folder.root.resolve()), repr(sorted(self._idioms.items()))]
+        self._keeper = Keeper(cache, self.index, context) if cache is not None else None
 
     def nodes(self, given: Mapping[str, Mapping[str, Any]] | None = None) -> list[NodeFact]:
         """Return the nodes of all programs, and one of each class of nodes that none makes."""
@@ -177,13 +188,49 @@ class CppPrograms:
     def _run(
         self, name: str, main: Routine | None, cls: ClassInfo | None, given: Mapping[str, Mapping[str, Any]]
     ) -> list[NodeFact]:
+        """Return the nodes of a program or of a class of nodes, followed now or kept from an earlier run."""
+        start = main or cls
+        path = start.path if start is not None else ""
+        full = self._full(name, path)
+        program = {
+            "name": full,
+            "path": path,
+            "digest": self.index.digests.get(path),
+            "start": start.node.start_byte if start is not None else 0,
+            "cls": cls.full if cls is not None else "",
+            "component": repr(None if cls is None else self._component(cls)),
+            "given": given.get(full, {}),
+        }
+        found = self._keeper.load(program) if self._keeper is not None else None
+        if found is None:
+            asked, self._reach.was_asked = Asked(), False
+            if cls is not None:
+                asked.names.add(("classes", cls.name))
+            self.index.asked = asked
+            found, is_whole = self._follow(full, main, cls, given)
+            self.index.asked = None
+            if self._keeper is not None and is_whole:
+                self._keeper.save(program, found, asked, self._reach.was_asked)
+        self._folder.unread += found.unread
+        self._reached.classes |= found.reached.classes
+        self._reached.calls |= found.reached.calls
+        return found.nodes
+
+    def _follow(
+        self,
+        program: str,
+        main: Routine | None,
+        cls: ClassInfo | None,
+        given: Mapping[str, Mapping[str, Any]],
+    ) -> tuple[Followed, bool]:
+        """Return what a program does, and whether that does not depend on the stack that was left."""
         path = main.path if main is not None else cls.path if cls is not None else ""
-        program = self._full(name, path)
-        machine = Statements(self.index, program, self._idioms, self._reach, self._reached)
+        reached = Reached()
+        machine = Statements(self.index, program, self._idioms, self._reach, reached)
         machine.library = Ros(machine)
         machine.given = given.get(program, {})
         machine.fact = CallbackFact("main", "main", Place(path, main.line if main is not None else 1))
-        is_cut = False
+        is_cut, is_whole, unread = False, True, list[str]()
         try:
             if main is not None:
                 machine.run([main], [], None, main.node, [])
@@ -194,12 +241,10 @@ class CppPrograms:
             start = machine.fact
             for _ in range(2):  # the first time shows what callbacks give to members
                 _callbacks(machine)
-        except (TooLong, RecursionError):
-            start, is_cut = machine.fact, True
-            self._folder.unread.append(
-                f"{path}: the program {program} is too large to be followed to its end"
-            )
-        self._folder.unread += machine.unread
+        except (TooLong, RecursionError) as error:
+            start, is_cut, is_whole = machine.fact, True, isinstance(error, TooLong)
+            unread.append(f"{path}: the program {program} is too large to be followed to its end")
+        unread += machine.unread
         _share(machine)
         for node in machine.nodes:
             _finish(node, start, cls, None if cls is None else self._component(cls))
@@ -207,7 +252,7 @@ class CppPrograms:
                 for callback in node.callbacks:
                     callback.is_open = True
                 node.threads = "open"
-        return machine.nodes
+        return Followed(machine.nodes, unread, reached), is_whole
 
 
 def _share(machine: Statements) -> None:

@@ -143,6 +143,7 @@ FOLDERS = {
             "packages",
             "interfaces",
             "facts",
+            "kept_facts",
             "left_out",
             "language",
             "libraries",
@@ -156,7 +157,8 @@ FOLDERS = {
         *("reading", "vendors"),
     ],
     "sources/cpp": [
-        *("parsing", "index", "values", "operations", "following", "binding", "quality", "parameters"),
+        *("parsing", "declarators", "index", "values", "operations", "following", "keeping", "binding"),
+        *("quality", "parameters"),
         *("making", "left_out", "ports", "waiting", "doing", "programs"),
     ],
     "sources/cpp/following": [

@@ -174,7 +174,7 @@ def check(
         refuse_certificates(certificate, also_folder=True)
     if model is not None and folders:
         model, arguments = None, (str(model), *arguments)
-    code = Code(folders, facts, launch, idioms, arguments)
+    code = Code(folders, facts, launch, idioms, arguments, no_cache)
     run, report = search(), Report()
     net: pn.Net
     of_code: list[Finding] = []

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import HOLDS, VIOLATED
-from dineros.cli.coding import Code, code_options, say_taken
+from dineros.cli.coding import Code, cache_option, code_options, say_taken
 from dineros.cli.models import load_valid_system
 from dineros.cli.observing import Source, source_options
 from dineros.cli.options import format_option, json_option, model_argument, settings_option
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 @model_argument()
 @source_options
 @code_options()
+@cache_option
 @format_option("the differences")
 @settings_option
 @json_option
@@ -43,6 +44,7 @@ def diff(
     facts: Path | None,
     launch: str | None,
     idioms: tuple[Path, ...],
+    no_cache: bool,
     arguments: tuple[str, ...],
     format: str,
     settings: tuple[str, ...],
@@ -58,7 +60,7 @@ def diff(
     from dineros.analysis.witnesses.findings import worst_first
     from dineros.observation.differences.comparing import FAULTS, differences
 
-    code = Code(folders, facts, launch, idioms, arguments)
+    code = Code(folders, facts, launch, idioms, arguments, no_cache)
     system = load_valid_system(model, settings)
 
     def compared(seen: ObservedSystem) -> Report:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.analysing import HOLDS, VIOLATED
-from dineros.cli.coding import Code, code_options, say_taken
+from dineros.cli.coding import Code, cache_option, code_options, say_taken
 from dineros.cli.models import refuse_invalid
 from dineros.cli.observing import Source, source_options
 from dineros.cli.options import json_option, output_option
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 )
 @source_options
 @code_options()
+@cache_option
 @click.option(
     "--interfaces",
     multiple=True,
@@ -60,6 +61,7 @@ def import_(
     facts: Path | None,
     launch: str | None,
     idioms: tuple[Path, ...],
+    no_cache: bool,
     arguments: tuple[str, ...],
     interfaces: tuple[str, ...],
     given: Path | None,
@@ -84,7 +86,7 @@ def import_(
         if graph or bag is not None:
             raise click.UsageError("--interfaces goes neither with --graph nor with --bag")
         return _interfaces(interfaces, output, as_json)
-    code = Code(folders, facts, launch, idioms, arguments)
+    code = Code(folders, facts, launch, idioms, arguments, no_cache)
     from dineros.metamodel.files import save
     from dineros.metamodel.files.atomic import write_atomically
     from dineros.metamodel.ros_names import snake_case

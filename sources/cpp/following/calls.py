@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from dineros.sources.cpp.declarators import function_of, parameters_of
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.machine import coerced
 from dineros.sources.cpp.following.routines import Routines
-from dineros.sources.cpp.index import ClassInfo, function_of, parameters_of
+from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.values import (
     NO_VALUE,

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from dineros.sources.cpp.declarators import name_of
 from dineros.sources.cpp.following.calls import Calls
-from dineros.sources.cpp.index import name_of
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import Const, Frame, Items, Open, Value
 

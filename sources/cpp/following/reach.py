@@ -41,9 +41,12 @@ class Reach:
         self._all: dict[int, frozenset[str]] = {}
         self._matters: dict[int, bool] = {}
         self._index = index
+        self.was_asked = False
+        """Whether something was asked since this was set: answers depend on all files."""
 
     def words(self, routine: Routine) -> frozenset[str]:
         """Return the words of a routine and of all that it may call."""
+        self.was_asked = True
         key = id(routine)
         if key not in self._all:
             if not self._named:
@@ -62,6 +65,7 @@ class Reach:
 
     def does_matter(self, routine: Routine) -> bool:
         """Tell whether a routine, or something that it may call, may have to do with ROS."""
+        self.was_asked = True
         key = id(routine)
         if key not in self._matters:
             self._matters[key] = bool(self.words(routine) & self._exact) or any(

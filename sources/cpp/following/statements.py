@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from dineros.sources.cpp.declarators import function_of, name_of, used
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.loops import Loops
 from dineros.sources.cpp.following.machine import MOST_CALLS, coerced, is_node
-from dineros.sources.cpp.index import ClassInfo, function_of, name_of, used
+from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Obj, Open, Value, joined, options
 

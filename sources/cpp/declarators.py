@@ -1,0 +1,86 @@
+"""What declarators declare: names, functions, parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from dineros.sources.cpp.parsing import path_of, text_of
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a function: its name, type and default."""
+
+    name: str
+    type: Node | None
+    default: Node | None
+    is_out: bool = False
+    """Whether it is a reference by which a function gives a value to its caller."""
+
+
+def used(node: Node) -> Node | None:
+    """Return what ``using std_msgs::msg::String`` names; None: a namespace, or of the standard library."""
+    name = node.named_children[0] if node.named_children else None
+    is_space = any(each.type == "namespace" for each in node.children)
+    if name is None or is_space or "::" not in path_of(name) or path_of(name).startswith("std::"):
+        return None
+    return name
+
+
+def name_of(node: Node | None) -> str:
+    """Return the name that a declarator declares."""
+    while node is not None:
+        inner = node.child_by_field_name("declarator")
+        if inner is None and node.type in ("reference_declarator", "init_declarator"):
+            inner = next((each for each in node.named_children), None)
+        if inner is None:
+            return path_of(node)
+        node = inner
+    return ""
+
+
+def function_of(node: Node | None) -> Node | None:
+    """Return the declarator of a function in a declarator; None: it declares something else."""
+    while node is not None:
+        if node.type == "function_declarator":
+            inner = node.child_by_field_name("declarator")
+            return node if inner is None or inner.type != "parenthesized_declarator" else None
+        inner = node.child_by_field_name("declarator")
+        if inner is None and node.type == "reference_declarator":
+            inner = next((each for each in node.named_children), None)
+        node = inner
+    return None
+
+
+def parameters_of(node: Node) -> list[Parameter]:
+    """Return the parameters of a declarator of a function or lambda."""
+    return [
+        Parameter(
+            name_of(each.child_by_field_name("declarator")),
+            each.child_by_field_name("type"),
+            each.child_by_field_name("default_value"),
+            _is_out(each),
+        )
+        for each in _of(node.child_by_field_name("parameters"))
+        if each.type in ("parameter_declaration", "optional_parameter_declaration")
+    ]
+
+
+def _is_out(node: Node) -> bool:
+    declarator = node.child_by_field_name("declarator")
+    return (
+        declarator is not None
+        and declarator.type == "reference_declarator"
+        and text_of(declarator).startswith("&")
+        and not text_of(declarator).startswith("&&")
+        and all(text_of(each) != "const" for each in node.children)
+    )
+
+
+def _of(node: Node | None) -> Iterator[Node]:
+    return iter([] if node is None else node.named_children)

@@ -1,0 +1,194 @@
+"""Facts as plain JSON and back: nodes with all that they refer to, each object once."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
+
+_TEXTS = ("cls", "name", "namespace", "base", "executor", "program", "home", "started", "plugin")
+_MOST_LETTERS = 1 << 20
+"""Of a text."""
+_Item = TypeVar("_Item")
+
+
+class _Plain:
+    """Numbers the objects that nodes refer to, and writes each once."""
+
+    def __init__(self) -> None:
+        self.entities: list[Any] = []
+        self.callbacks: list[Any] = []
+        self._seen: dict[int, int] = {}
+        self._kept: list[object] = []
+
+    def entity(self, found: Entity | None) -> int | None:
+        if found is None:
+            return None
+        if id(found) not in self._seen:
+            self._number(found, self.entities)
+            plain = self.entities[self._seen[id(found)]] = {}
+            plain |= {
+                "kind": found.kind,
+                "port": found.port,
+                "at": _place(found.at),
+                "name": found.name,
+                "type": found.type,
+                "details": list(found.details.items()),
+                "callbacks": [[role, self.callback(each)] for role, each in found.callbacks.items()],
+                "enabled": found.is_enabled,
+                "group": self.entity(found.group),
+            }
+        return self._seen[id(found)]
+
+    def callback(self, found: CallbackFact | None) -> int | None:
+        if found is None:
+            return None
+        if id(found) not in self._seen:
+            self._number(found, self.callbacks)
+            plain = self.callbacks[self._seen[id(found)]] = {}
+            plain |= {
+                "name": found.name,
+                "kind": found.kind,
+                "at": _place(found.at),
+                "effects": [self._effect(each) for each in found.effects],
+                "flags": [found.is_async, found.is_open, found.is_apart],
+            }
+        return self._seen[id(found)]
+
+    def _effect(self, found: Effect) -> list[Any]:
+        if found.path:
+            raise ValueError("calls that lead to an effect are not kept")
+        return [
+            *(found.do, found.what, _place(found.at), found.when, found.how),
+            *(self.entity(found.entity), self.callback(found.then), found.timeout, list(found.holding)),
+        ]
+
+    def _number(self, found: object, into: list[Any]) -> None:
+        self._seen[id(found)] = len(into)
+        self._kept.append(found)
+        into.append(None)
+
+
+def to_plain(nodes: list[NodeFact]) -> dict[str, Any]:
+    """Return nodes as JSON.
+
+    Raises
+    ------
+    ValueError
+        They refer to what JSON cannot say.
+    """
+    plain = _Plain()
+    shown = [
+        {
+            **{key: getattr(node, key) for key in _TEXTS},
+            "at": _place(node.at),
+            "threads": node.threads,
+            "managed": node.managed,
+            "pool": node.pool,
+            "also_in": node.also_in,
+            "remappings": list(node.remappings.items()),
+            "entities": [plain.entity(each) for each in node.entities],
+            "callbacks": [plain.callback(each) for each in node.callbacks],
+        }
+        for node in nodes
+    ]
+    return {
+        "nodes": [{**each, "remappings": [list(pair) for pair in each["remappings"]]} for each in shown],
+        "entities": [
+            {**each, "details": [list(pair) for pair in each["details"]]} for each in plain.entities
+        ],
+        "callbacks": plain.callbacks,
+    }
+
+
+def from_plain(plain: Any) -> list[NodeFact]:
+    """Return the nodes that JSON says.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError, IndexError
+        It is not what `to_plain` returns.
+    """
+    entities = [
+        Entity(_text(each["kind"]), _text(each["port"]), _at(each["at"])) for each in plain["entities"]
+    ]
+    callbacks = [
+        CallbackFact(_text(each["name"]), _text(each["kind"]), _at(each["at"])) for each in plain["callbacks"]
+    ]
+    for entity, said in zip(entities, plain["entities"], strict=True):
+        entity.name, entity.type = _text(said["name"]), _text(said["type"])
+        entity.details = {_text(key): _value(value) for key, value in said["details"]}
+        entity.callbacks = {_text(role): _of(callbacks, each) for role, each in said["callbacks"]}
+        entity.is_enabled = _truth(said["enabled"])
+        entity.group = None if said["group"] is None else _of(entities, said["group"])
+    for callback, said in zip(callbacks, plain["callbacks"], strict=True):
+        callback.is_async, callback.is_open, callback.is_apart = map(_truth, said["flags"])
+        callback.effects = [_effect(each, entities, callbacks) for each in said["effects"]]
+    return [_node(each, entities, callbacks) for each in plain["nodes"]]
+
+
+def _node(said: Any, entities: list[Entity], callbacks: list[CallbackFact]) -> NodeFact:
+    node = NodeFact(_text(said["cls"]), _at(said["at"]))
+    for key in _TEXTS:
+        setattr(node, key, _text(said[key]))
+    threads = said["threads"]
+    node.threads = threads if isinstance(threads, str) else _number(threads)
+    node.managed, node.pool = _truth(said["managed"]), _number(said["pool"])
+    node.also_in = [_text(each) for each in said["also_in"]]
+    node.remappings = {_text(key): _text(value) for key, value in said["remappings"]}
+    node.entities = [_of(entities, each) for each in said["entities"]]
+    node.callbacks = [_of(callbacks, each) for each in said["callbacks"]]
+    return node
+
+
+def _effect(said: Any, entities: list[Entity], callbacks: list[CallbackFact]) -> Effect:
+    do, what, at, when, how, entity, then, timeout, holding = said
+    if timeout is not None and (isinstance(timeout, bool) or not isinstance(timeout, (int, float))):
+        raise TypeError
+    return Effect(
+        *(_text(do), _text(what), _at(at), _text(when), _text(how)),
+        entity=None if entity is None else _of(entities, entity),
+        then=None if then is None else _of(callbacks, then),
+        timeout=timeout,
+        holding=tuple(_text(each) for each in holding),
+    )
+
+
+def _of(items: list[_Item], number: Any) -> _Item:
+    at = _number(number)
+    if at < 0:
+        raise IndexError
+    return items[at]
+
+
+def _place(place: Place) -> list[Any]:
+    return [place.file, place.line]
+
+
+def _at(said: Any) -> Place:
+    file, line = said
+    return Place(_text(file), _number(line))
+
+
+def _text(said: Any) -> str:
+    if not isinstance(said, str) or len(said) > _MOST_LETTERS:
+        raise TypeError
+    return said
+
+
+def _number(said: Any) -> int:
+    if isinstance(said, bool) or not isinstance(said, int):
+        raise TypeError
+    return said
+
+
+def _truth(said: Any) -> bool:
+    if not isinstance(said, bool):
+        raise TypeError
+    return said
+
+
+def _value(said: Any) -> Any:
+    if said is not None and not isinstance(said, (str, int, float, bool, list)):
+        raise TypeError
+    return said

@@ -1,0 +1,212 @@
+"""Programs in C++ that are kept from run to run: the same facts as without, also after edits and damage."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import random
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from dineros.sources.cpp.keeping import Keeper
+from dineros.sources.reading import read_source
+
+pytest.importorskip("tree_sitter_cpp")
+
+FILES = {
+    "common.hpp": """
+#include <rclcpp/rclcpp.hpp>
+#include <std_msgs/msg/string.hpp>
+constexpr double RATE = 10.0;
+using Text = std_msgs::msg::String;
+inline std::string topic_of(const std::string & name) { return name + "/out"; }
+class Base : public rclcpp::Node {
+ public:
+  explicit Base(const std::string & name) : rclcpp::Node(name) {
+    pub_ = create_publisher<Text>(topic_of(name), 10);
+  }
+  void say();
+ protected:
+  rclcpp::Publisher<Text>::SharedPtr pub_;
+};
+""",
+    "common.cpp": """
+#include "common.hpp"
+void Base::say() { Text text; pub_->publish(text); }
+""",
+    "a.cpp": """
+#include "common.hpp"
+class A : public Base {
+ public:
+  A() : Base("a") {
+    timer_ = create_wall_timer(std::chrono::duration<double>(1.0 / RATE), [this]() { say(); });
+  }
+  rclcpp::TimerBase::SharedPtr timer_;
+};
+int main() { rclcpp::init(0, nullptr); rclcpp::spin(std::make_shared<A>()); }
+""",
+    "b.cpp": """
+#include "common.hpp"
+class B : public rclcpp::Node {
+ public:
+  B() : rclcpp::Node("b") {
+    sub_ = create_subscription<Text>("a/out", 5, [this](Text::SharedPtr text) { heard(); });
+  }
+  void heard() { std::this_thread::sleep_for(std::chrono::milliseconds(5)); }
+  rclcpp::Subscription<Text>::SharedPtr sub_;
+};
+int main() { rclcpp::init(0, nullptr); rclcpp::spin(std::make_shared<B>()); }
+""",
+}
+EDITS = {
+    "a constant of another file": ("common.hpp", "RATE = 10.0", "RATE = 20.0"),
+    "a method that stands elsewhere": (
+        "common.cpp",
+        "pub_->publish(text);",
+        "pub_->publish(text); rclcpp::shutdown();",
+    ),
+    "an alias": ("common.hpp", "std_msgs::msg::String;", "std_msgs::msg::Bool;"),
+    "a function": ("common.hpp", '"/out"', '"/in"'),
+    "a base class": ("common.hpp", "topic_of(name), 10", "topic_of(name), 3"),
+    "lines": ("common.cpp", "#include", "\n\n#include"),
+    "a program": ("b.cpp", '"a/out", 5', '"a/out", 7'),
+}
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> Path:
+    folder = tmp_path / "code"
+    folder.mkdir()
+    for name, text in FILES.items():
+        (folder / name).write_text(text)
+    return folder
+
+
+def facts(folder: Path, cache: Path | None = None) -> str:
+    return json.dumps(read_source(folder, cache=cache).to_json())
+
+
+def count(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """Return a list that gets, for each program, whether it was kept."""
+    found: list[bool] = []
+    load = Keeper.load
+
+    def noted(self: Keeper, program: Any) -> Any:
+        result = load(self, program)
+        found.append(result is not None)
+        return result
+
+    monkeypatch.setattr(Keeper, "load", noted)
+    return found
+
+
+def test_what_has_not_changed_is_not_followed_again(workspace: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache, was_kept = workspace.parent / "cache", count(monkeypatch)
+    first = facts(workspace, cache)
+    assert first == facts(workspace) == facts(workspace, cache)
+    assert was_kept == [False, False, True, True]
+    assert oct(cache.stat().st_mode)[-3:] == "700"
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_an_edit_counts_at_once(workspace: Path, edit: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache = workspace.parent / "cache"
+    before = facts(workspace, cache)
+    name, old, new = EDITS[edit]
+    text = (workspace / name).read_text()
+    assert old in text
+    (workspace / name).write_text(text.replace(old, new, 1))
+    was_kept = count(monkeypatch)
+    after = facts(workspace, cache)
+    assert after == facts(workspace) != before
+    assert was_kept == ([True, False] if name == "b.cpp" else [False, name == "common.cpp"])
+
+
+def test_a_new_file_that_gives_a_name_another_meaning_counts(workspace: Path) -> None:
+    cache = workspace.parent / "cache"
+    facts(workspace, cache)
+    (workspace / "more.hpp").write_text("class Base { public: int other() { return 1; } };\n")
+    (workspace / "sleeps.cpp").write_text("void heard() {}\n#define RATE 5.0\n")
+    assert facts(workspace, cache) == facts(workspace)
+    (workspace / "common.cpp").unlink()
+    assert facts(workspace, cache) == facts(workspace)
+
+
+def test_tables_and_places_are_part_of_the_key(workspace: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache, was_kept = workspace.parent / "cache", count(monkeypatch)
+    facts(workspace, cache)
+    table = workspace.parent / "own.toml"
+    table.write_text('[[idiom]]\npath = "lib::Any"\narguments = ["node"]\n')
+    read_source(workspace, [table], cache=cache)
+    monkeypatch.setattr("dineros.sources.cpp.keeping.reader_digest", lambda: "another reader")
+    facts(workspace, cache)
+    assert was_kept == [False] * 6
+
+
+def test_random_edits_never_give_stale_facts(workspace: Path) -> None:
+    """A cache that is full of earlier states against none, with a fixed seed."""
+    cache, random_ = workspace.parent / "cache", random.Random(7)
+    words = sorted({word for text in FILES.values() for word in re.findall(r"[A-Za-z_]\w{2,}", text)})
+    for _ in range(25):
+        file = workspace / random_.choice(sorted(FILES))
+        lines = file.read_text().split("\n")
+        at = random_.randrange(len(lines))
+        choice = random_.randrange(3)
+        if choice == 0:
+            lines.insert(at, lines[random_.randrange(len(lines))])
+        elif choice == 1:
+            lines[at] = re.sub(r"[A-Za-z_]\w{2,}", lambda _: random_.choice(words), lines[at], count=1)
+        else:
+            lines[at] = re.sub(r"\d+", lambda found: str(int(found[0]) + 1), lines[at])
+        file.write_text("\n".join(lines))
+        assert facts(workspace, cache) == facts(workspace)
+
+
+@pytest.mark.parametrize(
+    "damage", ["cut", "other", "empty", "link", "folder", "forged", "deep", "huge number"]
+)
+def test_a_damaged_entry_is_ignored(workspace: Path, damage: str) -> None:
+    cache = workspace.parent / "cache"
+    right = facts(workspace, cache)
+    for entry in sorted(cache.iterdir()):
+        content = entry.read_bytes()
+        if damage == "cut":
+            entry.write_bytes(content[: len(content) // 2])
+        elif damage == "other":
+            entry.write_bytes(b"\x80\x04cposix\nsystem\n")
+        elif damage == "empty":
+            entry.write_bytes(b"")
+        elif damage in ("link", "folder"):
+            entry.unlink()
+            entry.symlink_to("/dev/zero") if damage == "link" else entry.mkdir()
+        else:
+            entry.write_bytes(_forged(content, damage))
+    assert facts(workspace, cache) == right
+
+
+def _forged(content: bytes, how: str) -> bytes:
+    """Return an entry with a right hash whose facts have another shape."""
+    entry = json.loads(content.partition(b"\n")[2])
+    if how == "forged":
+        entry["facts"]["nodes"][0]["entities"] = [-1, True, 10**6]
+    elif how == "huge number":
+        entry["facts"]["nodes"][0]["pool"] = 1e308
+    else:
+        entry["facts"]["nodes"] = json.loads("[" * 60 + "]" * 60)
+    text = json.dumps(entry).encode()
+    return hashlib.sha256(text).hexdigest().encode() + b"\n" + text
+
+
+def test_a_folder_that_others_may_change_is_not_used(
+    workspace: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache, was_kept = workspace.parent / "cache", count(monkeypatch)
+    cache.mkdir()
+    cache.chmod(0o777)
+    assert facts(workspace, cache) == facts(workspace, cache)
+    assert was_kept == [False] * 4 and [*cache.iterdir()] == []
+    (workspace.parent / "file").write_text("")
+    assert facts(workspace, workspace.parent / "file") == facts(workspace)
