@@ -63,7 +63,13 @@ def check(
     report = Report() if report is None else report
     work = None if at_any_cost else CHEAP
     checked = Checked(model, report, budget.begun(), work, orders, is_shown)
-    asked = QUESTIONS if questions is None else questions
+    ask_all(checked, QUESTIONS if questions is None else questions)
+    return report
+
+
+def ask_all(checked: Checked, asked: Sequence[Question]) -> None:
+    """Ask questions in their order, after what each of them can answer at little cost."""
+    report = checked.report
     for question in asked:
         with checked.guarded(None):
             question.ask_first(checked)
@@ -81,7 +87,6 @@ def check(
         if len(report.unknown) > before:
             report.open_rules |= {fault.rule for fault in question.faults}
     qualify(checked)
-    return report
 
 
 QUESTIONS: tuple[Question, ...] = (

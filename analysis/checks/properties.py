@@ -9,6 +9,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.model.subject import Subject
 from dineros.analysis.requirements.listing import properties_of
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import sym
@@ -65,6 +66,10 @@ class Properties(Question):
             self._ask_of(checked, property, checked.budget.share(1 / (len(left) - number)))
         self._order(checked)
 
+    def _subject(self, checked: Checked) -> Subject:
+        """Return the net that properties are asked of."""
+        return checked.subject
+
     def _order(self, checked: Checked) -> None:
         """Put what was found of properties first, as the model has them, whenever it was found."""
         places = {str(each.id): number for number, each in enumerate(properties_of(checked.model))}
@@ -85,7 +90,7 @@ class Properties(Question):
         with checked.guarded(None if is_first else partial(checked.leave_open, asks)):
             checked.budget.check_time()
             try:
-                question = question_of(property, checked.subject)
+                question = question_of(property, self._subject(checked))
                 outcome = question.answer(budget, checked.orders)
             except FormulaError as error:
                 unreadable = self.UNREADABLE.found(str(property.id), property=shown, reason=error)

@@ -201,8 +201,11 @@ class Tina(Engine):
         raise tina.TinaError(f"TINA is not asked such questions: {type(question).__name__}")
 
 
-CLASSES_SHARE = 0.7
-"""Part of the time for state classes, if the net can be asked without its times, too."""
+FIRST_SHARE, FIRST_SECONDS = 0.1, 5.0
+"""Part of the time, and seconds at most, for state classes before the net is asked without its times."""
+
+PLAIN_SHARE, PLAIN_SECONDS = 0.5, 120.0
+"""The same for the net without its times, before more state classes are built."""
 
 WITHOUT_TIMES = ", without times"
 """Ends the words of who answered if the net was asked without its times."""
@@ -224,19 +227,56 @@ class Timed(Engine):
     def answer(self, question: Question, budget: Budget) -> Outcome:
         """Build state classes; a run that shows the answer has a schedule.
 
-        If there are too many classes, the net is asked without its times: what never happens then does not
-        happen with times, as these only take runs away.
+        If they are not built soon, the net is asked without its times: what never happens then does not
+        happen with times, as these only take runs away. If nothing ever has to fire, questions about markings
+        are asked without times only: see `TimedNet.is_unforced`.
         """
         budget = budget.begun()
+        if self.net.is_unforced and self._is_about_markings(question):
+            return self._plain(question, budget)
         if not self._holds_with_fewer_runs(question):
             return self._of_classes(question, budget)
-        found = self._of_classes(question, budget.share(CLASSES_SHARE))
+        found = self._of_classes(question, budget.share(FIRST_SHARE).at_most(FIRST_SECONDS))
         if found.status != "unknown":
             return found
+        plain = self._plain(question, budget.share(PLAIN_SHARE).at_most(PLAIN_SECONDS))
+        if plain.status in ("unreachable", "holds"):
+            return plain
+        return self._of_classes(question, budget)
+
+    @staticmethod
+    def _plain(question: Question, budget: Budget) -> Outcome:
+        """Ask the net without its times."""
         plain = Own().answer(question, budget)
-        if plain.status not in ("unreachable", "holds"):
-            return found
-        return replace(plain, by=f"{plain.by or 'all markings'}{WITHOUT_TIMES}", evidence=None)
+        by = f"{plain.by or 'all markings'}{WITHOUT_TIMES}"
+        return plain if plain.status == "unknown" else replace(plain, by=by, evidence=None)
+
+    def _is_about_markings(self, question: Question) -> bool:
+        """Tell whether a question is only about which markings lead to which: no run has to leave one.
+
+        Its answer is the same with times if nothing ever has to fire.
+        """
+        from dineros.analysis.logic.language.parser import parse
+        from dineros.analysis.logic.language.syntax import (
+            QUANTIFIERS,
+            TEMPORAL,
+            Exists,
+            Finally,
+            Fired,
+            ForAll,
+            Globally,
+        )
+
+        if not isinstance(question, Branching):
+            return self._holds_with_fewer_runs(question)
+        parts = list(parse(question.formula, "ctl").subformulas())
+        pairs = {(ForAll, Globally), (Exists, Finally)}
+        paths = [part for part in parts if isinstance(part, QUANTIFIERS)]
+        return (
+            all((type(part), type(part.operands[0])) in pairs for part in paths)
+            and sum(isinstance(part, TEMPORAL) for part in parts) == len(paths)
+            and not any(isinstance(part, Fired) for part in parts)
+        )
 
     def _holds_with_fewer_runs(self, question: Question) -> bool:
         """Tell whether an answer without times, if it denies that something happens, is one with times.

@@ -103,19 +103,34 @@ class Explored:
         return np.flatnonzero(held)
 
 
-def explore_timed(net: TimedNet, budget: Budget) -> Explored:
+def explore_timed(net: TimedNet, budget: Budget, begun: Explored | None = None) -> Explored:
     """Build the largest state classes of a net, or find out that tokens grow forever.
 
     The strong classes (E) are built if the net has priorities, else the linear ones (M). A complete search is
     kept with the net, for all further questions.
+
+    Parameters
+    ----------
+    net : TimedNet
+    budget : Budget
+        Limits.
+    begun : Explored, optional
+        What was found of the net when time ran out: the search continues there.
     """
     last = net.untimed.once(_Complete)
     if last.explored is not None and last.explored.net is net:
         return last.explored
     kind: Kind = "E" if net.has_priorities else "M"
-    search = ClassSearch(net, kind, budget, keeps_parents=True, is_breadth_first=True)
+    if begun is None:
+        search = ClassSearch(net, kind, budget, keeps_parents=True, is_breadth_first=True)
+    elif begun.growth is not None or not begun.search.allow(budget):
+        return begun
+    else:
+        search = begun.search
     found: list[Pumping] = []
     next_look = FIRST_LOOK
+    while next_look < search.classes:
+        next_look *= 4
 
     def grows() -> bool:
         nonlocal next_look

@@ -162,6 +162,15 @@ class TimedNet:
         return any(not interval.is_free for interval in self.intervals)
 
     @property
+    def is_unforced(self) -> bool:
+        """Whether nothing ever has to fire: no interval has a latest bound, and there are no priorities.
+
+        Then the net can do with time what it can do without: a run waits before each firing until the
+        earliest bound of what fires has passed, and waiting forbids nothing.
+        """
+        return not self.has_priorities and all(interval.latest is None for interval in self.intervals)
+
+    @property
     def has_priorities(self) -> bool:
         """Whether any transition has priority over another."""
         return any(self.above)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +79,7 @@ class ClassSearch:
         self.net, self.kind = net, kind
         self.reason: str | None = None
         self.is_done = False
+        self._has_begun = self._is_cut_short = False
         if budget.memory_bytes is None:
             budget = budget.share(most_bytes=int(free_memory() * DEFAULT_SHARE))
         self.budget = budget.begun()
@@ -148,6 +150,14 @@ class ClassSearch:
             np.zeros(depth + 3, dtype=np.int64),
         )
 
+    def allow(self, seconds: Budget) -> bool:
+        """Give a search whose time ran out more of it; return whether `run` can continue it."""
+        if self.reason != "time" or self._is_cut_short:
+            return False
+        self.budget = replace(seconds.begun(), memory_bytes=self.budget.memory_bytes)
+        self.reason = None
+        return True
+
     def run(self, is_met: Callable[[], bool] | None = None) -> None:
         """Search until all is seen, a goal is met, or a limit is hit.
 
@@ -159,10 +169,9 @@ class ClassSearch:
         self.budget.stage("state classes")
         shape = (self.is_strong, self.by_inclusion)
         size = FIRST_SLICE
-        has_begun = False
         try:
             while self.reason is None:
-                if has_begun:
+                if self._has_begun:
                     began = time.perf_counter()
                     status = kernels.explore(
                         self.tables,
@@ -178,7 +187,7 @@ class ClassSearch:
                     took = time.perf_counter() - began
                 else:
                     status = kernels.begin(self.tables, self.known, self._work, *shape, self.bits, self.top)
-                    has_begun, took = status == kernels.DONE, 1.0
+                    self._has_begun, took = status == kernels.DONE, 1.0
                     self.known.control[EDGES] = 0  # no edge leads to the initial class
                 if status == kernels.DONE and took != 1.0:
                     self.is_done = not self._has_too_many()
@@ -201,6 +210,7 @@ class ClassSearch:
                     return
         except KeyboardInterrupt:  # who watches over the time asks a search to end in this way, too
             self.reason = "time" if self.budget.is_over else "interrupted"
+            self._is_cut_short = True  # its tables may be half-written
         except MemoryError:
             self.reason = "memory"
 

@@ -25,15 +25,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class TimedSubject(Subject):
-    """A time Petri net under analysis; `net` is the same net without its times."""
+class ScheduledSubject(Subject):
+    """A net that is asked as one without times, although it has some: its runs are shown with a schedule.
+
+    See `unforced_subject`.
+    """
 
     timed: TimedNet = field(kw_only=True)
-
-    @property
-    def is_timed(self) -> bool:
-        """Runs need one."""
-        return True
 
     def times_of(self, trace: Sequence[int]) -> Sequence[FiringTime | None]:
         """Return by firing of a sequence when it happens; each as early as it can.
@@ -56,6 +54,33 @@ class TimedSubject(Subject):
         bounded = [pair for pair in timed if pair[1].latest is not None]
         name, interval = (bounded or timed or named)[0]
         return UsedTimes(len(timed), f"{name} {interval}", str(self.timed.unit))
+
+
+@dataclass(frozen=True)
+class TimedSubject(ScheduledSubject):
+    """A time Petri net under analysis; `net` is the same net without its times."""
+
+    @property
+    def is_timed(self) -> bool:
+        """Runs need one."""
+        return True
+
+
+def unforced_subject(subject: TimedSubject) -> ScheduledSubject | None:
+    """Return what is asked instead of a net in which nothing ever has to fire; None for other nets.
+
+    Such a net can do with its times what it can do without; see `TimedNet.is_unforced`. Signals are left out:
+    they may change at any time, so no clause forbids anything for good.
+    """
+    if not subject.timed.is_unforced:
+        return None
+    model, timed, flattened, blocked = subject.model, subject.timed, subject.flattened, subject.blocked
+    if isinstance(model, sym.SystemModel) and signals_matter(model):
+        flattened, blocked = flattened_without_signals(model, times=says_times(model))
+        timed = compile_timed_net(flattened.net)
+        if not timed.is_unforced:
+            return None
+    return ScheduledSubject(model, timed.untimed, flattened, blocked, timed=timed)
 
 
 def timed_subject_of(

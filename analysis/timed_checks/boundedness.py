@@ -10,16 +10,19 @@ from dineros.analysis.covering.firings import Firings
 from dineros.analysis.timed.exploring import Explored, explore_timed, fire_far_away
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 from dineros.analysis.timed_checks.timed_walks import walk_in_time, walk_towards
-from dineros.analysis.timed_checks.without_times import without_times
+from dineros.analysis.timed_checks.without_times import WithoutTimes, time_goes_on, without_times
 from dineros.analysis.witnesses.findings import pumping_witness
 from dineros.metamodel import sym
 from dineros.metamodel.guards.using import guarded
 
-CLASSES_SHARE = 0.6
-"""Part of the time in which the classes are built; the rest is for properties and the like."""
+FIRST_SHARE, FIRST_SECONDS = 0.1, 5.0
+"""Part of the time, and seconds at most, in which the classes of most nets are all built."""
 
-WALKS_SHARE, UNTIMED_SHARE, FAR_SHARE = 0.2, 0.4, 0.4
-"""Parts of what is left for random runs, for the net without its times, and for a search depth first."""
+WALKS_SHARE, UNTIMED_SHARE, UNTIMED_SECONDS = 0.1, 0.4, 120.0
+"""Parts of what is left for random runs and for the net without its times, and seconds at most for that."""
+
+CLASSES_SHARE, FAR_SHARE = 0.6, 0.4
+"""Parts of what is left then to go on with the classes, and for a search depth first."""
 
 
 class TimedBoundedness(Question):
@@ -35,9 +38,31 @@ class TimedBoundedness(Question):
     def ask(self, checked: Checked) -> None:
         """Build the classes, and note what they say of firings."""
         known = with_times(checked)
-        subject, report = known.timed, checked.report
-        known.explored = explored = explore_timed(subject.timed, checked.budget.share(CLASSES_SHARE))
-        report.by = f"state classes with times, compared by inclusion ({explored.kind})"
+        net, first = known.timed.timed, checked.budget.share(FIRST_SHARE)
+        explored = explore_timed(net, first.at_most(FIRST_SECONDS))
+        found = _firings(explored)
+        ways = [f"state classes with times, compared by inclusion ({explored.kind})"]
+        proof: WithoutTimes | None = None
+        if not explored.is_complete:
+            with checked.guarded(None):
+                ways += self._bound_responses(checked, found)
+        if not explored.is_complete and explored.growth is None:
+            ways += ["random runs", "the net without its times"]
+            self._walk(known, found)
+            proof = self._ask_without_times(known, explored, found)
+            if not _is_all_known(known, explored, found, proof):
+                explored = explore_timed(net, checked.budget.share(CLASSES_SHARE), explored)
+                found, ways = _with_classes(explored, found, ways)
+        known.explored, known.firings = explored, found
+        self._report(known, explored, ways, proof)
+        if explored.growth is None and any(map(found.is_open, range(len(net.intervals)))):
+            self._look_far(known, explored, found)
+
+    @staticmethod
+    def _report(known: TimedChecked, explored: Explored, ways: list[str], proof: WithoutTimes | None) -> None:
+        """Put into the report whether the net is bounded, and how that became known."""
+        subject, report = known.timed, known.report
+        report.by = "; ".join(ways)
         if explored.growth is not None:
             grown = tuple(subject.place_text(place) for place in explored.growth.places)
             way = pumping_witness(subject, explored.growth)
@@ -49,26 +74,25 @@ class TimedBoundedness(Question):
                 f"the net is bounded with its times: {len(markings)} markings, "
                 f"at most {int(markings.max(initial=0))} tokens in a place"
             )
-        checked.firings = _firings(explored)
-        if not explored.is_complete:
-            with checked.guarded(None):
-                self._bound_responses(checked, checked.firings)
-        if explored.growth is None and not explored.is_complete:
-            self._walk(known, checked.firings)
-            self._ask_without_times(checked, explored, checked.firings)
-            self._look_far(checked, explored, checked.firings)
+        elif proof is not None and proof.most is not None:
+            report.proved.append(
+                f"the net is bounded even without its times: {proof.markings} markings, "
+                f"at most {proof.most} tokens in a place"
+            )
+        else:
+            known.leave_open("whether the net is bounded", explored.reason)
 
     @staticmethod
-    def _bound_responses(checked: Checked, found: Firings) -> None:
-        """Note what bounds of response times exclude: they are there for models of any size."""
+    def _bound_responses(checked: Checked, found: Firings) -> list[str]:
+        """Note what bounds of response times exclude, and say so: they are there for models of any size."""
         from dineros.analysis.bounds.losses import never_lost
 
         if guarded(checked.subject.model):
-            return
+            return []
         excluded = {checked.subject.transition_index[name] for name in never_lost(checked.subject)}
-        if excluded := excluded - found.traces.keys():
-            found.dead |= excluded
-            checked.report.by += "; bounds of response times"
+        excluded -= found.traces.keys()
+        found.dead |= excluded
+        return ["bounds of response times"] if excluded else []
 
     @staticmethod
     def _walk(known: TimedChecked, found: Firings) -> None:
@@ -80,24 +104,18 @@ class TimedBoundedness(Question):
         for transition, way in known.walked.ways.items():
             if transition not in found.traces or len(way) < len(found.traces[transition]):
                 found.traces[transition] = way
-        known.report.by += "; random runs"
 
     @staticmethod
-    def _ask_without_times(checked: Checked, explored: Explored, found: Firings) -> None:
-        """Note what the net without its times proves."""
-        subject = with_times(checked).timed
-        proof = without_times(subject, checked.budget.share(UNTIMED_SHARE), checked.orders)
+    def _ask_without_times(known: TimedChecked, explored: Explored, found: Firings) -> WithoutTimes:
+        """Note what the net without its times proves, and return it."""
+        subject = known.timed
+        budget = known.budget.share(UNTIMED_SHARE).at_most(UNTIMED_SECONDS)
+        proof = without_times(subject, budget, known.orders)
         found.dead |= {subject.transition_index[name] for name in proof.dead} - found.traces.keys()
         # Priorities in a circle keep each other from firing.
         is_free = not any(t in above for t, above in enumerate(explored.net.above))
         found.has_no_deadlock = proof.has_no_deadlock and is_free
-        if proof.most is None:
-            checked.leave_open("whether the net is bounded", explored.reason)
-            return
-        checked.report.proved.append(
-            f"the net is bounded even without its times: {proof.markings} markings, "
-            f"at most {proof.most} tokens in a place"
-        )
+        return proof
 
     @staticmethod
     def _look_far(checked: Checked, explored: Explored, found: Firings) -> None:
@@ -106,6 +124,30 @@ class TimedBoundedness(Question):
         ways, others = fire_far_away(explored.net, {*found.traces, *found.dead}, share)
         found.traces.update(ways)
         found.possible |= others
+
+
+def _is_all_known(known: TimedChecked, explored: Explored, found: Firings, proof: WithoutTimes) -> bool:
+    """Tell whether state classes would add nothing: of callbacks they alone tell whether these always end."""
+    return (
+        proof.most is not None
+        and found.has_no_deadlock
+        and not known.waiting.callbacks
+        and not any(map(found.is_open, range(len(explored.net.intervals))))
+        and time_goes_on(explored.net)
+    )
+
+
+def _with_classes(explored: Explored, found: Firings, ways: list[str]) -> tuple[Firings, list[str]]:
+    """Add what further classes tell to what is known of firings, and to how it became known."""
+    told = _firings(explored)
+    if told.is_complete:
+        return told, ways[:1]
+    for transition, way in found.traces.items():
+        if transition not in told.traces or len(way) < len(told.traces[transition]):
+            told.traces[transition] = way
+    told.dead |= found.dead - told.traces.keys()
+    told.has_no_deadlock = found.has_no_deadlock
+    return told, ways
 
 
 def _firings(explored: Explored) -> Firings:

@@ -20,12 +20,13 @@ from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import Question
 from dineros.analysis.checks.unused import Use
 from dineros.analysis.symbolic.order_cache import OrderCache
-from dineros.analysis.timed.timed_subject import timed_base_subject
+from dineros.analysis.timed.timed_subject import timed_base_subject, unforced_subject
 from dineros.analysis.timed_checks.boundedness import TimedBoundedness, TimedPlaces
 from dineros.analysis.timed_checks.callbacks import TimedCallbacks
 from dineros.analysis.timed_checks.endings import TimedDeadlock
 from dineros.analysis.timed_checks.faults_of_time import NeverInTime, TimeStops
 from dineros.analysis.timed_checks.timed_checked import TimedChecked
+from dineros.analysis.timed_checks.unforced import ask_unforced
 from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import pn
 
@@ -89,12 +90,19 @@ def ask_timed(
     orders: OrderCache | None = None,
     questions: Sequence[Question] | None = None,
 ) -> TimedChecked | None:
-    """Do what `check_timed` does, and return what became known; None for a model without intervals."""
+    """Do what `check_timed` does, and return what became known of state classes; None without these.
+
+    They are not built for a model without intervals, and for one in which nothing ever has to fire.
+    """
     subject = timed_base_subject(model)
     if not subject.timed.has_times:
         check(model, budget, report, orders=orders)
         return None
     report.times = subject.used_times
+    unforced = unforced_subject(subject)
+    if unforced is not None and questions is None:
+        ask_unforced(model, subject, unforced, report, budget, orders)
+        return None
     checked = TimedChecked(model, report, budget.begun(), None, orders)
     checked.subject = subject
     for question in TIMED_QUESTIONS if questions is None else questions:

@@ -4,16 +4,22 @@ A run of a callback that overlaps a window of time was running when the window b
 begins in it was waiting when the window began, or came in it. So a timer that strikes every 10 ms overlaps a
 window of 25 ms with at most 1 + 1 + 3 runs: strikes do not pile up. A message that is on its way at some
 moment was sent not longer ago than its greatest latency, which is such a window.
+
+The engine of a node net fires what is enabled, in any order and as often as it can. There each firing of a
+transition takes the tick, or the message, that it needs: it was there when the window began, or came in it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 
-from dineros.metamodel import sym
-from dineros.metamodel.callbacks.groups import readers_of, runs_callbacks
+from dineros.metamodel import pn, pnm, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import callback_page_of, readers_of, runs_callbacks
 from dineros.metamodel.calls import UNLIMITED
-from dineros.metamodel.elements import node_net_of
+from dineros.metamodel.elements import node_net_of, nodes, resolve, system_model_of
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import are_matched
 from dineros.metamodel.times.given import duration_of, latency_between, period_of, runs_at_once, waits
@@ -88,11 +94,14 @@ def publishes_without_end(
 def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[object]) -> int | None:
     """Return how many messages a port can publish in a window; None where nothing bounds it.
 
-    Only an executor runs callbacks one after another. The engine of a node net fires whatever is enabled, so
-    that messages can gather in it and leave all at once.
+    Only an executor runs callbacks one after another. Messages can gather in the engine of a node net and
+    leave all at once, unless each of them takes a tick or a message.
     """
-    if not runs_callbacks(node_net_of(writer.place)) or writer.place.tokens:
+    is_fed = any(not isinstance(port, sym.PublisherPort) for port in _ports_at(writer.place))
+    if writer.place.tokens or is_fed:
         return None
+    if not runs_callbacks(node_net_of(writer.place)):
+        return _put_by_engine(writer.place, window, asked)
     pages = only_put_by(writer.place)
     if pages is None:
         return None
@@ -103,6 +112,75 @@ def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[
             return None
         total += each * runs
     return total
+
+
+def _ports_at(place: pn.Place) -> list[EObject]:
+    """Return the ports that name a place: the middleware puts tokens there, or takes them."""
+    model = system_model_of(place)
+    known = model.channels if model is not None else ()
+    parts = [part for channel in known for part in channel.eAllContents()]
+    return [part for part in parts if any(named is place for named in _named(part))]
+
+
+def _named(part: EObject) -> Iterator[object]:
+    for reference in type(part).eClass.eAllReferences():
+        if not reference.containment and not reference.many:
+            yield getattr(part, reference.name, None)
+
+
+def _put_by_engine(place: pn.Place, window: Fraction, asked: frozenset[object]) -> int | None:
+    """Return how many tokens the engine of a node net can put on a place in a window; None: any number."""
+    total = 0
+    for each in _stand_for(place):
+        for arc in _given(each.incoming):
+            fired = _firings(arc.source, window, asked)
+            if fired is None:
+                return None
+            total += arc.weight * fired
+    return total
+
+
+def _stand_for(place: pn.Place) -> list[pn.Node]:
+    """Return a place and the references to it."""
+    model = system_model_of(place)
+    away = [each for each in nodes(model) if isinstance(each, pn.ReferencePlace)] if model is not None else []
+    return [place, *(each for each in away if resolve(each) is place)]
+
+
+def _given(arcs: Iterable[pn.Arc]) -> list[pn.Arc]:
+    """Return the arcs that the model has: rules add more while it is flattened."""
+    return [arc for arc in arcs if not isinstance(arc.page, pnm.Sheet)]
+
+
+def _firings(move: pn.Node, window: Fraction, asked: frozenset[object]) -> int | None:
+    """Return how often the engine of a node net can fire a transition in a window; None: any number."""
+    if move in asked or not isinstance(move, pn.Transition):
+        return None
+    page = callback_page_of(move)
+    bounds: list[int | None] = []
+    if page is not None and page.kind == sym.CallbackKind.timer and move in Body(page).beginnings():
+        bounds.append(_begun(page, window, asked))
+    for arc in _given(move.incoming):
+        taken = resolve(arc.source)
+        if arc.kind == pn.ArcKind.normal and isinstance(taken, pn.Place):
+            bounds.append(_taken(taken, window, asked | {move}))
+    return min((bound for bound in bounds if bound is not None), default=None)
+
+
+def _taken(place: pn.Place, window: Fraction, asked: frozenset[object]) -> int | None:
+    """Return how many messages can be taken from a place in a window; None: any number, or none arrive there.
+
+    Nothing but subscriptions may put tokens there.
+    """
+    places = _stand_for(place)
+    if any(_given(each.incoming) for each in places):
+        return None
+    ports = _ports_at(place)
+    if len(ports) != 1 or not isinstance(ports[0], sym.SubscriberPort):
+        return None
+    weights = [arc.weight for each in places for arc in _given(each.outgoing)]
+    held = _in_hand(ports[0], max([1, place.tokens, *weights]))
+    return None if held is None else _arriving(ports[0], held, window, asked)
 
 
 def _runs(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:
@@ -135,27 +213,36 @@ def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -
         return None
     total = 0
     for reader in readers_of(page):
-        held = _in_hand(reader, page)
-        if held is None:
+        weights = [arc.weight for arc in reader.place.outgoing]
+        held = _in_hand(reader, max([1, reader.place.tokens, runs_at_once(page), *weights]))
+        come = None if held is None else _arriving(reader, held, window, asked)
+        if come is None:
             return None
-        total += reader.limit + held
-        for writer in reader.channel.publishers if reader.channel is not None else ():
-            if are_matched(writer, reader):
-                latency = latency_between(writer, reader)
-                if latency is None or latency.latest is None:
-                    return None
-                sent = _publications(writer, window + seconds_of(latency.latest), asked)
-                if sent is None:
-                    return None
-                total += sent
+        total += come
     return total
 
 
-def _in_hand(reader: sym.SubscriberPort, page: sym.CallbackPage) -> int | None:
+def _arriving(
+    reader: sym.SubscriberPort, held: int, window: Fraction, asked: frozenset[object]
+) -> int | None:
+    """Return how many messages wait when a window begins, `held` of them in the node, or come in it."""
+    total = int(reader.limit) + held
+    for writer in reader.channel.publishers if reader.channel is not None else ():
+        if are_matched(writer, reader):
+            latency = latency_between(writer, reader)
+            if latency is None or latency.latest is None:
+                return None
+            sent = _publications(writer, window + seconds_of(latency.latest), asked)
+            if sent is None:
+                return None
+            total += sent
+    return total
+
+
+def _in_hand(reader: sym.SubscriberPort, otherwise: int) -> int | None:
     """Return how many messages a node holds at most outside of a reader history; None if any number."""
     if reader.place.capacity:
         return int(reader.place.capacity)
     if reader.inHand is not None:
         return None if reader.inHand == UNLIMITED else int(reader.inHand)
-    weights = [arc.weight for arc in reader.place.outgoing]
-    return max(1, reader.place.tokens, runs_at_once(page), *weights)
+    return otherwise
