@@ -1,4 +1,4 @@
-"""Input signals as developers use them."""
+"""The input signals in the API for developers."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ class Signal:
 
     @property
     def value(self) -> bool:
-        """The value now. One that was set a moment ago may not have come through yet."""
+        """The current value. A value that was set a moment ago may not be applied yet."""
         return self._read()
 
     def set(self, value: bool, source: str = "program") -> None:
-        """Set it; from any thread. It counts once the node comes round to it, which is soon.
+        """Set it; from any thread. The node applies the value at its next opportunity.
 
         Parameters
         ----------
         value : bool
             The value.
         source : str
-            Where it comes from, for the records.
+            Origin of the value, for the records.
 
         Raises
         ------
@@ -54,21 +54,21 @@ class Signal:
         self._write(value, source)
 
     def stale_after(self, seconds: float | None, then: WhenStale = "keep") -> None:
-        """Notice when nobody sets it for so long, from any thread; the time counts while the node is open.
+        """Detect that its source is silent, from any thread; time counts while the node is open.
 
-        Whoever sets it repeats the value, then, even where it does not change.
+        The source must then repeat the value, even if it does not change.
 
         Parameters
         ----------
         seconds : float or None
-            None: it may be silent forever, as at first.
+            None: it may be silent without limit, which is the default.
         then : {"keep", "stop"} or bool
-            What is done: it keeps its value, the net stops (see `Net.proceed`), or it gets this value.
+            Reaction: keep the value, halt the net (see `Net.proceed`), or set this value.
 
         Raises
         ------
         StalenessError
-            The time is not above 0, or `then` is none of these.
+            The time is not positive, or `then` is none of these.
         """
         self._expect(None if seconds is None else Expectation(seconds, then))
 

@@ -1,8 +1,7 @@
-"""Signals whose source has fallen silent: noticed after a set time, with a set consequence.
+"""Signals whose source is silent: detected after a configured time, with a configured reaction.
 
-A broken cable, a crashed sensor and a broker that went away all look the same to a net: the last value stays.
-For a signal that something depends on, its source therefore repeats the value, and the net says how long it
-may be silent.
+A net cannot distinguish a broken cable, a crashed sensor and a lost broker: the last value stays. So the
+source of an important signal repeats its value, and the net defines how long the source may be silent.
 """
 
 from __future__ import annotations
@@ -20,29 +19,29 @@ from dineros.runtime.scheduling.timers import Timer
 LOG = logging.getLogger("dineros.runtime")
 
 WhenStale = Literal["keep", "stop"] | bool
-"""What becomes of a stale signal: it keeps its value, the net fires nothing more, or it gets this value."""
+"""Reaction to a stale signal: it keeps its value, the net stops firing, or it gets this value."""
 
 
 class StalenessError(DinerosError):
-    """No time, or no consequence, for stale signals."""
+    """The time or the reaction for stale signals is invalid."""
 
 
 @dataclass(frozen=True)
 class Expectation:
-    """How long a signal's source may be silent, and what is done then.
+    """How long a signal's source may be silent, and the reaction.
 
     Attributes
     ----------
     seconds : float
-        After so long the signal is stale.
+        Time after which the signal is stale.
     then : {"keep", "stop"} or bool
-        ``"keep"``: it keeps its value; ``"stop"``: the net fires nothing more until `Net.proceed`; True or
-        False: it gets this value. Whichever it is, it is logged, recorded and shown by `Net.inspect`.
+        ``"keep"``: it keeps its value; ``"stop"``: the net stops firing until `Net.proceed`; True or False:
+        it gets this value. In each case, the event is logged, recorded and shown by `Net.inspect`.
 
     Raises
     ------
     StalenessError
-        The time is not positive and finite, or the consequence is none of these.
+        The time is not positive and finite, or the reaction is none of these.
     """
 
     seconds: float
@@ -67,7 +66,7 @@ def parse_expectation(text: str) -> Expectation:
     Raises
     ------
     StalenessError
-        The text says no such thing.
+        The text has another form.
 
     Examples
     --------
@@ -85,7 +84,7 @@ def parse_expectation(text: str) -> Expectation:
 
 
 def parse_then(text: str | bool) -> WhenStale:
-    """Read ``keep``, ``stop``, ``true`` or ``false``; anything else is left for `Expectation` to refuse."""
+    """Read ``keep``, ``stop``, ``true`` or ``false``; other values are refused later by `Expectation`."""
     if isinstance(text, bool):
         return text
     word = text.strip().lower()
@@ -93,7 +92,7 @@ def parse_then(text: str | bool) -> WhenStale:
 
 
 class _Target(Protocol):
-    """The net, as what watches its signals sees it."""
+    """The part of a net that the watch of its signals uses."""
 
     def set_signals(self, values: Mapping[int, bool], source: str, *, is_heard: bool = True) -> None: ...
 
@@ -101,18 +100,18 @@ class _Target(Protocol):
 
 
 class Expectations:
-    """Watches when the signals of a net were heard of; on the thread of its loop.
+    """Watches when the signals of a net were last set; on the thread of its loop.
 
     Parameters
     ----------
     loop : Loop
-        The net's, whose timers and clock count.
+        The net's loop with its timers and clock.
     target : Core
-        Whose signals they are.
+        The net whose signals are watched.
     names : sequence of str
-        Ids of the signals, for people.
+        Ids of the signals, for messages.
     halt : callable
-        Has the net fire nothing more, for a reason.
+        Halts the net, for a given reason.
     """
 
     def __init__(
@@ -134,12 +133,12 @@ class Expectations:
         return tuple(self._names[number] for number in sorted(self._stale))
 
     def limit(self, number: int) -> float | None:
-        """Seconds that a signal's source may be silent; None: forever."""
+        """Seconds that a signal's source may be silent; None: no limit."""
         expectation = self._expected.get(number)
         return None if expectation is None else expectation.seconds
 
     def expect(self, number: int, expectation: Expectation | None) -> None:
-        """Watch a signal from now on; None: no more."""
+        """Watch a signal from now on; None: stop watching it."""
         self._drop(number)
         self._stale.discard(number)
         self._expected.pop(number, None)
@@ -149,19 +148,19 @@ class Expectations:
                 self._watch(number)
 
     def begin(self) -> None:
-        """Count the time from now on: the node is open."""
+        """Start counting: the node is open."""
         self._is_open = True
         for number in self._expected:
             self._watch(number)
 
     def end(self) -> None:
-        """Count no more."""
+        """Stop counting."""
         self._is_open = False
         for number in tuple(self._timers):
             self._drop(number)
 
     def heard(self, number: int) -> None:
-        """Note that a signal was set, to whatever value."""
+        """Record that a signal was set, even to the same value."""
         if number not in self._expected or not self._is_open:
             return
         if number in self._stale:
@@ -184,7 +183,7 @@ class Expectations:
             timer.cancel()
 
     def _look(self, number: int) -> None:
-        """Call a signal stale if its time is over; look again later if it was heard meanwhile."""
+        """Mark a signal as stale after its time; if it was set meanwhile, check again later."""
         expectation = self._expected[number]
         left = self._heard[number] + expectation.seconds - self._loop.clock()
         if left > 0:
