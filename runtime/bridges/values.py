@@ -1,4 +1,4 @@
-"""Truth values as brokers, sensors and people write them."""
+"""Truth values in the notations of brokers, sensors and users."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.json_text import JsonTextError, decode_json
 
 SIZE_LIMIT = 64 * 1024
-"""Bytes or characters of one payload: far more than the signals of a node need."""
+"""Maximum size of a payload, in bytes or characters: far more than the signals of a node need."""
 
 NAME_LIMIT = 255
-"""Characters of a signal's name."""
+"""Maximum length of a signal's name."""
 
 _WORDS = {"true": True, "on": True, "1": True, "false": False, "off": False, "0": False}
 
 
 class SignalValueError(DinerosError):
-    """What came for a signal is not a truth value."""
+    """A payload for a signal is not a truth value."""
 
 
 def read_truth(text: str | bytes) -> bool:
-    """Return the truth value that a text denotes.
+    """Return the truth value in a text.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def read_truth(text: str | bytes) -> bool:
     Raises
     ------
     SignalValueError
-        It denotes none, or is larger than `SIZE_LIMIT`.
+        It has no truth value, or is larger than `SIZE_LIMIT`.
 
     Examples
     --------
@@ -46,12 +46,12 @@ def read_truth(text: str | bytes) -> bool:
 
 
 def read_signals(text: str | bytes) -> dict[str, bool]:
-    """Return the values of several signals that a JSON object denotes, by the signals' ids or names.
+    """Return the values of several signals in a JSON object, by the signals' ids or names.
 
     Raises
     ------
     SignalValueError
-        It is no such object, or larger than `SIZE_LIMIT`.
+        It is not such an object, or is larger than `SIZE_LIMIT`.
 
     Examples
     --------
