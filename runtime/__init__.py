@@ -1,7 +1,7 @@
-"""The Petri Net Engine: a runtime model drives one ROS node (paper, Sect. 5.2 and 9.3).
+"""The Petri Net Engine: executes a runtime model as one ROS node (paper, Sect. 5.2 and 9.3).
 
-Small enough for a robot: it imports neither the analysis nor the rules. `Net` is what developers use; a
-`Node` joins a net to a transport and a recorder.
+It is small enough for a robot: it imports neither the analysis nor the rules. Developers use a `Net`; a
+`Node` connects a net to a transport and a recorder.
 """
 
 from dineros.runtime.firing.handlers import Firing, Given, Handler, HandlerError

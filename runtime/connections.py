@@ -1,7 +1,7 @@
-"""How many connections a server keeps, and for how long, of clients that it does not know.
+"""Limits on the number and age of a server's connections with unknown clients.
 
-Each user of the machine can connect to a port of 127.0.0.1, and each connection takes a file descriptor of
-the process that serves. A run, a node or an editor must not lose its own files to them.
+Each user of the machine can connect to a port of 127.0.0.1, and each connection uses a file descriptor of the
+server's process. A run, a node or an editor must not run out of file descriptors because of that.
 """
 
 from __future__ import annotations
@@ -18,28 +18,29 @@ if TYPE_CHECKING:
     from uvicorn.protocols.http.h11_impl import H11Protocol
 
 MOST = 192
-"""Connections of unknown clients at a time; a further one ends the oldest of them.
+"""Maximum number of connections with unknown clients; a further one closes the oldest.
 
-It is three times `BACKLOG`: a client that sends its request at once is known before others can end it.
+It is three times `BACKLOG`: a client that sends its request at once is identified before others can displace
+it.
 """
 
 BACKLOG = 64
-"""Connections that the system keeps until they are accepted; asyncio accepts all of them at once."""
+"""Connections that the system queues until they are accepted; asyncio accepts all of them at once."""
 
 QUIET = 60.0
-"""Seconds, at least, between two equal lines of the log."""
+"""Minimum time in seconds between two equal lines of the log."""
 
 Client = tuple[str, int]
 """Host and port of a client."""
 
 
 class QuietLog:
-    """A log that repeats a line only once in a while, since anyone who connects can cause any number of them.
+    """A log that suppresses repetitions for a while, since anyone can cause lines by connecting.
 
     Parameters
     ----------
     log : Logger
-        Where the lines go.
+        The log to write to.
     """
 
     def __init__(self, log: Logger) -> None:
@@ -47,7 +48,7 @@ class QuietLog:
         self._last: dict[str, float] = {}
 
     def warn(self, line: str) -> None:
-        """Log a line unless it was logged a short time ago."""
+        """Log a line unless it was logged recently."""
         now = time.monotonic()
         if now - self._last.get(line, -QUIET) >= QUIET:
             self._last[line] = now
@@ -55,15 +56,15 @@ class QuietLog:
 
 
 class UnknownClients:
-    """The open connections of a server whose clients it does not know; used in the server's event loop.
+    """The open connections of a server with clients not yet identified; used in the server's event loop.
 
     Parameters
     ----------
     log : Logger
-        Where the first of many is logged.
+        Gets a line when connections are closed.
     patience : float, optional
-        Seconds after which a connection is closed whose client is still unknown: the time limit of the header
-        of its request; None: the server has a limit of its own.
+        Seconds after which a connection of an unknown client is closed: the time limit for the header of its
+        request; None: the server has its own limit.
     """
 
     def __init__(self, log: Logger, patience: float | None = None) -> None:
@@ -72,10 +73,10 @@ class UnknownClients:
         self._log = QuietLog(log)
 
     def arrived(self, transport: asyncio.Transport) -> None:
-        """Count a new connection; end the oldest where there are too many."""
+        """Register a new connection; close the oldest ones if there are too many."""
         name = transport.get_extra_info("peername")
         if not isinstance(name, tuple):
-            transport.abort()  # it has gone already
+            transport.abort()  # already closed
             return
         client = (str(name[0]), int(name[1]))
         self.forget(client)  # an earlier connection from the same port
@@ -93,7 +94,7 @@ class UnknownClients:
             self._end(next(iter(self._open)))
 
     def forget(self, client: Client) -> None:
-        """Do not count a connection any more: it has closed, or its client is known."""
+        """Stop counting a connection: it was closed, or its client has been identified."""
         _, timer = self._open.pop(client, (None, None))
         if timer is not None:
             timer.cancel()
@@ -105,14 +106,14 @@ class UnknownClients:
 
 
 def counting_protocol(clients: UnknownClients, base: type[H11Protocol] | None = None) -> type[H11Protocol]:
-    """Return a protocol of uvicorn that counts each new connection as that of an unknown client.
+    """Return a protocol of uvicorn that registers each new connection as one of an unknown client.
 
     Parameters
     ----------
     clients : UnknownClients
-        Where they are counted.
+        Registers the connections.
     base : type, optional
-        What the protocol extends.
+        The base class of the protocol.
     """
     if base is None:
         from uvicorn.protocols.http.h11_impl import H11Protocol as base  # noqa: N813
@@ -133,24 +134,24 @@ def counting_protocol(clients: UnknownClients, base: type[H11Protocol] | None = 
 def handshaking_protocol(
     clients: UnknownClients, base: type[H11Protocol], context: ssl.SSLContext, patience: float
 ) -> type[asyncio.Protocol]:
-    """Return a protocol of uvicorn that counts a connection before its TLS handshake, and limits its time.
+    """Return a protocol of uvicorn that registers a connection before its TLS handshake, and limits its time.
 
-    A server of asyncio hears of a connection only after the handshake, which a stranger need not end.
+    A server of asyncio is notified of a connection only after the handshake, which a client may never finish.
 
     Parameters
     ----------
     clients : UnknownClients
-        Where connections are counted.
+        Registers the connections.
     base : type
-        The protocol that is spoken after the handshake.
+        The protocol used after the handshake.
     context : SSLContext
-        The server's.
+        The TLS context of the server.
     patience : float
-        Seconds for the handshake.
+        Time limit of the handshake, in seconds.
     """
 
     class SpokenProtocol(counting_protocol(clients, base)):  # type: ignore[misc]
-        """Keeps what comes with the end of the handshake until the connection is made."""
+        """Buffers data that arrives with the end of the handshake until the connection is made."""
 
         def __init__(self, **settings: Any) -> None:
             super().__init__(**settings)
@@ -178,7 +179,7 @@ def handshaking_protocol(
 
         def connection_made(self, transport: asyncio.BaseTransport) -> None:
             assert isinstance(transport, asyncio.Transport)
-            transport.pause_reading()  # what comes first is for the handshake
+            transport.pause_reading()  # the first data belongs to the handshake
             clients.arrived(transport)
             self._task = asyncio.get_running_loop().create_task(self._shake_hands(transport))
 
@@ -189,7 +190,7 @@ def handshaking_protocol(
                 safe = await loop.start_tls(
                     transport, protocol, context, server_side=True, ssl_handshake_timeout=patience
                 )
-            except (OSError, asyncio.CancelledError):  # of which are TLS's errors, and that time is up
+            except (OSError, asyncio.CancelledError):  # includes TLS errors and the time-out
                 transport.abort()
                 clients.forget((str(name[0]), int(name[1])) if isinstance(name, tuple) else ("", 0))
                 return
@@ -200,9 +201,10 @@ def handshaking_protocol(
 
 
 def log_in_lines(log: Logger, what: str) -> Callable[[asyncio.AbstractEventLoop, dict[str, Any]], None]:
-    """Return an exception handler for an event loop that logs a line where asyncio would print a stack trace.
+    """Return an exception handler for an event loop that logs one line instead of asyncio's stack trace.
 
-    asyncio prints one for each connection that it cannot accept, such as without a free file descriptor.
+    asyncio prints a stack trace for each connection that it cannot accept, for example without a free file
+    descriptor.
     """
     quiet = QuietLog(log)
 

@@ -1,7 +1,7 @@
-"""Types of the handlers of one node: what the modules ``firings`` of generated packages have in common.
+"""Types of a node's handlers, shared by the modules ``firings`` of generated packages.
 
-A generated module says which fields the tokens of its node have, and which places each transition takes from
-and puts to; a type checker then knows what a handler gets and what it may return.
+A generated module declares the fields of the node's tokens, and the places that each transition takes from
+and puts to. A type checker then knows the argument of a handler and its possible results.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class InputToken(NamedTuple, Generic[Data_co]):
 
 
 class TypedFiring(Protocol[Data_co, Inputs_co, Outputs_contra]):
-    """A transition fires: `dineros.runtime.firing.handlers.Firing`, for one transition."""
+    """A firing: `dineros.runtime.firing.handlers.Firing`, typed for one transition."""
 
     @property
     def transition(self) -> str:
@@ -41,32 +41,32 @@ class TypedFiring(Protocol[Data_co, Inputs_co, Outputs_contra]):
 
     @property
     def data(self) -> Data_co:
-        """A copy of the data that continues; change it in place."""
+        """A copy of the data passed to the outputs; change it in place."""
 
     @property
     def inputs(self) -> Inputs_co:
-        """Copies of the tokens it takes, and of those its read arcs see, by place."""
+        """Copies of the tokens that it takes or reads, by place."""
 
     @property
     def still_enabled(self) -> bool:
-        """Whether it could commit now; a long handler may stop early where it could not."""
+        """Whether the firing could commit now; if not, a long handler may stop early."""
 
     @property
     def memory(self) -> Memory:
-        """What the handlers of the node keep, also over restarts."""
+        """Values that the node's handlers keep, also over restarts."""
 
     @property
     def cancel(self) -> CancelRequest:
         """Whether the goal of an action that it works on is to be canceled."""
 
     def give(self, places: Outputs_contra, /) -> Given:
-        """Return data for single output places; those not named get what they would get anyway."""
+        """Return data for single output places; the others get the same tokens as without this method."""
 
 
 Some = TypeVar("Some")
 Whole = TypeVar("Whole")
 GivenData: TypeAlias = Some | Whole | Sequence[Some | Whole]
-"""Some fields, or the whole data, for all tokens of a place, or for each of them."""
+"""Some or all fields, for all tokens of a place or for each of them."""
 
 Function: TypeAlias = Callable[[Fires], Outcome | Awaitable[Outcome]]
 Decorator: TypeAlias = Callable[[Function[Fires, Outcome]], Function[Fires, Outcome]]

@@ -1,1 +1,1 @@
-"""A whole application: one process per node, watched and restarted; all nodes of a run in one picture."""
+"""A whole application: one process per node, supervised and restarted; the state of all nodes of a run."""

@@ -1,7 +1,7 @@
-"""Ending a process that was told to end, also where code of the developers does not return.
+"""Ends a process on request, even if code of the developers does not return.
 
-Who is told by a signal has a few seconds to end in order. A handler that neither returns nor can be cut off,
-such as one that is called while the node is made, must not keep the process for longer.
+After a signal, the process has a few seconds to end in order. A handler that neither returns nor can be
+abandoned, such as one called while the node is created, must not keep the process alive longer.
 """
 
 from __future__ import annotations
@@ -20,31 +20,31 @@ from typing import Any
 from dineros.runtime.scheduling.threads import join
 
 SECONDS = 4.5
-"""From the signal to the end by force."""
+"""Seconds from the signal to a forced end."""
 
 _LEFT_OVER = 1.0
-"""Seconds that an error has for being told, where threads of the developers are left over."""
+"""Seconds to report an error while threads of the developers still run."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Ending:
-    """Hears SIGINT and SIGTERM as long as its block lasts; to be used on the main thread.
+    """Handles SIGINT and SIGTERM while its block lasts; for the main thread.
 
-    The signals are read by a thread of its own, so that they count also while the main thread does not come
-    to Python's signal handlers.
+    A separate thread reads the signals, so that they take effect even while the main thread does not reach
+    Python's signal handlers.
 
     Parameters
     ----------
     status : int
-        The exit status where the process has to be ended by force.
+        Exit status for a forced end.
     on_signal : callable, optional
-        What the signals do on the main thread besides; by default nothing.
+        Additional action on the main thread at a signal; by default none.
 
     Attributes
     ----------
     asked : threading.Event
-        Set when the process is told to end.
+        Set when a signal asked the process to end.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Ending:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        """Hear no more. Where it was told to end, threads that were left over keep the process no longer."""
+        """Stop handling signals. After a signal, remaining threads no longer keep the process alive."""
         for number, handler in self._former.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(self._former_pipe)
@@ -75,16 +75,16 @@ class Ending:
         self._has_ended.set()
         join(self._thread)
         os.close(self._pipe[0])
-        if any(exception) and self._is_left_over():  # nobody will come to `leave`
+        if any(exception) and self._is_left_over():  # `leave` will not be called
             timer = threading.Timer(_LEFT_OVER, os._exit, (self._status,))
             timer.daemon = True
             timer.start()
 
     def leave(self, status: int) -> None:
-        """End the process with this status where it was told to end and threads of the developers still run.
+        """End the process with this status if a signal came and threads of the developers still run.
 
-        To be called last, when all that is to be done is done. Python would wait at its exit for some of
-        these threads, and take down under others what they use.
+        Call it last. At its exit, Python would wait for some of these threads, and remove objects that others
+        use.
         """
         if self._is_left_over():
             logging.shutdown()
@@ -104,11 +104,11 @@ class Ending:
                 return
 
     def _force(self) -> None:
-        """Say where everything hangs, and end."""
+        """Print where the threads are stuck, and end the process."""
         with contextlib.suppress(Exception):
             os.write(2, b"told to end, and does not end by itself; it is at\n")
             faulthandler.dump_traceback(2)
-        flushing = threading.Thread(target=_flush, daemon=True)  # somebody may hold the streams
+        flushing = threading.Thread(target=_flush, daemon=True)  # another thread may hold the streams
         flushing.start()
         flushing.join(0.2)
         os._exit(self._status)

@@ -1,8 +1,9 @@
 """Python files with the handlers of an application, for runs without a generated workspace.
 
-Such a file defines ``configure(net)``, called once for each node before it starts: ``net.id`` says which
-one. For runs in one process it may define ``simulate(application)`` as well, called before that: it sets up
-what the application works in, such as simulated machines that set signals (`LocalApplication.every`).
+Such a file defines ``configure(net)``, which is called once for each node before it starts; ``net.id`` is the
+id of the node. For runs in one process it may also define ``simulate(application)``, which is called before
+that. It sets up the environment of the application, such as simulated machines that set signals
+(`LocalApplication.every`).
 """
 
 from __future__ import annotations
@@ -36,24 +37,24 @@ class HandlerFile:
     path : Path
         The file.
     module : ModuleType
-        What it defines.
+        The loaded module.
     """
 
     path: Path
     module: ModuleType
 
     def configure(self, net: Net) -> None:
-        """Give a node its handlers.
+        """Register the handlers of a node.
 
         Raises
         ------
         HandlerFileError
-            The function fails; an unknown transition, say.
+            The function fails, for example because of an unknown transition.
         """
         self._call("configure", net)
 
     def simulate(self, application: LocalApplication) -> None:
-        """Set up what the application works in, where the file says how.
+        """Set up the environment of the application, if the file defines `simulate`.
 
         Raises
         ------
@@ -72,12 +73,12 @@ class HandlerFile:
 
 
 def load_handler_file(path: Path) -> HandlerFile:
-    """Load a file with handlers; modules next to it can be imported by it, where their names are not taken.
+    """Load a file with handlers; it can import modules next to it if their names are not taken.
 
     Raises
     ------
     HandlerFileError
-        There is no such file, it fails, or defines no ``configure(net)``.
+        The file does not exist, fails, or does not define ``configure(net)``.
     """
     if path.suffix != ".py":
         raise HandlerFileError(
@@ -91,7 +92,7 @@ def load_handler_file(path: Path) -> HandlerFile:
     module = ModuleType(f"dineros_handlers_{path.stem}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module
-    # At the end: a `resource.py` next to the handlers must not take the place of Python's for everybody else.
+    # At the end: a `resource.py` next to the handlers must not hide Python's module from all other code.
     if str(path.parent) not in sys.path:
         sys.path.append(str(path.parent))
     try:
@@ -108,7 +109,7 @@ def load_handler_file(path: Path) -> HandlerFile:
 
 
 def _failure(path: Path, error: Exception) -> HandlerFileError:
-    """Return an error that names the line of the file, as far down as the file itself is on the stack."""
+    """Return an error with the innermost line of the file on the stack."""
     if isinstance(error, SyntaxError) and error.filename == str(path):
         return HandlerFileError(f"no Python: {error.msg}", location=Location(path, error.lineno))
     lines = [

@@ -1,7 +1,7 @@
-"""A private line between a supervisor and the process of a node: JSON objects, one in a line of a socket.
+"""A private connection between a supervisor and a node's process: one JSON object per line of a socket.
 
-The process inherits its end, so nobody else can speak on the line; still, each side takes what the other says
-for something that may be wrong, since handlers of the developers run in the process of a node.
+The process inherits its end, so no other process can use the connection. Still, each side treats the messages
+of the other as untrusted, since handlers of the developers run in the process of a node.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ LINE = "DINEROS_LINE"
 """Environment variable: the descriptor of the line in the process of a node."""
 
 LONGEST = 1 << 20
-"""Bytes of what is said at once."""
+"""Maximum size of one message, in bytes."""
 
 _PIECE = 1 << 16
 
 
 class LineError(DinerosError):
-    """The other side says something that is none of ours, or does not listen."""
+    """The other side sent an invalid message, or does not read."""
 
 
 class Line:
-    """One side of a line. One thread may receive while others, one at a time, say something.
+    """One side of the connection. One thread may receive while others send, one at a time.
 
     Parameters
     ----------
     end : socket.socket
-        Its end, which belongs to the line from now on.
+        The socket; it belongs to the line from now on.
     """
 
     def __init__(self, end: socket.socket) -> None:
@@ -46,15 +46,15 @@ class Line:
         self._read = bytearray()
 
     def say(self, said: Mapping[str, Any], *, waits: bool) -> None:
-        """Say something.
+        """Send a message.
 
         Parameters
         ----------
         said : mapping
-            What; it fits JSON.
+            The message, as JSON values.
         waits : bool
-            Whether to wait until the other side takes it. Who does not wait, and finds that there is no room,
-            has to `hang_up`: the other side may have got a part of it.
+            Whether to wait until the other side has room. If not, and there is no room, the caller must
+            `hang_up`: the other side may have received a part of the message.
 
         Raises
         ------
@@ -63,7 +63,7 @@ class Line:
         OSError
             The line is closed.
         """
-        data = json.dumps(said).encode() + b"\n"  # in ASCII: halves of surrogate pairs are not UTF-8
+        data = json.dumps(said).encode() + b"\n"  # in ASCII: lone surrogates are not UTF-8
         if len(data) > LONGEST:
             raise LineError(f"{len(data)} bytes are too much for one line", hint=f"at most {LONGEST}")
         if waits:
@@ -77,12 +77,12 @@ class Line:
             raise LineError("the other side of the line does not listen")
 
     def receive(self) -> dict[str, Any] | None:
-        """Wait for what the other side says; None: it has gone, or the line is closed.
+        """Wait for a message of the other side; None: it has closed the line, or the line is closed.
 
         Raises
         ------
         LineError
-            It is too long, or no JSON object.
+            The message is too long, or not a JSON object.
         """
         while (end := self._read.find(b"\n")) < 0:
             if len(self._read) > LONGEST:
@@ -105,40 +105,40 @@ class Line:
         return said
 
     def hang_up(self) -> None:
-        """End what is said, both ways: whoever receives is told that nothing more comes. From any thread."""
-        with contextlib.suppress(OSError):  # the other side has gone before
+        """Shut down both directions: a receiver gets the end of the stream. From any thread."""
+        with contextlib.suppress(OSError):  # the other side closed it before
             self._end.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """Give the socket back; for the thread that receives, since nobody must use the descriptor then."""
+        """Close the socket; only on the receiving thread: no other thread may still use the descriptor."""
         self._end.close()
 
 
 @contextlib.contextmanager
 def new_line(connect: Callable[[socket.socket], None] | None) -> Iterator[dict[str, str]]:
-    """Make a line to a process that is started within the block.
+    """Create a line to a process that is started within the block.
 
     Parameters
     ----------
     connect : callable or None
-        Gets our end when the process has been started; None: it gets no line.
+        Called with this side's end when the process has been started; None: no line is created.
 
     Yields
     ------
     dict of str to str
-        What the process's environment is to have; the value is the descriptor that the process inherits.
+        Additions to the environment of the process; the value is the descriptor that the process inherits.
 
     Raises
     ------
     OSError
-        The system has no more descriptors.
+        The system has no free descriptors.
     """
     if connect is None:
         yield {}
         return
     ours, theirs = socket.socketpair()
     try:
-        with theirs:  # where we kept it, nobody would notice that the process has ended
+        with theirs:  # if kept open here, the end of the process would not be noticed
             yield {LINE: str(theirs.fileno())}
     except BaseException:
         ours.close()
@@ -147,12 +147,12 @@ def new_line(connect: Callable[[socket.socket], None] | None) -> Iterator[dict[s
 
 
 def inherited_line() -> Line | None:
-    """Take the line that the supervisor gave this process; what this process starts does not get it.
+    """Take the line that the supervisor gave this process; child processes do not inherit it.
 
     Returns
     -------
     Line or None
-        None where nobody gave one: the process was started by hand, say.
+        None without a line, for example if the process was started by hand.
     """
     given = os.environ.pop(LINE, "")
     if not given:
@@ -161,7 +161,7 @@ def inherited_line() -> Line | None:
         number = int(given)
         os.set_inheritable(number, False)
         end = socket.socket(fileno=number)
-        if end.family != socket.AF_UNIX:  # somebody's connection, which stays open
+        if end.family != socket.AF_UNIX:  # another connection, which stays open
             end.detach()
             raise ValueError(given)
     except (ValueError, OverflowError, OSError):

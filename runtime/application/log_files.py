@@ -1,4 +1,4 @@
-"""Log files of processes: what a process prints, in a file of limited size and one older file next to it."""
+"""Log files of processes: the output of a process, in a file of limited size and one older file."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files.reading import open_plain
 
 LOG_BYTES = 16 << 20
-"""Bytes of a log file after which it is rotated."""
+"""Size in bytes above which a log file is rotated."""
 
 _PIECE = 1 << 20
 _COLLAPSE_RANGE = 8
-"""Mode of `fallocate` (Linux) that removes a part of a file, so that what follows it moves to its place."""
+"""Mode of `fallocate` (Linux) that removes a part of a file and shifts the rest forward."""
 
 _CANNOT = (errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL, errno.EPERM)
-"""Errors of a file system that cannot cut off a head; after others, such as ENOMEM, the log stays as it is
-until the next look, because emptying it could lose a line."""
+"""Errors of a file system that cannot remove the start of a file; after other errors, such as ENOMEM, the log
+is kept until the next check, because emptying it could lose a line."""
 _LAST_BYTES = 4096
-"""Bytes in which the last line of a process is searched."""
+"""Bytes at the end of a log in which the last line of a process is searched."""
 
 _fallocate = getattr(ctypes.CDLL(None, use_errno=True), "fallocate", None)
 if _fallocate is not None:
@@ -35,20 +35,20 @@ def open_log(path: Path) -> int:
     Raises
     ------
     OSError
-        The system refuses.
+        The system refuses to open it.
     ModelFileError
-        It is a symbolic link, or no plain file.
+        It is a symbolic link, or not a regular file.
     """
     return open_plain(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, follow_links=False)
 
 
 def rotate(path: Path, limit: int = LOG_BYTES) -> bool:
-    """Let a log file begin again if it is larger than a limit; return whether it does.
+    """Rotate a log file if it is larger than a limit; return whether it was rotated.
 
-    The process that writes it has the file open, so the file stays: its last `limit` bytes are copied to
-    ``NAME.1``, which replaces an older copy, and cut off. On file systems that can cut off the head of a file
-    (ext4, XFS), what is printed meanwhile stays in the log, which may then begin within a line. On others the
-    file is emptied once all of it is copied, and a line that is printed in the instant between may be lost.
+    The process that writes the log has the file open, so the file stays: its last `limit` bytes are copied to
+    ``NAME.1``, which replaces an older copy, and are then removed. On file systems that can remove the start
+    of a file (ext4, XFS), output during the copy stays in the log, which may then begin within a line. On
+    other file systems the file is emptied after the copy; a line printed in the instant between may be lost.
     If there is no room for the copy, the older lines are lost.
     """
     with contextlib.suppress(OSError, ModelFileError):
@@ -71,15 +71,15 @@ def rotate(path: Path, limit: int = LOG_BYTES) -> bool:
 
 
 def last_line(path: Path, start: int | None) -> str:
-    """Return the last line that a process printed: of a traceback, what was raised.
+    """Return the last line that a process printed: after a traceback, the exception.
 
     Parameters
     ----------
     path : Path
         The log file.
     start : int or None
-        Where the process began to print; None: the log was rotated since, and the line may begin, or be, in
-        the older file.
+        Size of the log when the process started; None: the log was rotated since, and the line may be or
+        begin in the older file.
     """
     text = _end_of(path, start or 0)
     if start is None and len(text) < _LAST_BYTES:
@@ -105,12 +105,12 @@ def _end_of(path: Path, start: int) -> bytes:
 
 
 def _cut(file: int, size: int) -> bool:
-    """Cut off so many bytes, whole blocks, at the start of a file; return whether the file system can.
+    """Remove this number of bytes, whole blocks, at the start of a file; return whether that is possible.
 
     Raises
     ------
     OSError
-        It can, but not now.
+        The file system supports it, but the call failed.
     """
     if _fallocate is None:
         return False
@@ -123,9 +123,9 @@ def _cut(file: int, size: int) -> bool:
 
 
 def _copy(file: int, start: int, end: int | None, older: Path) -> bool:
-    """Copy a part of a file, without the line that its start cuts; return whether there is room.
+    """Copy a part of a file, without the incomplete first line; return whether there was room.
 
-    Without an `end`, what is appended meanwhile is copied, too.
+    Without an `end`, data that is appended meanwhile is copied, too.
     """
     with contextlib.suppress(OSError, ModelFileError):
         copy = open_plain(older, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, follow_links=False)

@@ -1,7 +1,7 @@
-"""What becomes of what developers' handlers log with Python's `logging`, and the engine with them.
+"""Logging of the engine and of the developers' handlers, with Python's `logging`.
 
-Handlers use loggers of any name, so that the root logger decides: whoever runs nodes hands over what it gets,
-by `logs_to`. What libraries tell about themselves is left out by `OwnLogs`.
+Handlers use loggers of any name, so the level is set at the root logger: the program that runs nodes forwards
+records with `logs_to`. `OwnLogs` removes what libraries log about themselves.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from contextlib import contextmanager
 from dineros.metamodel.errors import printable
 
 FORMAT = "[%(levelname)s] [%(name)s]: %(message)s"
-"""How records look on a terminal: as ROS writes them."""
+"""Format of records on a terminal: that of ROS."""
 
 
 class OwnLogs(logging.Filter):
-    """Leaves out what a library tells about itself below WARNING.
+    """Removes what a library logs about itself below WARNING.
 
-    That is a record of a logger with the name of an installed module, written by an installed module. It is
-    kept where somebody asked for it: where the level of the logger, or of one above it but the root, was set.
+    This is a record of a logger with the name of an installed module, written by an installed module. It is
+    kept if the level of the logger, or of a parent logger other than the root, was set explicitly.
 
     Parameters
     ----------
     *packages : str
-        Top-level packages that are not libraries although they may be installed, such as that of the node.
+        Top-level packages that do not count as libraries even if installed, such as that of the node.
     """
 
     def __init__(self, *packages: str) -> None:
@@ -51,7 +51,7 @@ class OwnLogs(logging.Filter):
 
 
 class _OneLine(logging.Formatter):
-    """Shows what the engine logs as one line, whatever names and messages hold; handlers log as they like."""
+    """Formats a record of the engine as one line; records of handlers keep their line breaks."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the text of a record."""
@@ -61,10 +61,10 @@ class _OneLine(logging.Formatter):
 
 @contextmanager
 def logs_to(handler: logging.Handler, level: int) -> Iterator[None]:
-    """Hand what is logged from a level on to a handler, as long as the block lasts.
+    """Forward records from a level on to a handler while the block lasts.
 
-    Handlers of the root logger that write to the terminal are put aside meanwhile, so that nothing is shown
-    twice; others, such as those that write files, stay.
+    Handlers of the root logger that write to the terminal are removed meanwhile, so that nothing appears
+    twice; others, such as handlers that write files, stay.
     """
     root = logging.getLogger()
     former, aside = root.level, [each for each in root.handlers if _is_on_terminal(each)]
@@ -83,7 +83,7 @@ def logs_to(handler: logging.Handler, level: int) -> Iterator[None]:
 
 
 def terminal_handler() -> logging.Handler:
-    """Return a handler that writes to stderr, and leaves out what libraries tell about themselves."""
+    """Return a handler that writes to stderr without what libraries log about themselves."""
     handler = logging.StreamHandler()
     handler.setFormatter(_OneLine(FORMAT))
     handler.addFilter(OwnLogs())
@@ -95,7 +95,7 @@ def _is_on_terminal(handler: logging.Handler) -> bool:
 
 
 def _is_set(name: str) -> bool:
-    """Return whether somebody set the level of a logger, or of one above it but the root."""
+    """Return whether the level of a logger, or of a parent logger other than the root, was set explicitly."""
     logger: logging.Logger | None = logging.getLogger(name)
     while logger is not None and logger.parent is not None:
         if logger.level != logging.NOTSET:
@@ -105,14 +105,14 @@ def _is_set(name: str) -> bool:
 
 
 def _files(module: str) -> list[str]:
-    """Return where a module that was imported comes from; a namespace package has only folders."""
+    """Return the files of an imported module; a namespace package only has folders."""
     found = sys.modules.get(module)
     return [getattr(found, "__file__", None) or "", *map(str, getattr(found, "__path__", ()))]
 
 
 @functools.cache
 def _is_in_library(path: str) -> bool:
-    """Return whether a file belongs to Python itself or to what is installed into it."""
+    """Return whether a file belongs to Python itself or to its installed packages."""
     return path.startswith(_libraries())
 
 

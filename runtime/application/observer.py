@@ -1,4 +1,4 @@
-"""The state of a running application, put together from the traces that its nodes write."""
+"""The state of a running application, collected from the traces that its nodes write."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ BATCH = 8
 
 
 class Observer:
-    """Marking and signals of all nodes, as far as their traces tell.
+    """Marking and signals of all nodes, according to their traces.
 
-    Nodes write at their own pace, so the marking need not be one that the application ever had as a whole;
-    each node's part of it is.
+    Nodes write at different times, so the combined marking may never have existed at one moment; the part of
+    each node did exist.
 
     Attributes
     ----------
@@ -27,13 +27,13 @@ class Observer:
     signals : dict of str to bool or str
         Values of the input signals.
     firings, drops, errors : int
-        What was seen so far.
+        Counts so far.
     restarts : int
-        How often nodes were started again, as whoever starts them says: a node that never began has no trace.
+        Number of restarts, reported by the supervisor: a node that never began has no trace.
     started : set of str
-        Nodes that came up.
+        Nodes that have started.
     halted : dict of str to str
-        Nodes that a failure has halted, and the failure.
+        Nodes halted by a failure, with the failure.
     """
 
     def __init__(self) -> None:
@@ -45,9 +45,9 @@ class Observer:
         self._places: dict[str, set[str]] = {}
 
     def see(self, records: Iterable[Record]) -> None:
-        """Take in records, each node's in order."""
+        """Apply records; those of each node in order."""
         for record in records:
-            if isinstance(record, Start):  # a checkpoint as well
+            if isinstance(record, Start):  # a checkpoint, too
                 self._begin(record)
             elif isinstance(record, Step):
                 for place, change in record.change.items():
@@ -65,7 +65,7 @@ class Observer:
                     self.halted.setdefault(record.node or "", record.error)
 
     def _begin(self, record: Start) -> None:
-        """Replace what is known of a node by what it says of itself."""
+        """Replace the known state of a node by the state in this record."""
         self.started.add(record.node or "")
         places = self._places.setdefault(record.node or "", set())
         for place in places:
@@ -84,7 +84,7 @@ class FolderObserver(Observer):
     Parameters
     ----------
     folder : Path
-        Where the nodes write.
+        The folder to which the nodes write.
     """
 
     def __init__(self, folder: Path) -> None:

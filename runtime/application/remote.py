@@ -1,7 +1,7 @@
-"""On the side of a supervisor: a node whose process is another one, for those who steer it.
+"""A node in another process, controlled by its supervisor.
 
-Nobody waits for what a process does not say: a node shows what it said last, and what it is asked for is
-given up after a while.
+No caller waits for the process: a node shows its last known outlook, and a request is given up after a
+time-out.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from dineros.runtime.application.supervisor import ProcessEvent, status_text
 from dineros.runtime.nodes.steering import Outlook, SteeringError
 
 PATIENCE = 2.0
-"""Seconds that a node has to answer."""
+"""Seconds for a node to respond."""
 
 STARTING = Outlook("starting")
 SILENT = Outlook("silent", "its process does not answer")
 
 
 class RemoteNode:
-    """A node in a process that is started, and started again; from any thread.
+    """A node in a process that may be restarted; usable from any thread.
 
     Parameters
     ----------
@@ -43,11 +43,11 @@ class RemoteNode:
         self._overdue: Future[dict[str, Any]] | None = None
 
     def connect(self, end: socket.socket) -> None:
-        """Speak with a new process of the node from now on; nothing that its former one was in counts."""
+        """Use a new process of the node from now on; the state of the former process is discarded."""
         self._change(_Connection(self._name, end), STARTING)
 
     def tell(self, event: ProcessEvent) -> None:
-        """Hear from the supervisor how the node's process ended."""
+        """Take over from the supervisor how the node's process ended."""
         if event.event == "failed":
             said = f": {event.said}" if event.said else ""
             self._change(None, Outlook("crashed", f"{status_text(event.status)}{said}"))
@@ -55,7 +55,7 @@ class RemoteNode:
             self._change(None, Outlook("ended", status_text(event.status)))
 
     def close(self) -> None:
-        """Speak with nobody any more."""
+        """Close the connection."""
         self._change(None, Outlook("ended"))
 
     def _change(self, connection: _Connection | None, outlook: Outlook) -> None:
@@ -66,7 +66,7 @@ class RemoteNode:
             former.hang_up()
 
     def look(self) -> Outlook:
-        """Return how the node was when it was asked last, and ask it again; at once."""
+        """Return the last known outlook of the node, and request a new one; returns at once."""
         with self._lock:
             connection, asked = self._connection, self._look
             if connection is None:
@@ -88,16 +88,16 @@ class RemoteNode:
         Raises
         ------
         SteeringError
-            The node refuses, or does not answer; it may still do it then.
+            The node refuses, or does not respond; in that case it may still set them.
         """
         self._do({"ask": "set", "values": dict(values), "source": source})
 
     def pause(self, reason: str) -> None:
-        """Fire nothing more until `proceed`; raises as `set_signals` does."""
+        """Stop firing until `proceed`; raises like `set_signals`."""
         self._do({"ask": "pause", "reason": reason})
 
     def proceed(self) -> None:
-        """Fire again; raises as `set_signals` does."""
+        """Continue firing; raises like `set_signals`."""
         self._do({"ask": "proceed"})
 
     def _do(self, said: dict[str, Any]) -> None:
@@ -119,7 +119,7 @@ class RemoteNode:
 
 
 class _Connection:
-    """What is said with one process; a thread listens to it until that has gone."""
+    """The messages with one process; a thread receives them until the process ends."""
 
     def __init__(self, name: str, end: socket.socket) -> None:
         self._name = name
@@ -131,7 +131,7 @@ class _Connection:
         threading.Thread(target=self._listen, name=f"dineros steering {name}", daemon=True).start()
 
     def ask(self, said: Mapping[str, Any]) -> Future[dict[str, Any]]:
-        """Ask something; never waits."""
+        """Send a request; never waits."""
         future: Future[dict[str, Any]] = Future()
         with self._lock:
             if self.is_over:
@@ -141,12 +141,12 @@ class _Connection:
             self._waiting[self._number] = future
             try:
                 self._line.say({"number": self._number, **said}, waits=False)
-            except (LineError, OSError):  # it has not listened for long, or is gone
+            except (LineError, OSError):  # it does not read for a while, or has ended
                 self._line.hang_up()  # so that the future gets its error
         return future
 
     def hang_up(self) -> None:
-        """Listen no more."""
+        """Stop receiving."""
         with self._lock:
             if not self.is_over:
                 self._line.hang_up()
@@ -179,7 +179,7 @@ def _gone(name: str) -> SteeringError:
 
 
 def _is_answer(said: Mapping[str, Any]) -> bool:
-    """Tell whether an answer is of the form that `dineros.runtime.application.steered` gives it."""
+    """Return whether a response has the form that `dineros.runtime.application.steered` gives it."""
     match said.get("outlook", {"state": ""}):
         case {"state": str(), **others}:
             reason, signals, enabled = (others.get(name) for name in ("reason", "signals", "enabled"))
@@ -204,7 +204,7 @@ def _is_answer(said: Mapping[str, Any]) -> bool:
 
 
 def _outlook(said: Mapping[str, Any]) -> Outlook:
-    """Return the outlook of an answer; without one, the node has too much to tell."""
+    """Return the outlook in a response; without one, the outlook was too large to send."""
     found = said.get("outlook")
     if not isinstance(found, dict):
         return Outlook("silent", str(said.get("refused", "it says nothing")))

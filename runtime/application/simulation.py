@@ -1,8 +1,8 @@
 """All nodes of an application in one process: stepped in simulated time, or on threads in real time.
 
-Stepped, one thread makes one move at a time, a node's or a message's, chosen at random by the seed;
-simulated time passes with each move and jumps ahead when nothing is left to do. The same seed gives the
-same run, as long as no handler runs elsewhere.
+When stepped, one thread makes one move at a time, of a node or of a message, drawn with the seed. Simulated
+time passes with each move, and jumps ahead when there is nothing left to do. The same seed gives the same
+run, as long as all handlers run on that thread.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from dineros.runtime.scheduling.threads import join
 from dineros.runtime.scheduling.timers import Timers
 
 Outcome = Literal["reached", "idle", "timeout"]
-"""How a stepped run ends: the condition holds, nothing can happen any more, or time is over."""
+"""Why a stepped run ended: the condition holds, nothing more can happen, or the time is over."""
 
 STEP_TIME = 0.001
-"""Seconds of simulated time that a move takes, unless a transition has to fire before."""
+"""Simulated seconds that a move takes, unless a transition has to fire before."""
 MOST_AT_ONCE = 10_000
-"""Moves that may follow each other in no time."""
+"""Maximum number of successive moves that take no time."""
 LONGEST_WAIT = 0.05
-"""Seconds of real time after which a run that keeps a pace asks again whether it is to end."""
+"""Seconds of real time between two checks whether a paced run is to end."""
 
 
 class SimulatedClock:
-    """A clock that is set."""
+    """A clock whose time is set explicitly."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -57,22 +57,22 @@ class LocalApplication:
     models : iterable of rtm.RuntimeModel
         One per node.
     seed : int, optional
-        Seed of every choice: of the nodes' selections, and of what moves next in `run`.
+        Seed of all choices: the selections of the nodes, and the next move in `run`.
     policy : Policy, optional
-        What becomes of failed firings; by default the node halts.
+        Policy for failed firings; by default the node halts.
     recorder : callable, optional
         Returns the recorder of a node, by its id.
     resume : mapping of str to SavedState
-        What nodes continue from, by id.
+        Saved states from which nodes continue, by id.
     simulated_time : bool
-        Whether `run` is to step the application in simulated time; False: `start` runs it on threads.
+        Whether `run` steps the application in simulated time; False: `start` runs it on threads.
     request_timeout : float, optional
-        Seconds after which clients ask again.
+        Seconds after which clients send a request again.
 
     Attributes
     ----------
     nets : dict of str to Net
-        By the node's id: handlers go here, before `open` or later.
+        By the node's id; register handlers here, before or after `open`.
     nodes : dict of str to Node
         By id.
     network : LocalNetwork
@@ -118,17 +118,17 @@ class LocalApplication:
             )
 
     def every(self, seconds: float, action: Callable[[float], object]) -> None:
-        """Have something done again and again, such as a simulator; it is told the seconds passed."""
+        """Call an action repeatedly, such as a simulator's step; it gets the seconds passed."""
         self._ticks.append((seconds, action))
 
     def count(self, node: str, place: str) -> int:
-        """Return how many tokens a place of a node holds."""
+        """Return the number of tokens on a place of a node."""
         return self.nets[node].count(place)
 
-    # Stepped.
+    # Stepping.
 
     def open(self) -> None:
-        """Join all nodes to their channels, before any of them sends; where one cannot, all are closed."""
+        """Join all nodes to their channels before any node sends; if one fails, all are closed."""
         try:
             for node in self.nodes.values():
                 node.open()
@@ -141,9 +141,9 @@ class LocalApplication:
                 self._tick(seconds, action)
 
     def _bring_up(self) -> None:
-        """Configure and activate the managed nodes in the start order, as their manager; nothing moved yet.
+        """Configure and activate the managed nodes in the start order, like their manager, before any move.
 
-        One that continues keeps the state that it had.
+        A node that continues from a saved state keeps its lifecycle state.
         """
         steps = [
             (number, label, net)
@@ -162,7 +162,7 @@ class LocalApplication:
         self._timers.call_later(seconds, again)
 
     def step(self) -> bool:
-        """Make one move: of a node, or of a message; False: there is none now."""
+        """Make one move of a node or a message; False: there is none now."""
         movers: list[Callable[[], bool]] = [node.step for node in self.nodes.values()]
         movers.append(self.network.step)
         while movers:
@@ -176,16 +176,16 @@ class LocalApplication:
         timeout: float | None = None,
         speed: float | None = None,
     ) -> Outcome:
-        """Step the application, which is open, until a condition holds.
+        """Step the application, which must be open, until a condition holds.
 
         Parameters
         ----------
         until : callable
-            The condition; asked after each move.
+            The condition; checked after each move.
         timeout : float, optional
             Seconds of simulated time.
         speed : float, optional
-            Simulated seconds that pass in a second, at most; by default as many as can.
+            Maximum simulated seconds per second of real time; by default unlimited.
         """
         if self._simulated is None:
             raise DinerosError("the application runs in real time", hint="use start() and wait_for()")
@@ -205,9 +205,9 @@ class LocalApplication:
         return "reached"
 
     def _pass_step(self, clock: SimulatedClock) -> None:
-        """Let a move take its time, but not pass the moment by which a transition has to fire.
+        """Let time pass for a move, but not beyond the time by which a transition has to fire.
 
-        Moves that take no time may continue forever. After many of them, time passes all the same.
+        Moves that take no time could continue forever. After many of them, time passes nevertheless.
         """
         deadlines = [each for net in self.nets.values() if (each := net.deadline) is not None]
         latest = min(deadlines, default=math.inf)
@@ -218,17 +218,17 @@ class LocalApplication:
         clock.now = clock.now + STEP_TIME if latest <= clock.now else min(clock.now + STEP_TIME, latest)
 
     def _wait(self, until: Callable[[LocalApplication], bool], moment: float) -> None:
-        """Wait for a moment of real time, or until a condition holds."""
+        """Wait until a time on the real clock, or until a condition holds."""
         while (left := moment - time.monotonic()) > 0 and not until(self):
             time.sleep(min(left, LONGEST_WAIT))
 
     def _let_time_pass(self, end: float | None) -> bool:
-        """Go on to the next thing to happen; False: there is nothing to wait for."""
+        """Advance the time to the next event; False: there is no event."""
         assert self._simulated is not None
         states = [net.inspect() for net in self.nets.values()]
         if any(state.in_flight or (state.outliving and state.halted is None) for state in states):
             started = time.monotonic()
-            time.sleep(STEP_TIME)  # handlers elsewhere take real time
+            time.sleep(STEP_TIME)  # handlers on other threads take real time
             self._simulated.now += time.monotonic() - started
             return True
         times = [net.next_timer for net in self.nets.values()] + [self._timers.next_time, end]
@@ -239,14 +239,14 @@ class LocalApplication:
         return True
 
     def close(self, reason: str = "stopped") -> None:
-        """End all nodes."""
+        """Close all nodes."""
         for node in self.nodes.values():
             node.close(reason)
 
     # On threads.
 
     def start(self) -> None:
-        """Run every node on a thread of its own, in real time."""
+        """Run each node on its own thread, in real time."""
         if self._simulated is not None:
             raise DinerosError("the application runs in simulated time", hint="use run()")
         self.open()
@@ -261,7 +261,7 @@ class LocalApplication:
                 )
                 thread.start()
                 self._threads.append(thread)
-        except BaseException:  # also who is interrupted meanwhile ends what runs already
+        except BaseException:  # also on an interrupt, the nodes that run already are ended
             self.stop()
             raise
 
@@ -273,16 +273,16 @@ class LocalApplication:
             last = now
 
     def stop(self, reason: str = "stopped") -> None:
-        """End simulators, nodes and channels, in this order."""
+        """Stop simulators, nodes and channels, in this order."""
         self._ending.set()
         deadline = time.monotonic() + SETTLING
-        for node in self.nodes.values():  # nobody begins anything, then all end
+        for node in self.nodes.values():  # first no node begins anything new, then all end
             node.net.halt("the application is to end")
         while time.monotonic() < deadline and any(net.core.execution.in_flight for net in self.nets.values()):
             time.sleep(STEP_TIME)
         for node in self.nodes.values():
             node.end()
-        end = time.monotonic() + PATIENCE  # for all of them together
+        end = time.monotonic() + PATIENCE  # for all nodes together
         for thread in self._threads:
             join(thread, max(0.0, end - time.monotonic()))
         self._threads.clear()

@@ -1,7 +1,7 @@
-"""In the process of a node: letting its supervisor steer it, over the line that the process inherited.
+"""Lets the supervisor control a node of this process, over the line that the process inherited.
 
 =============================================  ==================================================
-the supervisor says                            the node answers
+the supervisor sends                           the node responds
 =============================================  ==================================================
 ``{"number", "ask": "look"}``                  ``{"number", "outlook": {...}}``, an `Outlook`
 ``{"number", "ask": "set", values, source}``   ``{"number"}``, or ``{"number", "refused", "hint"}``
@@ -25,12 +25,12 @@ from dineros.runtime.nodes.steering import Outlook, Steerable, SteeringError
 from dineros.runtime.scheduling.threads import join
 
 LEAVING = 1.0
-"""Seconds that an answer under way may take when the node ends."""
+"""Seconds for a response under way when the node ends."""
 
 
 @contextlib.contextmanager
 def steered_over(line: Line | None, find: Callable[[], Steerable | None]) -> Iterator[None]:
-    """Let a node be steered within a block; does nothing without a line.
+    """Let the supervisor control a node within the block; does nothing without a line.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def steered_over(line: Line | None, find: Callable[[], Steerable | None]) -> Ite
 
 
 def _serve(line: Line, find: Callable[[], Steerable | None]) -> None:
-    """Answer until the supervisor has gone. The node itself never waits for this thread."""
+    """Respond until the supervisor has closed the line. The node itself never waits for this thread."""
     try:
         while (said := line.receive()) is not None:
             number, answer = said.get("number"), _answer(said, find())
@@ -62,8 +62,8 @@ def _serve(line: Line, find: Callable[[], Steerable | None]) -> None:
                 few = {**answer.get("outlook", {}), "signals": None, "enabled": None, "values": {}}
                 line.say({"number": number, "outlook": few}, waits=True)
     except OSError:
-        pass  # it has gone
-    except Exception as error:  # a node continues without being steered
+        pass  # the line was closed
+    except Exception as error:  # a node continues without being controlled
         LOG.warning("this node is no longer steered from a page: %s", error)
     finally:
         line.close()

@@ -1,8 +1,8 @@
-"""Starting the processes of an application, restarting those that die, and ending all of them.
+"""Starts the processes of an application, restarts processes that fail, and ends all of them.
 
-The policy is that of OTP's supervisors: a process that ends by itself with status 0 is done; one that fails
-is started again after a delay that doubles, unless it failed too often within a while (Erlang/OTP design
-principles, "Supervisor Behaviour"). One that says that it cannot start, by status 2, is tried three times.
+The policy is that of OTP's supervisors. A process that ends with status 0 is done. A process that fails is
+restarted after a delay that doubles each time, unless it failed too often within a time window (Erlang/OTP
+design principles, "Supervisor Behaviour"). A process that cannot start (status 2) is tried three times.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from dineros.runtime.application.log_files import last_line, open_log, rotate
 from dineros.runtime.nodes.health import RESTARTS
 
 CANNOT_START = 2
-"""Exit status by which a process says that it cannot start: its handlers or parameters are wrong, say."""
+"""Exit status of a process that cannot start, for example because of wrong handlers or parameters."""
 
 _LONGEST = 1.0
 _LONGEST_BLIND = 0.05
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 _SYSTEM = ctypes.CDLL(None)
-"""Loaded before any thread is there: to load it takes a lock, which nobody would give back after a fork."""
+"""Loaded before any thread exists: loading takes a lock, which would stay locked after a fork."""
 _Event = Literal["started", "restarted", "ended", "failed", "stopped"]
 _ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 3.0))
 
 
 class SupervisionError(DinerosError):
-    """A process of the application cannot be started, or fails again and again."""
+    """A process of the application cannot be started, or fails repeatedly."""
 
 
 @dataclass(frozen=True)
@@ -53,17 +53,17 @@ class ProcessPlan:
     command : sequence of str
         Program and arguments of the first start.
     resume : sequence of str
-        Further arguments of every later start.
+        Additional arguments of each later start.
     environment : mapping of str to str
-        All of the process's environment.
+        The complete environment of the process.
     log : Path
-        Takes what the process prints; appended to, and rotated, see `log_files`.
+        Log file for the output of the process; appended to, and rotated, see `log_files`.
     folder : Path or None
         The working folder.
     is_last : bool
-        Whether it ends only when the others have: what they work in, say.
+        Whether it ends only after the others, for example because it provides their environment.
     connect : callable, optional
-        Gets our end of a private line to each process that is started, see `new_line`.
+        Called with this side's end of a private line to each started process, see `new_line`.
     """
 
     name: str
@@ -78,18 +78,18 @@ class ProcessPlan:
 
 @dataclass(frozen=True)
 class RestartPolicy:
-    """When a process that failed is started again.
+    """When a failed process is restarted.
 
     Attributes
     ----------
     restarts : int
-        So many restarts within `window` seconds are made; one more failure gives up.
+        Maximum number of restarts within `window` seconds; after one more failure, the supervisor gives up.
     tries : int
-        How often in all a process is started that ends with `CANNOT_START` each time.
+        Maximum number of successive starts of a process that ends with `CANNOT_START` each time.
     window : float
         Seconds.
     delay : float
-        Seconds before the first restart; doubled for each that follows within the window.
+        Seconds before the first restart; doubled for each further restart within the window.
     """
 
     restarts: int = 5
@@ -100,7 +100,7 @@ class RestartPolicy:
 
 @dataclass(frozen=True)
 class ProcessEvent:
-    """Something that happened to a process.
+    """A change of a process.
 
     Attributes
     ----------
@@ -109,13 +109,13 @@ class ProcessEvent:
     name : str
         The node's name.
     event : {"started", "restarted", "ended", "failed", "stopped"}
-        ``ended``: by itself, status 0; ``failed``: any other end; ``stopped``: by the supervisor.
+        ``ended``: with status 0; ``failed``: with another status; ``stopped``: by the supervisor.
     process : int
-        Its id in the system.
+        Its process id.
     status : int or None
-        How it ended: an exit status, or minus the number of a signal.
+        Its exit status, or minus the number of the signal that ended it.
     said : str
-        The last line that it printed, where it failed.
+        The last line that it printed, if it failed.
     """
 
     time: float
@@ -134,15 +134,15 @@ class _Child:
     start_at: float | None = None
     is_done: bool = False
     log_start: int | None = 0
-    """Size of the log when the process was started; None if the log was rotated since."""
+    """Size of the log when the process was started; None if the log was rotated since then."""
     vain_starts: int = 0
-    """How often it could not start, in a row."""
+    """Number of successive failures to start."""
     restarts: int = 0
     sign: int = -1
-    """Readable once the process has ended; -1: there is none, or the system has no such thing."""
+    """Descriptor, readable once the process has ended; -1: there is none, or the system has no such thing."""
 
     def gone(self) -> None:
-        """Note that the process has ended."""
+        """Record that the process has ended."""
         self.process = None
         if self.sign >= 0:
             os.close(self.sign)
@@ -150,16 +150,16 @@ class _Child:
 
 
 class Supervisor:
-    """Runs the processes of an application; use it as a context manager, so that none is left.
+    """Runs the processes of an application; a context manager, so that no process is left.
 
     Parameters
     ----------
     plans : sequence of ProcessPlan
         The processes, started in this order.
     policy : RestartPolicy
-        When one that failed is started again.
+        When a failed process is restarted.
     on_event : callable
-        Told of every start and end.
+        Called at every start and end of a process.
     """
 
     def __init__(
@@ -191,32 +191,32 @@ class Supervisor:
 
     @property
     def restarts(self) -> int:
-        """How often processes were started again."""
+        """Number of restarts."""
         return sum(child.restarts for child in self._children)
 
     @property
     def descriptors(self) -> list[int]:
-        """Descriptors that are readable once a process has ended and is to be looked after."""
+        """Descriptors that become readable when a process has ended and `poll` is to be called."""
         return [child.sign for child in self._children if child.sign >= 0]
 
     @property
     def longest(self) -> float:
-        """Seconds after which to look after the processes although no descriptor is readable."""
+        """Seconds after which `poll` is to be called even if no descriptor is readable."""
         found = [_LONGEST]
         for child in self._children:
             if child.start_at is not None:
                 found.append(child.start_at - time.monotonic())
-            elif child.process is not None and child.sign < 0:  # the system cannot tell
+            elif child.process is not None and child.sign < 0:  # without a descriptor
                 found.append(_LONGEST_BLIND)
         return max(0.0, min(found))
 
     def poll(self) -> bool:
-        """Look after the processes; call it when `descriptors` or `longest` say so.
+        """Check the processes; call it according to `descriptors` and `longest`.
 
         Returns
         -------
         bool
-            Whether any process runs or will be started again.
+            Whether any process runs or will be restarted.
 
         Raises
         ------
@@ -234,9 +234,9 @@ class Supervisor:
         return not all(child.is_done for child in self._children)
 
     def stop(self) -> None:
-        """End all processes: interrupt them, then terminate, then kill those that stay.
+        """End all processes: interrupt them, then terminate, then kill those that remain.
 
-        Ctrl-C meanwhile only cuts the patience with which that is done: no process is left.
+        Ctrl-C during this only shortens the waiting times: no process is left.
         """
         for child in self._children:
             child.start_at, child.is_done = None, True
@@ -278,9 +278,9 @@ class Supervisor:
                     },
                     pass_fds=[int(number) for number in line.values()],
                     cwd=plan.folder,
-                    start_new_session=True,  # Ctrl-C comes to us alone, and we end them in order
-                    # With threads, what runs between fork and exec must not wait for a lock that another one
-                    # has: this makes three system calls. Hooks of `os.register_at_fork` run there, too.
+                    start_new_session=True,  # Ctrl-C reaches only the supervisor; it ends them in order
+                    # If there are threads, code between fork and exec must not wait for a lock of another
+                    # thread: this makes three system calls. Hooks of `os.register_at_fork` run there, too.
                     preexec_fn=partial(_die_with, os.getpid()) if sys.platform == "linux" else None,  # noqa: PLW1509
                 )
         except OSError as error:
@@ -333,7 +333,7 @@ class Supervisor:
 
 
 def status_text(status: int | None) -> str:
-    """Return how a process ended, for people.
+    """Return how a process ended, as text for users.
 
     Examples
     --------
@@ -346,14 +346,14 @@ def status_text(status: int | None) -> str:
 
 
 def _send(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
-    """Signal a process and the children it may have."""
+    """Send a signal to a process and its children."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, number)
 
 
 def _die_with(supervisor: int) -> None:
-    """Have the system end this process when the supervisor is gone, however that ended."""
+    """Have the system end this process when the supervisor ends for any reason."""
     _SYSTEM.prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM)
-    if os.getppid() != supervisor:  # it was killed before: nobody would end this process any more
+    if os.getppid() != supervisor:  # the supervisor was killed before; nothing else would end this process
         os._exit(1)
     signal.signal(signal.SIGINT, signal.default_int_handler)

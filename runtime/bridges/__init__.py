@@ -1,1 +1,1 @@
-"""Signals from outside of ROS: MQTT pushes them, REST pushes or is asked (extras ``mqtt`` and ``rest``)."""
+"""Input signals from outside ROS: set by MQTT or HTTP, or polled by HTTP (extras ``mqtt`` and ``rest``)."""

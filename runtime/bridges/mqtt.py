@@ -1,4 +1,4 @@
-"""Input signals over MQTT: whoever publishes on a signal's topic sets it (MQTT 5 or 3.1.1; push)."""
+"""Input signals over MQTT: a message on a signal's topic sets it (MQTT 5 or 3.1.1; push)."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from dineros.runtime.nodes.net import Net
 from dineros.runtime.scheduling.threads import join
 
 PACKET_LIMIT = SIZE_LIMIT + 65_535 + 1_024
-"""Bytes of a packet (payload, topic, properties): the broker is asked to send none that is larger."""
+"""Maximum size of a packet (payload, topic, properties); the broker is asked to send no larger one."""
 
 RETRY_DELAY = 1.0
 
 
 class MqttSignals:
-    """Sets the signals of a net from an MQTT broker, for as long as it is open.
+    """Sets the signals of a net from an MQTT broker while it is open.
 
-    A broker that is not there, or goes away, is tried again and again. A retained message sets the signal
-    when the bridge comes. What is not a truth value is counted, logged and recorded once a minute for each
-    topic, and changes nothing; nothing that arrives ends the bridge. How it is, tells `Net.inspect`.
+    The bridge retries the connection without limit if the broker is missing or lost. A retained message sets
+    the signal when the bridge connects. A payload that is not a truth value changes nothing; it is counted,
+    and logged and recorded once a minute for each topic. No message ends the bridge. `Net.inspect` shows its
+    state.
 
     Parameters
     ----------
@@ -41,11 +42,11 @@ class MqttSignals:
     host, port : str, int
         The broker; the usual port is 1883, with TLS 8883.
     credentials : Credentials, optional
-        The name and password that the broker wants.
+        Name and password for the broker.
     tls : Tls, optional
-        Talk by TLS. ``Tls()`` trusts the authorities that the system trusts.
+        Use TLS. ``Tls()`` trusts the authorities that the system trusts.
     version : {"5", "3.1.1"}
-        The protocol. By 3.1.1 the broker cannot be told how large a message may be: any is read, then
+        The protocol. With 3.1.1 the broker cannot be told a maximum size: a larger message is read, then
         refused.
 
     Raises
@@ -53,7 +54,7 @@ class MqttSignals:
     UnknownElementError
         The net has no such signal.
     DinerosError
-        The package paho-mqtt is not installed, a topic is none, or a certificate cannot be used.
+        The package paho-mqtt is not installed, a topic is invalid, or a certificate cannot be used.
     """
 
     def __init__(
@@ -128,7 +129,7 @@ class MqttSignals:
         return client
 
     def _run(self) -> None:
-        """Listen until `close`, whatever goes wrong on the way."""
+        """Receive messages until `close`, and reconnect after every error."""
         while not self._ending.is_set():
             try:
                 self._client.connect_async(*self._address, properties=self._properties())
@@ -149,11 +150,11 @@ class MqttSignals:
         return properties
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until the bridge listens; return whether it does."""
+        """Wait until the bridge has subscribed; return whether it has."""
         return self._subscribed.wait(timeout)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop receiving."""
         self._ending.set()
         if self._thread is not None:
             self._client.disconnect()
@@ -179,7 +180,7 @@ class MqttSignals:
         if self._ending.is_set():
             client.disconnect()
         elif reason.is_failure:
-            self._is_refused = True  # and will be disconnected, which is no news then
+            self._is_refused = True  # the disconnection that follows is not reported
             self._failed(f"refuses: {reason}")
         elif self._targets:
             client.subscribe([(topic, 1) for topic in self._targets])
@@ -188,7 +189,7 @@ class MqttSignals:
 
     def _not_connected(self, client: Any, data: Any) -> None:
         if self._ending.is_set():
-            client.disconnect()  # it would be tried again forever
+            client.disconnect()  # otherwise it would reconnect forever
         else:
             self._failed(f"is not there: {sys.exc_info()[1]}")
 
@@ -237,7 +238,7 @@ class MqttSignals:
 
 
 def _check_filter(topic: str) -> None:
-    """Refuse what is not a topic filter (MQTT 5, section 4.7)."""
+    """Refuse an invalid topic filter (MQTT 5, section 4.7)."""
     levels = topic.split("/")
     if not topic or "\0" in topic or len(topic.encode("utf-8", "replace")) > 65_535:
         raise DinerosError(f"{topic[:40]!r} is not an MQTT topic")

@@ -1,4 +1,4 @@
-"""A client that asks web servers for the values of signals."""
+"""A client that polls web servers for the values of signals."""
 
 from __future__ import annotations
 
@@ -20,35 +20,35 @@ from dineros.runtime.scheduling.threads import join
 
 
 class RestPoll:
-    """Asks web servers for the values of signals again and again, for as long as it is open.
+    """Polls web servers for the values of signals while it is open.
 
-    Every answer counts as a sign of life (`Signal.stale_after`). What does not answer in time, or not with a
-    truth value, is counted, logged and recorded once a minute, and changes nothing. Servers are asked side by
-    side, so that one that is slow holds up no other. Redirects are not followed, compressed and large answers
-    not read. How it is, tells `Net.inspect`.
+    Each valid response resets the time of `Signal.stale_after`. A response that is late or not a truth value
+    changes nothing; it is counted, and logged and recorded once a minute. Servers are polled concurrently, so
+    that a slow one does not delay others. Redirects are not followed; compressed and large responses are not
+    read. `Net.inspect` shows its state.
 
     Parameters
     ----------
     net : Net
         The net.
     urls : mapping of str to str
-        Id or name of a signal -> where its value is to be had: as JSON ``{"value": true}`` or as plain text.
-        What stands before an ``@`` and behind a ``?`` goes to the server, and into no log or record.
+        Id or name of a signal -> URL of its value, as JSON ``{"value": true}`` or as plain text. Credentials
+        before an ``@`` and the query after a ``?`` are sent to the server, but not logged or recorded.
     period : float
-        Seconds between questions.
+        Seconds between requests.
     timeout : float
-        Seconds that an answer may take, from the first byte asked to the last one got.
+        Maximum time in seconds from the start of a request to the end of its response.
     credentials : Credentials, optional
         A token, or a name and password, for all of these servers.
     tls : Tls, optional
-        For ``https``: whom to trust, and one's own certificate; by default, what the system trusts.
+        For ``https``: trusted authorities and the client's certificate; by default the system's authorities.
 
     Raises
     ------
     UnknownElementError
         The net has no such signal.
     DinerosError
-        The package httpx is not installed, or an address or certificate cannot be used.
+        The package httpx is not installed, or a URL or certificate cannot be used.
     """
 
     def __init__(
@@ -76,18 +76,18 @@ class RestPoll:
         self._sources: list[Source] = []
 
     def open(self) -> None:
-        """Begin to ask."""
+        """Start polling."""
         self._ending.clear()
         self._sources = [self._net.new_source(f"rest {each.shown}") for each in self._questions]
         self._thread = threading.Thread(target=self._run, name="dineros rest poll", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Ask no more."""
+        """Stop polling."""
         self._ending.set()
         if self._running is not None:
             loop, task = self._running
-            with contextlib.suppress(RuntimeError):  # it has just ended
+            with contextlib.suppress(RuntimeError):  # its event loop has just ended
                 loop.call_soon_threadsafe(task.cancel)
         join(self._thread, 10)
         for source in self._sources:
@@ -101,7 +101,7 @@ class RestPoll:
         self.close()
 
     def _run(self) -> None:
-        """Ask until `close`."""
+        """Poll until `close`."""
         with contextlib.suppress(asyncio.CancelledError):
             asyncio.run(self._ask_all())
 
@@ -133,7 +133,7 @@ class RestPoll:
                     self._failed(question, source, f"no answer in {self._timeout:g} s")
                 except (SignalValueError, httpx.TransportError) as error:
                     self._failed(question, source, str(error) or type(error).__name__)
-                except Exception as error:  # nothing that a server says ends the bridge
+                except Exception as error:  # no response of a server may end the bridge
                     self._failed(question, source, f"{type(error).__name__}: {error}")
                 await asyncio.sleep(self._period)
 
@@ -145,7 +145,7 @@ class RestPoll:
 
 
 class _Question:
-    """A signal, and whom to ask for it."""
+    """A signal with the URL to poll."""
 
     def __init__(self, signal: Signal, url: str, credentials: Credentials | None) -> None:
         import httpx
@@ -171,10 +171,10 @@ class _Question:
         self.url = str(address.copy_with(userinfo=b"", fragment=None))
 
     async def ask(self, transport: Any) -> bytes:
-        """Return the server's answer, unless it is too large, compressed, or none."""
+        """Return the body of the response; an error if it is too large, compressed, or not a success."""
         import httpx
 
-        # Not by a client: that one logs addresses, keeps cookies and follows redirects.
+        # Without httpx's client, which logs URLs, keeps cookies and follows redirects.
         answer = await transport.handle_async_request(httpx.Request("GET", self.url, headers=self._headers))
         try:
             if answer.is_redirect:
@@ -196,7 +196,7 @@ class _Question:
             await answer.aclose()
 
     def redacted(self, text: str) -> str:
-        """Return a text without what is secret of the address."""
+        """Return a text without the secret parts of the URL."""
         for secret in self._secrets:
             text = text.replace(secret, "***")
         return text

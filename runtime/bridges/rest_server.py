@@ -1,9 +1,10 @@
 """A web server that shows and sets the signals of a net.
 
-It trusts nobody who merely reaches it. A page in a browser can send requests to any address of the machine it
-is shown on, and by a name that its owner points to that address (DNS rebinding) it may even read the
-answers: so the host that a request names is checked, requests from other origins are refused, and values come
-as JSON or as a bare value, never in the way that a form sends them. With a token, only who knows it gets in.
+Access to its port alone is not trusted. A page in a browser can send requests to any address of the machine
+that shows it. With a host name that points to that address (DNS rebinding), the page may even read the
+responses. So the server checks the host in a request, refuses requests from other origins, and accepts values
+as JSON or as a bare value, but not in the encoding of HTML forms. With a token, it serves only clients that
+send the token.
 """
 
 from __future__ import annotations
@@ -43,16 +44,16 @@ if TYPE_CHECKING:
     from uvicorn.protocols.http.h11_impl import H11Protocol
 
 HEADER_TIMEOUT = 10.0
-"""Seconds in which a request's head must be there, and then its body."""
+"""Time limit in seconds for the head of a request, and then for its body."""
 
 _FORMS = ("text/plain", "multipart/form-data", "application/x-www-form-urlencoded")
-"""Content types that a page may send anywhere without asking first (Fetch standard, "CORS-safelisted")."""
+"""Content types that a page may send to any site without a preflight (Fetch standard, "CORS-safelisted")."""
 
 _MISSING = "install dineros[rest]"
 
 
 class _RefusedError(Exception):
-    """A request that is not served: its status and why."""
+    """A refused request: its status and the reason."""
 
     def __init__(self, status: int, reason: str) -> None:
         super().__init__(reason)
@@ -76,11 +77,11 @@ def signals_app(
     net : Net
         The net.
     hosts : iterable of str
-        Names by which it is asked, besides IP addresses and ``localhost``.
+        Host names of this server, besides IP addresses and ``localhost``.
     token : str, optional
-        What every request has to bring, as ``Authorization: Bearer TOKEN``.
+        Token that each request must contain, as ``Authorization: Bearer TOKEN``.
     source : Source, optional
-        Counts what is set and refused.
+        Counts accepted and refused requests.
 
     Raises
     ------
@@ -119,7 +120,7 @@ async def _answer(net: Net, request: Request, source: Source | None) -> Mapping[
     name = request.path_params.get("name")
     if name is not None and len(name) > NAME_LIMIT:
         raise _RefusedError(404, f"no signal has a name of {len(name)} characters")
-    if not request.scope["path"].isprintable():  # of a line feed at the end, the path's pattern knows nothing
+    if not request.scope["path"].isprintable():  # the path's pattern accepts a line feed at the end
         raise _RefusedError(404, "no signal has a name with control characters")
     try:
         if request.method != "PUT":
@@ -144,7 +145,7 @@ async def _answer(net: Net, request: Request, source: Source | None) -> Mapping[
 
 
 def _check(request: Request, hosts: frozenset[str], token: str | None) -> None:
-    """Refuse a request that nobody who may would send."""
+    """Refuse unauthorised or malformed requests."""
     headers = request.headers
     address = headers.get("host", "")
     if not _is_known(address, hosts):
@@ -164,7 +165,7 @@ def _check(request: Request, hosts: frozenset[str], token: str | None) -> None:
 
 
 def _is_known(address: str, hosts: frozenset[str]) -> bool:
-    """Return whether a Host header names this server: an IP address cannot be pointed elsewhere."""
+    """Return whether a Host header names this server; IP addresses are safe from DNS rebinding."""
     name = address[: address.index("]") + 1] if "]" in address else address.partition(":")[0]
     try:
         ipaddress.ip_address(name.strip("[]"))
@@ -187,30 +188,31 @@ async def _body(request: Request) -> bytes:
 
 
 class RestServer:
-    """Serves `signals_app` on a thread of its own, for as long as it is open.
+    """Serves `signals_app` on its own thread while it is open.
 
-    What sets no signal is counted, logged and recorded once a minute. How the server is, tells `Net.inspect`.
+    A refused request is counted, and logged and recorded once a minute. `Net.inspect` shows the server's
+    state.
 
     Parameters
     ----------
     net : Net
         The net.
     host : str
-        Where to listen; 127.0.0.1 keeps other machines out.
+        Address to listen on; with 127.0.0.1, other machines have no access.
     port : int
-        0: any free one.
+        Port to listen on; 0: any free one.
     hosts : iterable of str
-        Names by which it is asked, besides `host`, IP addresses and ``localhost``.
+        Host names of this server, besides `host`, IP addresses and ``localhost``.
     credentials : Credentials, optional
-        Their token is what every request has to bring. Without one, whoever reaches the server can set
-        signals: every program of this machine can.
+        Token that each request must contain. Without it, every program that can connect to the server can set
+        signals; on 127.0.0.1, these are all programs of this machine.
     tls : Tls, optional
-        Its certificate, for ``https``; with a `ca`, clients need one, too.
+        Certificate for ``https``; with a `ca`, clients need a certificate, too.
 
     Raises
     ------
     DinerosError
-        The packages starlette and uvicorn are not installed, there is no token in the credentials, or the
+        The packages starlette and uvicorn are not installed, the credentials have no token, or the
         certificate cannot be used.
     """
 
@@ -270,7 +272,7 @@ class RestServer:
     def _serve(self) -> None:
         try:
             asyncio.run(self._serving())
-        except SystemExit:  # uvicorn's way to say that the port is taken
+        except SystemExit:  # raised by uvicorn if the port is taken
             LOG.error("nothing can be served on %s:%s", self._host, self._port)
         except Exception as error:
             self._source.fail("the rest server ends", f"{type(error).__name__}: {error}")
@@ -282,13 +284,13 @@ class RestServer:
 
     @property
     def url(self) -> str:
-        """Where it serves, such as ``http://127.0.0.1:8080``; only while it is open."""
+        """URL of the server, such as ``http://127.0.0.1:8080``; only while it is open."""
         port = self._server.servers[0].sockets[0].getsockname()[1]
         host = f"[{self._host}]" if ":" in self._host else self._host
         return f"{self._scheme}://{host}:{port}"
 
     def open(self, timeout: float = 10.0) -> None:
-        """Begin to serve.
+        """Start the server.
 
         Raises
         ------
@@ -309,7 +311,7 @@ class RestServer:
         self._source.connected(True)
 
     def close(self) -> None:
-        """Serve no more."""
+        """Stop the server."""
         self._server.should_exit = True
         join(self._thread, 10)
         self._net.remove_source(self._source)
@@ -323,11 +325,11 @@ class RestServer:
 
 
 def _impatient_protocol() -> type[H11Protocol]:
-    """Return uvicorn's protocol with a limit for the time in which a request's head comes."""
+    """Return uvicorn's protocol with a time limit for the head of a request."""
     from uvicorn.protocols.http.h11_impl import H11Protocol
 
     class ImpatientProtocol(H11Protocol):
-        """Closes a connection on which no request comes to be."""
+        """Closes a connection without a complete request head."""
 
         def connection_made(self, transport: Any) -> None:
             super().connection_made(transport)

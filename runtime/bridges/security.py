@@ -1,7 +1,7 @@
-"""What bridges need to be trusted and to trust: credentials, TLS, and addresses without secrets for people.
+"""Security of bridges: credentials, TLS, and URLs without secrets for messages.
 
-A secret comes from a file or from the environment, never from a command line, which every user of the machine
-can read; and it goes nowhere but to the other end: no log, trace, error or ``repr`` shows it.
+Secrets come from a file or from the environment, never from a command line, which each user of the machine
+can read. They are sent only to the other end: no log, trace, error or ``repr`` shows them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _PARTS = ("username", "password", "token")
 
 
 class SecurityError(DinerosError):
-    """Credentials or certificates that cannot be used."""
+    """Credentials or certificates cannot be used."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Credentials:
         Raises
         ------
         DinerosError
-            The file cannot be read, or says no such thing.
+            The file cannot be read, or has another form.
         """
         location = Location(path)
         found = decode_json(read_bytes(path, limit=64 * 1024), location=location)
@@ -83,7 +83,7 @@ class Credentials:
     def from_environment(
         cls, prefix: str = "DINEROS", environment: Mapping[str, str] = os.environ
     ) -> Credentials:
-        """Take them from ``PREFIX_USERNAME``, ``PREFIX_PASSWORD`` and ``PREFIX_TOKEN``.
+        """Read them from ``PREFIX_USERNAME``, ``PREFIX_PASSWORD`` and ``PREFIX_TOKEN``.
 
         Raises
         ------
@@ -104,10 +104,11 @@ class Tls:
     Attributes
     ----------
     ca : Path, optional
-        Certificates of the authorities that are trusted. A client that has none trusts those of the system;
-        a server that has some lets in only clients with a certificate of theirs.
+        Trusted authorities. A client without this trusts those of the system; a server with this accepts only
+        clients with a certificate from one of them.
     certificate, key : Path, optional
-        One's own, with the chain; a server needs both. The key is not encrypted, but readable for few.
+        Own certificate, with its chain, and key; a server needs both. The key is not encrypted, but its file
+        may be readable only for its owner's group.
     """
 
     ca: Path | str | None = None
@@ -115,7 +116,7 @@ class Tls:
     key: Path | str | None = None
 
     def client_context(self) -> ssl.SSLContext:
-        """Return what a client talks with: TLS 1.2 or later, the server's certificate and name checked.
+        """Return the context of a client: TLS 1.2 or later; the server's certificate and name are checked.
 
         Raises
         ------
@@ -132,7 +133,7 @@ class Tls:
         return context
 
     def server_context(self) -> ssl.SSLContext:
-        """Return what a server talks with: TLS 1.2 or later.
+        """Return the context of a server: TLS 1.2 or later.
 
         Raises
         ------
@@ -162,7 +163,7 @@ class Tls:
             if path is not None:
                 read_bytes(path)  # its errors name the file
 
-        def refuse() -> NoReturn:  # OpenSSL would ask whoever sits at the terminal
+        def refuse() -> NoReturn:  # otherwise OpenSSL asks at the terminal
             raise SecurityError("the key is encrypted", hint="give a key without a passphrase")
 
         try:
@@ -174,7 +175,7 @@ class Tls:
 
 
 def shown_url(url: str) -> str:
-    """Return an address without user, password, query and fragment.
+    """Return a URL without user, password, query and fragment.
 
     Examples
     --------
@@ -186,7 +187,7 @@ def shown_url(url: str) -> str:
 
 
 def is_own_machine(host: str) -> bool:
-    """Return whether a host name is this machine's: what is sent there, nobody else can hear."""
+    """Return whether a host name is this machine's: traffic to it does not leave the machine."""
     try:
         return ipaddress.ip_address(host.strip("[]")).is_loopback
     except ValueError:

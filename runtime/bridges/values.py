@@ -10,10 +10,10 @@ from dineros.metamodel.errors import DinerosError, near_matches
 from dineros.metamodel.json_text import JsonTextError, decode_json
 
 SIZE_LIMIT = 64 * 1024
-"""Bytes or characters of one payload: far more than the signals of a node need."""
+"""Maximum size of a payload, in bytes or characters: far more than the signals of a node need."""
 
 NAME_LIMIT = 255
-"""Characters of a signal's name."""
+"""Maximum length of a signal's name."""
 
 _WORDS = {"true": True, "on": True, "1": True, "false": False, "off": False, "0": False}
 
@@ -23,7 +23,7 @@ class SignalValueError(DinerosError):
 
 
 def read_truth(text: str | bytes) -> bool:
-    """Return the truth value that a text denotes.
+    """Return the truth value in a text.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def read_truth(text: str | bytes) -> bool:
     Raises
     ------
     SignalValueError
-        It denotes none, or is larger than `SIZE_LIMIT`.
+        It has no truth value, or is larger than `SIZE_LIMIT`.
 
     Examples
     --------
@@ -88,7 +88,7 @@ def read_signals(
     Raises
     ------
     SignalValueError
-        It is no such object, or larger than `SIZE_LIMIT`.
+        It is not such an object, or is larger than `SIZE_LIMIT`.
 
     Examples
     --------

@@ -1,1 +1,1 @@
-"""Topics and services: what is sent, received, sent again or dropped; transports; that in this process."""
+"""Topics, services and actions of a node, and the transports; this folder has the in-process transport."""

@@ -1,10 +1,13 @@
-"""The clients of actions of a node: goals that are sent, canceled, and end.
+"""The action clients of a node: they send goals, ask to cancel them, and receive feedback and results.
 
-A goal is sent again until it is answered, with the same id, and its result is asked for again after a
-restart. A request to cancel is of the oldest goal that is accepted and not asked to be canceled before. Where
-all are being canceled, or none is under way any more, the request is gone; while one waits for its answer, so
-does the request, and of two that wait, one is gone. Of a client with one goal under way, it is gone before
-the client takes what it is told of that goal, and before the client sends the next one (rule A8).
+A goal is sent again with the same id until the server answers. After a restart, the client asks for the
+results of its accepted goals again.
+
+A cancel request is for the oldest accepted goal that the client has not asked to cancel yet. If all goals are
+being canceled, or no goal is under way, the request is dropped. While a goal waits for the answer of the
+server, the cancel request waits too; if two requests wait, one of them is dropped. A client with only one
+goal under way drops the requests that are left before it takes the outcome of that goal, and before it sends
+the next goal (rule A8).
 """
 
 from __future__ import annotations
@@ -35,30 +38,30 @@ LOG = logging.getLogger("dineros.runtime")
 
 @dataclass(eq=False)
 class GoalUnderWay:
-    """A goal that has not ended.
+    """A goal that has not ended yet.
 
     Attributes
     ----------
     message : Message
-        Its id and data.
+            Id and data of the goal.
     is_accepted : bool
         Whether the server has accepted it.
     is_canceled : bool
-        Whether the server is asked to cancel it.
+            Whether the client has asked the server to cancel it.
     is_canceling : bool
-        Whether the server has said that it will.
+            Whether the server has agreed to cancel it.
     heard : int
-        Number of the feedback that came last.
+            Number of the last feedback received.
     attempts : int
-        How often it was sent.
+            How many times it was sent.
     timer : Timer
-        When it is sent again.
+            Timer that sends it again.
     ended : tuple or None
-        Its outcome and result, which wait for room.
+            Its outcome and result while they wait for room on their place.
     is_refused : bool
-        Whether it is refused, and the token for it waits for room.
+            Whether the server has refused it while the token for the refusal waits for room.
     is_answered : bool
-        Whether it is known to be accepted, and the token for that may wait for room.
+            Whether the server has accepted it; the token for the acceptance may still wait for room.
     """
 
     message: Message
@@ -74,12 +77,12 @@ class GoalUnderWay:
 
 
 class ActionClient:
-    """Sends the tokens of one place as goals, and puts what becomes of them onto others.
+    """Sends the tokens of one place as goals and puts answers, feedback and results onto other places.
 
     Parameters
     ----------
     traffic : Traffic
-        What all ports share.
+            Shared by all ports of the node.
     port : ActionClientPort
         The port.
 
@@ -106,15 +109,15 @@ class ActionClient:
         if self._cancel is not None and port.outstanding == 1:
             self._second = traffic.engine.add_departure(self._cancel, least=2)
             traffic.senders[self._second] = self.lose_cancel
-        self._is_cancel_held = True  # as the engine holds all departures at first
+        self._is_cancel_held = True  # the engine initially holds all departures
         self._waiting: deque[FeedbackArrived] = deque()
         self._last: deque[GoalUnderWay] = deque(maxlen=max(1, port.outstanding))
         self.goals: dict[str, GoalUnderWay] = {}
 
-    # What departs.
+    # Sending.
 
     def begin(self) -> None:
-        """Let goals depart; those of an earlier life are sent or followed again."""
+        """Release departures; goals from before a restart are sent again, or their results are requested."""
         engine = self._traffic.engine
         if len(self.goals) < self.port.outstanding:
             engine.unhold(self._departure)
@@ -132,7 +135,7 @@ class ActionClient:
         Raises
         ------
         SendError
-            The transport failed; the token stays where it is.
+            The transport failed; the token stays on its place.
         """
         traffic, port, place = self._traffic, self.port, self.goal
         self._cancel_first()
@@ -151,12 +154,12 @@ class ActionClient:
         self._look_at_cancels()
 
     def send_cancel(self) -> None:
-        """Ask to cancel the oldest goal that may be, by the oldest token; where there is none, that is gone.
+        """Use the oldest cancel token to cancel the oldest goal that can be canceled; none: drop the token.
 
         Raises
         ------
         SendError
-            The transport failed; the token stays where it is.
+            The transport failed; the token stays on its place.
         """
         traffic, port = self._traffic, self.port
         assert self._cancel is not None
@@ -174,7 +177,7 @@ class ActionClient:
         self._look_at_cancels()
 
     def lose_cancel(self) -> None:
-        """Let a request to cancel be gone: another one waits, or it finds no goal."""
+        """Drop a cancel request: another one waits already, or there is no goal for it."""
         self._cancel_leaves(None)
 
     def _cancel_leaves(self, goal: str | None) -> None:
@@ -183,7 +186,7 @@ class ActionClient:
         self._emit("cancel", goal, place=place, token=token.id, change={place: -1})
 
     def _cancel_first(self) -> None:
-        """Let requests to cancel be gone before the one goal under way ends, or the next one is sent."""
+        """Spend all cancel requests before the only goal under way ends, or before the next goal is sent."""
         if self._cancel is not None and self.port.outstanding == 1:
             while self._traffic.engine.count(self._cancel):
                 self.send_cancel()
@@ -193,7 +196,7 @@ class ActionClient:
         return next((goal for goal in goals if not goal.is_canceled), None)
 
     def _look_at_cancels(self) -> None:
-        """Let requests to cancel depart where no answer has to be waited for."""
+        """Hold cancel requests while goals wait for an answer and none can be canceled; else release them."""
         if self._cancel is None:
             return
         goals = self.goals.values()
@@ -203,10 +206,10 @@ class ActionClient:
             engine = self._traffic.engine
             (engine.hold if is_held else engine.unhold)(self._cancel_departure)
 
-    # What arrives.
+    # Receiving.
 
     def take(self, event: ClientEvent) -> None:
-        """Learn of a goal; one that is not under way is ignored, but for feedback that comes late."""
+        """Handle an event about a goal; ignored if the goal is not under way, except for late feedback."""
         if isinstance(event, FeedbackArrived):
             self._hear(event)
             return
@@ -247,7 +250,7 @@ class ActionClient:
         self._look_at_cancels()
 
     def _failed(self, goal: GoalUnderWay, reason: str) -> None:
-        """Record that a goal is not answered, and send it again a little later."""
+        """Record that the server did not answer a goal, and schedule sending it again."""
         goal.timer.cancel()
         LOG.warning("goal %s of %s: %s", goal.message.id, self.port.action, reason)
         self._emit("timeout", goal.message.id, attempt=goal.attempts)
@@ -268,7 +271,7 @@ class ActionClient:
             self._failed(goal, f"cannot be sent: {error}")
 
     def _unknown(self, goal: GoalUnderWay) -> None:
-        """End a goal that the server had accepted and knows no more; send another one again."""
+        """End an accepted goal that the server no longer knows; send a goal again that was not accepted."""
         if not goal.is_accepted:
             self._failed(goal, "the server does not know it")
             return
@@ -290,7 +293,7 @@ class ActionClient:
     def _ended(self, goal: GoalUnderWay) -> None:
         assert goal.ended is not None
         if not goal.is_accepted:
-            return  # the token for that waits for room
+            return  # the token for the acceptance waits for room
         self._cancel_first()
         outcome, data = goal.ended
         place = self._outcomes.get(outcome)
@@ -301,7 +304,7 @@ class ActionClient:
         self._put("outcome", goal.message.id, place, token, outcome=outcome)
 
     def _token(self, place: int, data: Data, like: int | None = None) -> Token:
-        """Return a token for a place; of another type than that of a place like it, it has the defaults."""
+        """Return a token for a place; if `like` has another token type, the token gets default data."""
         engine = self._traffic.engine
         if like is not None and engine.structure.types[like] is not engine.structure.types[place]:
             data = {}
@@ -318,7 +321,7 @@ class ActionClient:
         self._emit(event, goal, **fields, **more)
 
     def _settle(self, goal: GoalUnderWay) -> None:
-        """Forget a goal, and let another one depart."""
+        """Remove a goal that has ended; the next one may be sent."""
         if len(self.goals) == self.port.outstanding:
             self._traffic.engine.unhold(self._departure)
         del self.goals[goal.message.id]
@@ -353,7 +356,7 @@ class ActionClient:
                 self._put("hear", event.goal, place, token, number=event.number)
 
     def let_in(self) -> None:
-        """Take what waits for room, now that there may be some."""
+        """Put the tokens that wait for room, as far as their places have room now."""
         for goal in list(self.goals.values()):
             if goal.is_answered and not goal.is_accepted:
                 self._accepted(goal)
@@ -371,7 +374,7 @@ class ActionClient:
 
     @property
     def places(self) -> frozenset[int]:
-        """The places that what arrives comes to."""
+        """The places onto which tokens for received messages are put."""
         found = [
             self._rejected,
             self._accepted_at,

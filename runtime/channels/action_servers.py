@@ -1,9 +1,9 @@
-"""The servers of actions of a node: slots that work on goals, requests to cancel, feedback and results.
+"""The action servers of a node: slots that execute goals, cancel requests, feedback and results.
 
-A goal is accepted when there is a slot for it, the oldest first. Where there is none it waits for one, and so
-does the answer to its client; a server that may reject goals refuses it instead, and so it does with those
-that developers do not want. A goal that comes twice is worked on once, and accepted twice. Its result is kept
-for a client that asks for it later.
+A server accepts the oldest goal when one of its slots is free. If no slot is free, the goal and the answer to
+its client wait; a server that may reject goals refuses such a goal at once. It also refuses goals that the
+developers' code rejects. A goal that arrives twice is executed once, and its acceptance is sent twice. The
+server keeps results for clients that ask for them later.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ from dineros.runtime.journal.goals import KEPT_RESULTS
 from dineros.runtime.nets.ports import ActionServerPort, Data, Message, OutcomeKind
 
 LONGEST_QUEUE = 1000
-"""Goals that wait for a slot, at most: those that come then are refused."""
+"""Maximum number of goals that wait for a slot; further goals are refused."""
 
 
 class Slot:
-    """Works on one goal at a time.
+    """Executes one goal at a time.
 
     Attributes
     ----------
     entry : int
-        The place where a goal comes.
+            The place onto which a new goal is put.
     exits : dict of str to int
         Outcome -> the place of results.
     cancel, feedback : int or None
-        The place that gets a request to cancel, and that of feedback.
+            The place for cancel requests, and the place from which feedback is sent.
     departures : dict of str to int
         Numbers of the departures, by outcome and ``feedback``.
     goal : Message or None
@@ -48,11 +48,11 @@ class Slot:
     is_canceling : bool
         Whether the goal is to be canceled.
     sent : int
-        How much feedback the goal has given.
+            Number of feedback messages sent for the goal.
     history : deque of (int, Data)
         The last feedback, with its numbers.
     request : CancelRequest
-        What the handlers of the goal learn; another one for each goal.
+            The cancel request as the goal's handlers see it; a new object for each goal.
     """
 
     def __init__(self, traffic: Traffic, server: ActionServer, number: int) -> None:
@@ -78,25 +78,25 @@ class Slot:
 
 
 class ActionServer:
-    """An action of the node.
+    """The server of one action of the node.
 
     Parameters
     ----------
     traffic : Traffic
-        What all ports share.
+            Shared by all ports of the node.
     port : ActionServerPort
         Its port.
     accepts : callable
-        Tells whether a goal that came is accepted, from its data.
+            Decides from the data of a received goal whether it is accepted.
 
     Attributes
     ----------
     slots : list of Slot
         Its slots.
     waiting : deque
-        Goals that wait for a slot, the oldest first, each with where its answers go.
+            Goals that wait for a slot, the oldest first, each with the functions that answer its clients.
     results : dict of str to (str, Data)
-        Outcome and result of the goals that ended last, by id.
+            Outcome and result of the last goals that ended, by id.
     """
 
     def __init__(
@@ -108,10 +108,10 @@ class ActionServer:
         self.slots = [Slot(traffic, self, number) for number in range(port.slots)]
         self.waiting: deque[tuple[Message, list[Callable[[bool], None]]]] = deque()
         self.results: dict[str, tuple[OutcomeKind, Data]] = {}
-        self._cancels: list[CancelArrived] = []  # those that wait for room
+        self._cancels: list[CancelArrived] = []  # cancel requests that wait for room
 
     def begin(self) -> None:
-        """Let the slots that work on a goal of an earlier life continue."""
+        """Let slots continue with their goals from before a restart."""
         known = [
             KnownGoal(Message(goal, data), outcome=outcome) for goal, (outcome, data) in self.results.items()
         ]
@@ -124,7 +124,7 @@ class ActionServer:
     def restore(
         self, slot: Slot, goal: Message, is_canceling: bool, sent: int, history: Sequence[tuple[int, Data]]
     ) -> None:
-        """Let a slot work on a goal of an earlier life."""
+        """Assign a goal from before a restart to a slot."""
         self._open(slot, goal)
         slot.sent = sent
         slot.history.extend(history)
@@ -132,7 +132,7 @@ class ActionServer:
             self._let_cancel(slot)
 
     def take(self, event: ServerEvent) -> None:
-        """Learn of a goal."""
+        """Handle a goal or a cancel request that arrived."""
         if isinstance(event, GoalArrived):
             self._asked(event.message, event.answer)
         elif not self._try_cancel(event):
@@ -164,14 +164,14 @@ class ActionServer:
         try:
             data = self._traffic.engine.checkers[self.slots[0].entry].complete(goal.data)
         except FeatureValueError:
-            return True  # it is refused, and recorded, where its token would be made
+            return True  # it is refused and recorded later, when its token would be made
         return self._accepts(data)
 
     def _slot_of(self, goal: str) -> Slot | None:
         return next((slot for slot in self.slots if slot.goal is not None and slot.goal.id == goal), None)
 
     def serve(self) -> None:
-        """Give waiting goals to idle slots that have room, the oldest first."""
+        """Give waiting goals, the oldest first, to idle slots whose place has room."""
         traffic, port = self._traffic, self.port
         for slot in self.slots:
             while slot.goal is None and self.waiting and traffic.engine.has_room(slot.entry):
@@ -182,7 +182,7 @@ class ActionServer:
                     traffic.engine.put(slot.entry, token)
                     place = port.entries[slot.number]
                     self._emit("accept", slot, place, token.id, 1, data=token.data)
-                for answer in answers:  # after the record: what is told is done
+                for answer in answers:  # after the record: an answer promises that the goal is accepted
                     answer(token is not None)
 
     def _open(self, slot: Slot, goal: Message) -> None:
@@ -196,7 +196,7 @@ class ActionServer:
     # Requests to cancel.
 
     def _try_cancel(self, event: CancelArrived) -> bool:
-        """Cancel what can be; False: a place has no room for a request."""
+        """Cancel the goals that can be canceled; False: a place has no room for a cancel request."""
         slots = [self._slot_of(goal) for goal in event.goals]
         free = [slot for slot in slots if slot is not None and not slot.is_canceling]
         has_room = self._traffic.engine.has_room
@@ -229,22 +229,22 @@ class ActionServer:
             self._traffic.engine.unhold(departure)
 
     def let_in(self) -> None:
-        """Take what waits for room, now that there may be some."""
+        """Handle what waits for room, as far as there is room now."""
         self._cancels = [event for event in self._cancels if not self._try_cancel(event)]
         self.serve()
 
     # Feedback and results.
 
     def send_feedback(self, slot: Slot) -> None:
-        """Send the oldest token of a slot as feedback.
+        """Send the oldest feedback token of a slot.
 
-        That of an existing type has no number by which its client would know it again: it is recorded
-        before it is sent, so that it comes once or, where the node is killed in between, not at all.
+        Feedback of an existing action type has no number by which the client could recognise a copy. So it is
+        recorded before it is sent: it arrives once or, if the node is killed in between, not at all.
 
         Raises
         ------
         SendError
-            The transport failed; the token stays where it is.
+            The transport failed; the token stays on its place.
         """
         traffic, place = self._traffic, slot.feedback
         assert slot.goal is not None and place is not None
@@ -267,7 +267,7 @@ class ActionServer:
                 traffic.log_error(f"feedback of {self.port.action} is lost: {error}", cause=error)
 
     def _repeat_feedback(self, slot: Slot) -> None:
-        """Send again what a client that was started again may have missed; it knows what it had."""
+        """Send feedback again that a restarted client may have missed; the client ignores known feedback."""
         if slot.goal is None or self.port.type is not None:  # an existing type has no number
             return
         for number, data in slot.history:
@@ -279,7 +279,7 @@ class ActionServer:
         Raises
         ------
         SendError
-            The transport failed; the token stays where it is.
+            The transport failed; the token stays on its place.
         """
         traffic, port, place = self._traffic, self.port, slot.exits[outcome]
         assert slot.goal is not None
@@ -308,7 +308,7 @@ class ActionServer:
         self.serve()
 
     def _unheeded(self, slot: Slot) -> int | None:
-        """Return the request to cancel that the work on a goal has left: the next goal must not take it."""
+        """Return the id of a cancel request that the goal left unused; the next goal must not take it."""
         engine, place = self._traffic.engine, slot.cancel
         if place is None or not engine.count(place):
             return None

@@ -1,4 +1,4 @@
-"""The actions of a node: its clients and servers of goals, as its exchange drives them."""
+"""The action clients and action servers of a node, driven by its `Exchange`."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from dineros.runtime.nets.structure import Structure
 
 
 class Actions:
-    """The ports of actions of one node.
+    """The action ports of one node.
 
     Parameters
     ----------
     traffic : Traffic
-        What all ports share.
+            Shared by all ports of the node.
 
     Attributes
     ----------
     accepts : callable
-        Tells whether a goal of an action's channel is accepted, from its data.
+            Decides whether an action server (by channel) accepts a goal with this data.
     """
 
     def __init__(self, traffic: Traffic) -> None:
@@ -48,30 +48,30 @@ class Actions:
 
     @property
     def waiting_goals(self) -> int:
-        """How many goals wait for a slot."""
+        """Number of goals that wait for a slot."""
         return sum(len(server.waiting) for server in self.servers.values())
 
     def cancel_of(self, transition: int) -> CancelRequest | None:
-        """Return what the handlers of a transition learn of requests to cancel; None: it is of no goal."""
+        """Return the cancel request that the handlers of a transition see; None: it belongs to no goal."""
         slot = self._slots.get(transition)
         return None if slot is None else slot.request
 
     def begin(self) -> None:
-        """Go on with the goals of an earlier life, and let others come and depart."""
+        """Continue with the goals from before a restart, then release the other departures."""
         for server in self.servers.values():
             server.begin()
         for client in self.clients.values():
             client.begin()
 
     def take(self, port: ActionPort, event: ActionEvent) -> None:
-        """Learn of a goal."""
+        """Handle an event about a goal."""
         if isinstance(event, (GoalArrived, CancelArrived)):
             self.servers[cast("ActionServerPort", port)].take(event)
         else:
             self.clients[cast("ActionClientPort", port)].take(event)
 
     def let_in(self, places: Collection[int]) -> None:
-        """Take what waits for room on some places."""
+        """Handle what waits for room on these places."""
         for client in self.clients.values():
             if not client.places.isdisjoint(places):
                 client.let_in()
@@ -79,10 +79,10 @@ class Actions:
             if any(slot.entry in places or slot.cancel in places for slot in server.slots):
                 server.let_in()
 
-    # Going on after a restart.
+    # Continuing after a restart.
 
     def save(self) -> GoalState:
-        """Return what is known of goals."""
+        """Return the state of all goals."""
         places = self._traffic.engine.structure.places
         goals = {
             f"{port.channel}/{port.client}": [
@@ -123,12 +123,12 @@ class Actions:
         return {"goals": goals, "slots": slots, "results": results}
 
     def restore(self, checkpoint: SavedState) -> None:
-        """Take over what is known of goals from a checkpoint, before `begin`.
+        """Restore the state of goals from a checkpoint, before `begin`.
 
         Raises
         ------
         DinerosError
-            It speaks of ports that the model does not have.
+            The checkpoint has ports that the model does not have.
         """
         clients = {f"{port.channel}/{port.client}": each for port, each in self.clients.items()}
         for key, goals in checkpoint.get("goals", {}).items():

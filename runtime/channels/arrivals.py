@@ -1,9 +1,10 @@
-"""Messages and requests on their way from the transport's threads to the places of a node.
+"""Moves messages and requests from the transport's threads to the places of a node.
 
-Each waits for the node's thread, and, where its place is full, for room. Under the paper's rules, as many
-wait as the port's limit says, and what comes then is dropped. Under those of ROS 2, a message is taken from
-the middleware when its place has room, so that one waits here at most: for room that was taken meanwhile.
-Requests are taken as they come, up to their server's depth, and wait for an instance there.
+Each message waits for the node's thread and, if its place is full, for room. Under the paper's rules, at most
+as many messages wait as the port's limit allows; further ones are dropped. Under the rules of ROS 2, a
+message is taken from the middleware only when its place has room. So at most one message waits here, if its
+place has become full in the meantime. Requests are taken at once, up to the depth of their server, and wait
+there for an instance.
 """
 
 from __future__ import annotations
@@ -19,18 +20,18 @@ from dineros.runtime.scheduling.loop import Loop
 
 
 class Arrivals:
-    """What comes on the topics of one node.
+    """Receives the messages and requests of one node.
 
     Parameters
     ----------
     exchange : Exchange
-        Takes what arrives.
+            Handles them on the node's thread.
     engine : Engine
-        The node's, which tells the places that got room.
+            The node's engine; it reports the places that got room.
     loop : Loop
-        The node's.
+            The node's loop.
     transport : Transport, optional
-        Told when the node takes messages again, if it does not look by itself.
+            Notified when the node takes messages again, if the transport does not check that by itself.
     """
 
     def __init__(
@@ -54,18 +55,18 @@ class Arrivals:
         self._asked: dict[ServerPort, int] = dict.fromkeys(ports.servers, 0)
         self._losses: dict[tuple[Port, Queue], int] = {}
 
-    # From any thread.
+    # Called from any thread.
 
     def is_open(self, port: SubscriberPort | ServerPort) -> bool:
-        """Return whether one more is taken now; under ROS 2, a message at a time, and into its place."""
+        """Return whether another message is taken now; under ROS 2, only one and if its place has room."""
         if isinstance(port, ServerPort):
             return self._exchange.servers[port].is_open(self._asked[port])
         has_room = self._subscribers[port].has_room
         return not self._has_histories or (not self._arriving[port] and has_room())
 
     def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
-        """Let a message wait for the loop; `lost` are missing just before it."""
-        if self._subscribers[port].had(message):  # what comes again must not fill the queue
+        """Queue a message for the loop; `lost` messages are missing just before it."""
+        if self._subscribers[port].had(message):  # a repeated message must not fill the queue
             return
         with self._lock:
             if self._arriving[port] >= port.limit and not self._has_histories:
@@ -76,7 +77,7 @@ class Arrivals:
         self._post(lambda: self._place(port, message, lost))
 
     def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
-        """Let a request wait for the loop."""
+        """Queue a request for the loop."""
 
         def serve() -> None:
             with self._lock:
@@ -88,34 +89,34 @@ class Arrivals:
         self._post(serve)
 
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
-        """Have messages counted and recorded that a full queue lost."""
+        """Count and record messages that a full queue lost."""
         with self._lock:
             self._note_loss(port, queue, count)
 
     def most_waiting(self, port: SubscriberPort) -> int:
-        """Return how many messages waited at a time, here or in a history, since this was asked last."""
+        """Return the most messages that waited at once, here or in a history, since the last call."""
         with self._lock:
             most, self._most[port] = self._most[port], self._arriving[port]
         return most if self._measuring is None else max(most, self._measuring.most_waiting(port))
 
     def waited(self, port: SubscriberPort) -> float:
-        """Return for how many seconds the message that came last had waited in the middleware, if known."""
+        """Return how many seconds the last message had waited in the middleware, if known."""
         return 0.0 if self._measuring is None else self._measuring.waited(port)
 
     def held(self, port: SubscriberPort) -> int:
-        """Return how many messages wait for room on their place."""
+        """Return the number of messages that wait for room on their place."""
         return len(self._held[port])
 
     def _note_loss(self, port: Port, queue: Queue, count: int) -> None:
-        """Have a loss recorded, in the order in which they happened; those of a queue until then are one."""
+        """Schedule the record of a loss, in order; losses of one queue until then become one record."""
         if not self._losses:
             self._post(self._record_losses)
         self._losses[port, queue] = self._losses.get((port, queue), 0) + count
 
-    # On the thread of the loop.
+    # Called on the thread of the loop.
 
     def let_in(self) -> bool:
-        """Take what waits for room where places got some; return whether there was anything."""
+        """Put messages that wait for room onto places that have room now; return whether there were any."""
         places = frozenset(self._engine.opened)
         self._engine.opened.clear()
         did = self._exchange.let_in(places)
@@ -138,7 +139,7 @@ class Arrivals:
     def _take(self, port: SubscriberPort, message: Message, lost: int) -> None:
         with self._lock:
             self._arriving[port] -= 1
-        self._record_losses()  # before the take that makes room: this is when the queues were full
+        self._record_losses()  # before the take that makes room: the queues were full until then
         self._subscribers[port].arrived(message, lost)
 
     def _tell_open(self, port: SubscriberPort) -> None:

@@ -1,7 +1,7 @@
-"""Clients of a node: what they have asked, and what becomes of it.
+"""The service clients of a node: requests under way and their responses.
 
-A client has one request under way, or as many as its model says. A request is sent again until its response
-comes; with a time-out, until the client gives it up. A response that comes later is dropped (rule R7).
+A client has one request under way, or as many as the model allows. It sends a request again until the
+response arrives or its time-out ends. A response after the time-out is dropped (rule R7).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LONGEST_RESEND_DELAY = 5.0
 
 
 def resend_delay(attempt: int) -> float:
-    """Return the seconds to wait before what was sent in an attempt, counted from 1, is sent again."""
+    """Return the delay in seconds before the next attempt; `attempt` is the last one, counted from 1."""
     return min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(attempt - 1, 30))
 
 
@@ -33,15 +33,15 @@ class Call:
     message : Message
         The request.
     asked : float
-        When it was sent for the first time, by the node's clock.
+            When it was first sent, by the node's clock.
     attempts : int
-        How often it was sent.
+            How many times it was sent.
     response : Message or None
-        Its response, while that waits for room.
+            Its response, while that waits for room on its place.
     is_late : bool
-        Whether its time is over, and there is no room for the token that says so.
+            Whether it has timed out while the place for the time-out token has no room.
     resending, ending : Timer
-        When it is sent again, and when its time is over.
+            Timers that send it again and that end it.
     """
 
     message: Message
@@ -59,11 +59,11 @@ class Client:
     Parameters
     ----------
     traffic : Traffic
-        What it shares with the other ports.
+            Shared by all ports of the node.
     port : ClientPort
         The port.
     request_timeout : float or None
-        Seconds after which it asks again.
+            Seconds after which a request without a response is sent again.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Client:
     departure : int
         Number of the departure; on hold while no more requests may be under way.
     request, response, timed_out : int
-        The places of its requests, of their responses, and of what it gives up; None: it names none.
+            The places for requests, responses and time-outs; None: the port has no such place.
     """
 
     def __init__(self, traffic: Traffic, port: ClientPort, request_timeout: float | None) -> None:
@@ -87,14 +87,14 @@ class Client:
         self._is_held = True
 
     def begin(self) -> None:
-        """Let tokens depart; what was under way before a restart is asked again."""
+        """Release departures; requests under way before a restart are sent again."""
         self._hold_or_not()
         for call in list(self.calls.values()):
             self._patience(call)
             self._ask_again(call)
 
     def restore(self, message: Message, attempts: int, age: float) -> None:
-        """Take over a request that was under way before a restart, and has been for `age` seconds."""
+        """Restore a request that was under way before a restart; it was first sent `age` seconds ago."""
         self.calls[message.id] = Call(message, self._traffic.loop.clock() - age, attempts)
 
     def send(self) -> None:
@@ -103,7 +103,7 @@ class Client:
         Raises
         ------
         SendError
-            The transport failed; the token stays where it is.
+            The transport failed; the token stays on its place.
         """
         traffic, port, place = self._traffic, self.port, self.request
         token = traffic.engine.oldest(place)
@@ -118,7 +118,7 @@ class Client:
             traffic.left("request", self._about, port.request, token, call.message.id)
 
     def _hold_or_not(self) -> None:
-        """Let requests depart as long as more may be under way."""
+        """Release the departure while more requests may be under way, else hold it."""
         must_wait = len(self.calls) >= self.port.outstanding
         if must_wait is not self._is_held:
             engine = self._traffic.engine
@@ -126,7 +126,7 @@ class Client:
             self._is_held = must_wait
 
     def _patience(self, call: Call) -> None:
-        """Give a request up when its time is over."""
+        """Start the timer that ends a request at its time-out."""
         if self.port.timeout is not None:
             loop = self._traffic.loop
             left = max(0.0, call.asked + self.port.timeout - loop.clock())
@@ -145,7 +145,7 @@ class Client:
             )
 
     def failed(self, message_id: str, reason: str) -> None:
-        """Record that a request got no response, and send it again a little later."""
+        """Record that a request got no response, and schedule sending it again."""
         call = self.calls.get(message_id)
         if call is None or call.response is not None or call.is_late:
             return
@@ -154,7 +154,7 @@ class Client:
         attempt = call.attempts
         self._traffic.observer.emit("timeout", **self._about, message=message_id, attempt=attempt)
         call.attempts += 1
-        # In real time, also where a simulation stands still: what was lost is no matter of its time.
+        # In real time even if the simulated time stands still: a resend after a loss does not depend on it.
         steady_timers = self._traffic.loop.steady_timers
         call.resending = steady_timers.call_later(resend_delay(attempt), lambda: self._ask_again(call))
 
@@ -165,7 +165,7 @@ class Client:
             self.failed(call.message.id, str(error))
 
     def responded(self, message: Message) -> None:
-        """Put the token of the response, if it is one that is waited for; without an id, the oldest."""
+        """Put the token of a response if a request waits for it; without an id, it answers the oldest one."""
         id = message.id or next(iter(self.calls), "")
         call, traffic, port = self.calls.get(id), self._traffic, self.port
         if call is None:
@@ -184,16 +184,16 @@ class Client:
             traffic.came("response", self._about, port.response, token, id)
 
     def _end(self, call: Call) -> None:
-        """Be ready for one more request: one is over."""
+        """Remove a request that has ended, so that another one may be sent."""
         call.resending.cancel()
         call.ending.cancel()
         del self.calls[call.message.id]
         self._hold_or_not()
 
     def _give_up(self, call: Call) -> None:
-        """Wait no longer for a response, and say so where the model wants it.
+        """Stop waiting for a response and put a time-out token, if the model has a place for it.
 
-        The token carries what was asked, if its place has tokens of that type.
+        The token carries the data of the request, if its place has tokens of that type.
         """
         traffic, port, place = self._traffic, self.port, self.timed_out
         call.is_late = True
@@ -220,7 +220,7 @@ class Client:
             )
 
     def let_in(self) -> None:
-        """Go on with what waits for room, now that there is some: responses, and what is to be given up."""
+        """Handle responses and time-outs that wait for room, as far as there is room now."""
         for call in list(self.calls.values()):
             if call.response is not None:
                 self.responded(call.response._replace(id=call.message.id))

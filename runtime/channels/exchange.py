@@ -1,4 +1,4 @@
-"""All ports of a node: what departs and where what arrives goes, on the thread of the node's loop."""
+"""All ports of a node: sends departing tokens and puts received messages, on the thread of its loop."""
 
 from __future__ import annotations
 
@@ -39,24 +39,24 @@ class Exchange:
     Parameters
     ----------
     engine : Engine
-        The node's, which has no departures yet.
+            The node's engine, still without departures.
     loop : Loop
-        The node's.
+            The node's loop.
     observer : FiringObserver
-        Told what is sent and received.
+            Receives a record of each message sent or received.
     run : str
-        Goes into the ids of messages after the node's id.
+            Part of the ids of messages, after the node's id.
     request_timeout : float, optional
         Seconds after which a request is sent again.
 
     Attributes
     ----------
     traffic : Traffic
-        What the ports share.
+            Shared by the ports.
     subscribers, clients, servers : dict
-        What does the work of these ports, by the port.
+            The object that works for each port, by port.
     actions : Actions
-        Its clients and servers of goals.
+            The node's action clients and action servers.
     """
 
     def __init__(
@@ -85,12 +85,12 @@ class Exchange:
 
     @property
     def waiting_requests(self) -> int:
-        """How many requests wait for a server instance, and goals for a slot."""
+        """Number of requests that wait for a server instance, and of goals that wait for a slot."""
         waiting = sum(len(server.waiting) for server in self.servers.values())
         return waiting + self.actions.waiting_goals
 
     def begin(self) -> None:
-        """Let tokens depart; what was sent or asked before a restart is sent or asked again."""
+        """Release departures; what was sent or requested before a restart is sent again."""
         for writer in self._writers:
             self._send_again(writer)
         for publisher in self._publishers:
@@ -107,12 +107,12 @@ class Exchange:
             self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._send_again(writer))
 
     def obey(self, state: State) -> None:
-        """Let tokens depart as the state of a managed node says."""
+        """Hold or release departures according to the lifecycle state of a managed node."""
         self._is_there = state in ("inactive", "active")
         self.traffic.is_active = state == "active"
 
     def depart(self) -> bool:
-        """Send all tokens that are due; return whether there were any."""
+        """Send all tokens that can depart; return whether there were any."""
         due = self._engine.due
         if not due or not self._is_there:
             return False
@@ -126,7 +126,7 @@ class Exchange:
         return True
 
     def hold_departures(self) -> None:
-        """Let nothing depart by itself from now on; `send_one` sends."""
+        """Stop automatic departures; from now on, only `send_one` sends."""
         for number in self.traffic.senders:
             self._engine.hold(number)
 
@@ -136,9 +136,9 @@ class Exchange:
         Raises
         ------
         DinerosError
-            Nothing can depart from there.
+            The place has no departure.
         SendError
-            The transport failed; the token stays where it is.
+            The transport failed; the token stays on its place.
         """
         for number, (from_, by) in self.traffic.departures.items():
             if from_ != place or by not in (channel, None):
@@ -153,19 +153,19 @@ class Exchange:
         raise DinerosError(f"nothing can depart from {place} to {channel}")
 
     def lose_cancel(self, channel: str, place: str) -> None:
-        """Let the oldest request to cancel of a place be gone, as one that finds no goal."""
+        """Drop the oldest cancel request of a place, as if there were no goal for it."""
         for port, client in self.actions.clients.items():
             if (port.channel, port.cancel) == (channel, place):
                 client.lose_cancel()
 
     def _postpone(self, number: int, error: SendError) -> None:
-        """Try again later what the transport did not take."""
+        """Retry later after the transport failed to send."""
         self.traffic.log_error(str(error), "retry", error.__cause__)
         self._engine.hold(number)
         self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._engine.unhold(number))
 
     def let_in(self, places: Collection[int]) -> bool:
-        """Take what waits for room on some places; return whether there was anything."""
+        """Handle what waits for room on these places; return whether there was anything."""
         before = self._engine.next_token
         for client in self.clients.values():
             if client.response in places or client.timed_out in places:
@@ -188,7 +188,7 @@ class Exchange:
             self.traffic.lost(port, queue, count, place)
 
     def refuse(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
-        """Count something that came and is not a message; the first is recorded."""
+        """Count received data that is not a valid message; the first case is recorded."""
         match port:
             case SubscriberPort():
                 name = port.topic
@@ -198,10 +198,10 @@ class Exchange:
                 name = port.action
         self.traffic.refuse(port.channel, name, error)
 
-    # Going on after a restart.
+    # Continuing after a restart.
 
     def save(self) -> ChannelState:
-        """Return what is known of channels."""
+        """Return the state of the channels."""
         places, now = self._engine.structure.places, self._loop.clock()
         heard = {f"{port.channel}/{port.place}": each for port, each in self.subscribers.items()}
         seen = {key: each.seen.saved() for key, each in heard.items()}
@@ -251,12 +251,12 @@ class Exchange:
         }
 
     def restore(self, checkpoint: SavedState) -> None:
-        """Take over what is known of channels from a checkpoint, before `begin`.
+        """Restore the state of the channels from a checkpoint, before `begin`.
 
         Raises
         ------
         DinerosError
-            It speaks of ports that the model does not have.
+            The checkpoint has ports that the model does not have.
         """
         places = self._engine.structure.places
         writers = {each.port.place: each for each in self._writers}

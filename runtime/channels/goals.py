@@ -1,7 +1,7 @@
-"""What a transport tells a node of the goals of actions, and what a node asks of a transport for them.
+"""Events about the goals of actions that a transport sends to a node.
 
-A goal has an id, the text of a UUID, which its client chooses by the number of the goal among its own: a
-client that continues after a crash sends the same goal with the same id, and the server recognises it.
+The id of a goal is the text of a UUID. The client computes it from the number of the goal, so a client that
+continues after a crash sends the same goal with the same id, and the server recognises it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _GOALS = uuid.uuid5(uuid.NAMESPACE_URL, "http://dineros.org/goals")
 
 
 def goal_id(message_id: str) -> str:
-    """Return the id of the goal that a client's message is.
+    """Return the goal id that belongs to the id of a client's message.
 
     Examples
     --------
@@ -27,14 +27,14 @@ def goal_id(message_id: str) -> str:
 
 
 class GoalArrived(NamedTuple):
-    """A goal comes to a server; `answer` tells its client whether it is accepted. It does not raise."""
+    """A server receives a goal; `answer` reports to its client whether it is accepted, and never raises."""
 
     message: Message
     answer: Callable[[bool], None]
 
 
 class CancelArrived(NamedTuple):
-    """Some goals of a server are to be canceled; `answer` tells which will be. It does not raise."""
+    """A server is asked to cancel goals; `answer` reports which ones it cancels, and never raises."""
 
     goals: Sequence[str]
     answer: Callable[[Sequence[str]], None]
@@ -48,27 +48,27 @@ class GoalAnswered(NamedTuple):
 
 
 class GoalFailed(NamedTuple):
-    """Nobody has answered a client's goal: it is recorded, and sent again with the same id."""
+    """No server answered a client's goal; it is recorded and sent again with the same id."""
 
     goal: str
     reason: str
 
 
 class GoalUnknown(NamedTuple):
-    """The server knows nothing of a client's goal."""
+    """The server does not know a client's goal."""
 
     goal: str
 
 
 class CancelAnswered(NamedTuple):
-    """The server cancels a client's goal, or does not."""
+    """The server agrees to cancel a client's goal, or refuses to."""
 
     goal: str
     is_accepted: bool
 
 
 class FeedbackArrived(NamedTuple):
-    """Feedback on a client's goal comes: the goal's `number`-th, or 0 where it has no number."""
+    """A client receives feedback on a goal; `number` counts from 1, or is 0 if the type has no number."""
 
     goal: str
     number: int
@@ -76,7 +76,7 @@ class FeedbackArrived(NamedTuple):
 
 
 class GoalEnded(NamedTuple):
-    """The result of a client's goal comes."""
+    """A client receives the result of a goal."""
 
     goal: str
     outcome: OutcomeKind
@@ -94,11 +94,11 @@ class KnownGoal(NamedTuple):
     Attributes
     ----------
     message : Message
-        Its id and data.
+            Id of the goal; the data of the goal or, once it has ended, of its result.
     is_canceling : bool
         Whether it is to be canceled.
     outcome : str or None
-        How it has ended, and `message` carries its result; None: it is being worked on.
+            How it ended; None: it is still being executed.
     """
 
     message: Message

@@ -1,8 +1,9 @@
 """Channels between the nodes of one process: for simulation, tests and `dineros run --local`.
 
-The queues are those of the paper, with the model's limits; the subscriber's is kept by the node itself. Where
-the model's middleware is ROS 2, they are histories instead. Requests and responses travel one by one. Nothing
-moves by itself: `step` makes one move, by the seed; `start` has a thread make them.
+The queues are those of the paper, with the model's limits; each node keeps the queues of its subscribers
+itself. If the middleware of the model is ROS 2, the queues are histories. Requests and responses are moved
+one by one. Nothing moves automatically: `step` makes one move, drawn with the seed; `start` runs a thread
+that makes moves.
 """
 
 from __future__ import annotations
@@ -39,12 +40,12 @@ class LocalNetwork:
     Parameters
     ----------
     seed : int, optional
-        Which of the possible moves `step` makes.
+        Seed that draws the move which `step` makes.
 
     Attributes
     ----------
     changed : threading.Condition
-        Held by whoever looks at the channels, or changes them.
+        Lock for reading or changing the channels.
     topics : dict of str to LocalTopic
         By channel.
     """
@@ -84,7 +85,7 @@ class LocalNetwork:
     # A thread that moves.
 
     def start(self) -> None:
-        """Have a thread make moves as long as there are any."""
+        """Start a thread that makes moves while there are any."""
         self._is_ending = False
         self._thread = threading.Thread(target=self._run, name="dineros network", daemon=True)
         self._thread.start()
@@ -96,14 +97,14 @@ class LocalNetwork:
                     self.changed.wait()
 
     def stop(self) -> None:
-        """End the thread; what is on its way stays there."""
+        """End the thread; messages under way stay in their queues."""
         with self.changed:
             self._is_ending = True
             self.changed.notify()
         join(self._thread)
         self._thread = None
 
-    # What transports ask.
+    # Called by transports.
 
     def join(self, ports: Ports, receiver: Receiver) -> None:
         """Connect a node.
@@ -150,7 +151,7 @@ class LocalNetwork:
         return self._actions[port.channel]
 
     def leave(self, ports: Ports, receiver: Receiver) -> None:
-        """Disconnect a node; what it has published and asked stays on its way."""
+        """Disconnect a node; its messages and requests under way stay in their queues."""
         with self.changed:
             for action in self._actions.values():
                 action.remove(receiver)
@@ -162,7 +163,7 @@ class LocalNetwork:
                 self.service(server).leave()
 
     def change(self, action: Callable[[], None]) -> None:
-        """Have something put on its way; from any thread."""
+        """Run an action that changes the channels, then notify waiting threads; from any thread."""
         with self.changed:
             action()
             self.changed.notify()
@@ -181,7 +182,7 @@ class LocalTransport:
         self._joined = (ports, receiver)
 
     def _topic(self, port: PublisherPort) -> tuple[LocalTopic, str]:
-        """Return the topic of a port, and how it knows the port."""
+        """Return the topic of a port and the key of the port in that topic."""
         assert self._joined is not None
         return self._network.topics[port.channel], _place_key(self._joined[0], port)
 
@@ -199,7 +200,7 @@ class LocalTransport:
         self._network.change(lambda: topic.publish_again(key, message))
 
     def opened(self, port: SubscriberPort) -> None:
-        """Learn that the node takes messages of a topic again: they are looked at once more."""
+        """Check the messages of a topic again: the node takes messages again."""
         self._network.change(lambda: None)
 
     def request(self, port: ClientPort, message: Message) -> None:
@@ -207,7 +208,7 @@ class LocalTransport:
         self._network.change(lambda: self._network.service(port).ask(_client_key(port), message))
 
     def restore_goals(self, port: ActionServerPort, goals: Sequence[KnownGoal]) -> None:
-        """Know the goals of an earlier life again."""
+        """Restore the goals from before a restart."""
         self._network.change(lambda: self._network.action(port).restore(goals))
 
     def send_goal(self, port: ActionClientPort, message: Message) -> None:
@@ -215,7 +216,7 @@ class LocalTransport:
         self._network.change(lambda: self._network.action(port).send(port, message))
 
     def follow_goal(self, port: ActionClientPort, message: Message) -> None:
-        """Ask for the result of a goal of an earlier life."""
+        """Ask for the result of a goal that was sent before a restart."""
         self._network.change(lambda: self._network.action(port).follow(port, message))
 
     def cancel_goal(self, port: ActionClientPort, goal: str) -> None:
@@ -232,18 +233,18 @@ class LocalTransport:
         self._network.change(lambda: self._network.action(port).finish(goal, outcome, data))
 
     def take_request(self, port: ServerPort) -> tuple[list[str], tuple[Message, Answer] | None]:
-        """Return what a full history lost before, and the oldest request that waits for a server then."""
+        """Return the requests lost by a full history, and the oldest request that waits for the server."""
         with self._network.changed:
             service = self._network.service(port)
             return service.lost(), service.take()
 
     def lost_requests(self, port: ServerPort) -> list[str]:
-        """Return the ids of the requests that a full history has lost since this was asked last."""
+        """Return the ids of the requests that a full history has lost since the last call."""
         with self._network.changed:
             return self._network.service(port).lost()
 
     def forget(self, port: ClientPort, message_id: str) -> None:
-        """Learn that the node has given a request up: it is handed to no server that comes back."""
+        """Discard a request that its client has given up, so that no restarted server receives it."""
         with self._network.changed:
             self._network.service(port).forget(_client_key(port), message_id)
 

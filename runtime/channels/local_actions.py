@@ -1,4 +1,4 @@
-"""Actions between the nodes of one process: goals, requests to cancel, feedback and results, one by one."""
+"""Actions between the nodes of one process: goals, cancel requests, feedback and results, one by one."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from dineros.runtime.nets.ports import ActionClientPort, ActionServerPort, Data,
 
 @dataclass(eq=False)
 class _Client:
-    """A client, and what is on its way to it."""
+    """A client and the events under way to it."""
 
     receiver: Receiver
     port: ActionClientPort
@@ -39,15 +39,15 @@ class LocalAction:
     Parameters
     ----------
     changed : callable
-        Told when something is on its way.
+        Runs an action that changes the channels and notifies waiting threads.
     """
 
     def __init__(self, changed: Callable[[Callable[[], None]], None]) -> None:
         self._changed = changed
         self._server: tuple[Receiver, ActionServerPort] | None = None
         self._clients: dict[str, _Client] = {}
-        self._goals: deque[Message] = deque()  # on their way to the server
-        self._asked: dict[str, Message] = {}  # with the server, which has not answered
+        self._goals: deque[Message] = deque()  # under way to the server
+        self._asked: dict[str, Message] = {}  # received by the server, not answered yet
         self._cancels: deque[str] = deque()
         self._owners: dict[str, str] = {}
         self._active: set[str] = set()
@@ -58,41 +58,41 @@ class LocalAction:
         """Whether a node serves it."""
         return self._server is not None
 
-    # Who is there.
+    # Clients and servers.
 
     def add_client(self, receiver: Receiver, port: ActionClientPort) -> None:
         """Join a client."""
         self._clients[port.client] = _Client(receiver, port)
 
     def add_server(self, receiver: Receiver, port: ActionServerPort) -> None:
-        """Join a server; what one before it had not answered comes to it again."""
+        """Join a server; goals that an earlier server had not answered are sent to it."""
         self._server = (receiver, port)
         self._goals.extendleft(reversed(self._asked.values()))
         self._asked.clear()
 
     def remove(self, receiver: Receiver) -> None:
-        """Take the ends of a node away; what it has sent stays on its way."""
+        """Remove the clients and servers of a node; messages under way stay in their queues."""
         if self._server is not None and self._server[0] is receiver:
             self._server = None
         self._clients = {id: each for id, each in self._clients.items() if each.receiver is not receiver}
 
     def restore(self, goals: Sequence[KnownGoal]) -> None:
-        """Know what a server continues with; its clients learn of goals that it has lost."""
+        """Restore the goals with which a server continues; clients are informed of goals that it lost."""
         lost = self._active - {goal.message.id for goal in goals}
         self._active = {goal.message.id for goal in goals if goal.outcome is None}
         self._results |= {g.message.id: (g.outcome, g.message.data) for g in goals if g.outcome is not None}
         for goal in lost:
             self._tell(goal, GoalUnknown(goal))
 
-    # What nodes send.
+    # Messages that nodes send.
 
     def send(self, port: ActionClientPort, message: Message) -> None:
-        """Take a goal on its way."""
+        """Queue a goal."""
         self._owners[message.id] = port.client
         self._goals.append(message)
 
     def follow(self, port: ActionClientPort, message: Message) -> None:
-        """Have a client that was started again learn how its goal ended, or when it does."""
+        """Have a restarted client informed of how its goal ended, or of its end later."""
         goal = message.id
         self._owners[goal] = port.client
         if goal in self._results:
@@ -101,11 +101,11 @@ class LocalAction:
             self._tell(goal, GoalUnknown(goal))
 
     def cancel(self, goal: str) -> None:
-        """Take a request to cancel on its way."""
+        """Queue a cancel request."""
         self._cancels.append(goal)
 
     def give_feedback(self, goal: str, number: int, data: Data, depth: int) -> None:
-        """Take feedback on its way; the oldest is lost where too much waits."""
+        """Queue feedback; the oldest feedback is lost if more than `depth` messages wait."""
         client = self._clients.get(self._owners.get(goal, ""))
         if client is not None:
             client.feedback.append(FeedbackArrived(goal, number, data))
@@ -113,7 +113,7 @@ class LocalAction:
                 client.feedback.popleft()
 
     def finish(self, goal: str, outcome: OutcomeKind, data: Data) -> None:
-        """Take a result on its way, and keep it."""
+        """Queue a result, and keep it."""
         self._active.discard(goal)
         self._results[goal] = (outcome, data)
         while len(self._results) > KEPT_RESULTS:
@@ -127,10 +127,10 @@ class LocalAction:
         if client is not None:
             client.waiting.append(event)
 
-    # What can happen now.
+    # Moves.
 
     def moves(self) -> list[Callable[[], None]]:
-        """Return what can happen now, one move each."""
+        """Return the possible moves."""
         moves: list[Callable[[], None]] = []
         if self._server is not None and self._goals:
             moves.append(partial(self._ask, *self._server))
@@ -139,7 +139,7 @@ class LocalAction:
         for client in self._clients.values():
             if client.feedback:
                 moves.append(partial(self._deliver, client, client.feedback))
-            elif client.waiting:  # a result comes after all feedback
+            elif client.waiting:  # a result is delivered after all feedback
                 moves.append(partial(self._deliver, client, client.waiting))
         return moves
 

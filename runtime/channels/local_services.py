@@ -1,7 +1,7 @@
 """Services between the nodes of one process: requests and responses, one by one.
 
 Under the rules of ROS 2, requests stay in the history of their service until its server takes them; a full
-one loses the oldest.
+history loses its oldest request.
 """
 
 from __future__ import annotations
@@ -15,31 +15,31 @@ from dineros.runtime.channels.transport import Answer, Receiver
 from dineros.runtime.nets.ports import ClientPort, Message, ServerPort
 
 Request = tuple[str, Message]
-"""Whose it is, and what is asked."""
+"""The key of the client, and the request."""
 
 
 @dataclass
 class LocalClient:
-    """Where responses to a client go, and those on their way."""
+    """The receiver of a client's responses, and the responses under way to it."""
 
     receiver: Receiver
     port: ClientPort
     waiting: deque[Message] = field(default_factory=deque)
 
     def respond(self) -> None:
-        """Hand on the oldest response."""
+        """Deliver the oldest response."""
         self.receiver.response_arrived(self.port, self.waiting.popleft())
 
 
 class LocalService:
-    """Requests on their way to a server, and those it has not answered.
+    """Requests under way to a server, and requests that it has not answered.
 
     Parameters
     ----------
     changed : callable
-        Does something and tells that there is something on its way; from any thread.
+            Runs an action that changes the channels and notifies waiting threads; from any thread.
     clients : mapping of str to LocalClient
-        All that there are, by their keys.
+            All clients, by key.
     """
 
     def __init__(
@@ -48,12 +48,12 @@ class LocalService:
         self._changed = changed
         self._clients = clients
         self._server: tuple[Receiver, ServerPort] | None = None
-        self._depth: int | None = None  # how many may wait; None: any number, handed on one by one
+        self._depth: int | None = None  # most requests that may wait; None: any number, delivered one by one
         self._waiting: deque[Request] = deque()
-        self._again: deque[Request] = deque()  # come again to a server that has taken them: take no room
-        self._unanswered: dict[tuple[str, str], Message] = {}  # for a server that comes back
-        self._lost: list[str] = []  # until the server knows
-        self._is_told = True  # that something waits or was lost: it takes that by itself
+        self._again: deque[Request] = deque()  # repeated requests that the server has taken: use no room
+        self._unanswered: dict[tuple[str, str], Message] = {}  # for a server that restarts
+        self._lost: list[str] = []  # not yet reported to the server
+        self._is_told = True  # the server was notified of requests or losses and will fetch them
 
     @property
     def has_server(self) -> bool:
@@ -61,7 +61,7 @@ class LocalService:
         return self._server is not None
 
     def serve(self, receiver: Receiver, port: ServerPort, depth: int | None) -> None:
-        """Join a server; what one before it had not answered comes to it again."""
+        """Join a server; requests that an earlier server had not answered are sent to it."""
         self._server, self._depth = (receiver, port), depth
         again = [(key, message) for (key, _), message in self._unanswered.items()]
         self._waiting.extendleft(reversed(again))
@@ -73,11 +73,11 @@ class LocalService:
         self._forget_oldest()
 
     def leave(self) -> None:
-        """Take the server away; what is on its way stays there."""
+        """Remove the server; requests under way stay in their queue."""
         self._server = None
 
     def moves(self) -> list[Callable[[], None]]:
-        """Return what can happen next."""
+        """Return the possible moves."""
         if self._server is None:
             return []
         moves: list[Callable[[], None]] = [partial(self._hand_on, self._again)] if self._again else []
@@ -88,23 +88,23 @@ class LocalService:
         return moves
 
     def ask(self, key: str, message: Message) -> None:
-        """Put a request on its way; one that waits already takes no more room."""
+        """Queue a request; one that waits already uses no more room."""
         if (key, message) not in self._waiting:
             self._put((key, message))
         self._is_told = False
         self._forget_oldest()
 
     def take(self) -> tuple[Message, Answer] | None:
-        """Return the oldest request that waits, and what sends its response."""
+        """Return the oldest request that waits, and the function that sends its response."""
         return self._taken(self._waiting) if self._waiting else None
 
     def lost(self) -> list[str]:
-        """Return the ids of the requests that a full history has lost since this was asked last."""
+        """Return the ids of the requests that a full history has lost since the last call."""
         lost, self._lost = self._lost, []
         return lost
 
     def forget(self, key: str, message_id: str) -> None:
-        """Hand a request that its client has given up to no server that comes back."""
+        """Discard a request that its client has given up, so that no restarted server receives it."""
         self._unanswered.pop((key, message_id), None)
 
     def _put(self, request: Request) -> None:
@@ -120,7 +120,7 @@ class LocalService:
             self._lost.append(message.id)
 
     def _tell(self) -> None:
-        """Let the server know that it is asked."""
+        """Notify the server that requests wait."""
         assert self._server is not None
         self._is_told = True
         receiver, port = self._server

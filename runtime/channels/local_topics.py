@@ -1,12 +1,12 @@
 """Topics between the nodes of one process: the queues of the paper, and the histories of ROS 2.
 
-By the paper (Fig. 8 and 9), a message goes from its publisher's queue to one dispatcher per subscribing node,
-and to the subscribers of that. Full queues drop the newest message.
+In the paper (Fig. 8 and 9), a message moves from the queue of its publisher to one dispatcher per subscribing
+node, and from there to the subscribers of that node. Full queues drop the newest message.
 
-Under ROS 2 (rules R1 to R4), there is a history for each writer and reader. A message goes into the writer
-history of each subscription that matches its publisher, from there into the reader history, and to the node
-when that takes it. A full history loses its oldest message; as on ROS, the reader sees that by the gap in the
-publisher's numbers. Nothing is lost on the way, best effort or not.
+Under ROS 2 (rules R1 to R4), each writer and each reader has a history. A message enters the writer history
+of each subscription that matches its publisher, moves from there to the reader history, and moves to the node
+when the node takes it. A full history loses its oldest message. As in ROS, the reader detects the loss by the
+gap in the publisher's numbers. No message is lost between histories, not even with best effort.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from dineros.runtime.nets.ports import Message, PublisherPort, SubscriberPort
 
 @dataclass
 class _Queue:
-    """Messages that left their node.
+    """Messages that have left their node.
 
     Attributes
     ----------
     history : deque of Message
-        What a late subscriber gets of a transient-local topic.
+            Messages that a late subscriber of a transient-local topic gets.
     again : deque of Message
-        What the publisher had sent in an earlier life.
+            Messages that the publisher had sent before a restart.
     """
 
     port: PublisherPort
@@ -52,7 +52,7 @@ class _Dispatcher:
     history: deque[Message] = field(default_factory=deque)
 
     def dispatch(self) -> None:
-        """Hand a message to the subscribers; what a late one missed comes first."""
+        """Deliver a message to the subscribers; a late subscriber gets the messages that it missed first."""
         message = (self.history or self.waiting).popleft()
         for port in self.ports:
             self.receiver.message_arrived(port, message, 0)
@@ -66,7 +66,7 @@ class QueueTopic:
         self._dispatchers: dict[str, _Dispatcher] = {}
 
     def add_writer(self, key: str, port: PublisherPort) -> None:
-        """Join a publisher; one that was there before continues."""
+        """Join a publisher; a publisher of the same key continues."""
         self._queues.setdefault(key, _Queue(port))
 
     def add_reader(self, node: str, receiver: Receiver, port: SubscriberPort) -> None:
@@ -81,11 +81,11 @@ class QueueTopic:
                 dispatcher.history.extend(queue.history)
 
     def remove(self, node: str) -> None:
-        """Take the subscriptions of a node away, and what waits for them."""
+        """Remove the subscriptions of a node, with the messages that wait for them."""
         self._dispatchers.pop(node, None)
 
     def publish(self, key: str, message: Message) -> bool:
-        """Take a message of a publisher; False: its queue is full."""
+        """Accept a message of a publisher; False: its queue is full."""
         queue = self._queues[key]
         if len(queue.waiting) >= queue.port.limit:
             return False
@@ -93,20 +93,20 @@ class QueueTopic:
         return True
 
     def publish_again(self, key: str, message: Message) -> None:
-        """Take a message of an earlier life, also for subscriptions that come later."""
+        """Accept a message from before a restart; later subscriptions get it too."""
         self._queues[key].again.append(message)
         for dispatcher in self._dispatchers.values():
             dispatcher.history.append(message)
 
     def moves(self) -> list[Callable[[], None]]:
-        """Return what can happen now: a message continues from one queue to the next, or to a node."""
+        """Return the possible moves: a message moves from one queue to the next, or to a node."""
         return [
             *(partial(self._spread, queue) for queue in self._queues.values() if queue.waiting),
             *(each.dispatch for each in self._dispatchers.values() if each.waiting or each.history),
         ]
 
     def _spread(self, queue: _Queue) -> None:
-        """Take a message from a publisher's queue to the dispatcher of every subscribing node."""
+        """Move a message from a publisher's queue to the dispatcher of each subscribing node."""
         message = queue.waiting.popleft()
         if queue.port.is_kept:
             queue.history.append(message)
@@ -134,10 +134,10 @@ class _Reader:
         return bool(self.history) and self.receiver.is_open(self.port)
 
     def deliver(self) -> None:
-        """Hand the oldest message to the node, with how many of its publisher are missing before it."""
+        """Deliver the oldest message to the node, with the number of messages missing before it."""
         pair, number, message = self.history.popleft()
         lost, pair.last = max(0, number - pair.last - 1), max(pair.last, number)
-        if pair.is_new:  # what was under way when both ends stopped is missing, too
+        if pair.is_new:  # messages that were under way when both ends stopped are missing, too
             lost = max(lost, self.receiver.messages_skipped(self.port, message))
             pair.is_new = False
         self.receiver.message_arrived(self.port, message, lost)
@@ -145,14 +145,14 @@ class _Reader:
 
 @dataclass(eq=False)
 class _Pair:
-    """What a publisher has written for one subscription.
+    """The messages that a publisher has written for one subscription.
 
     Attributes
     ----------
     last : int
-        Number of its last message that the subscription got.
+            Number of the last message that the subscription got.
     is_new : bool
-        Whether it got none yet.
+            Whether the subscription has got no message yet.
     """
 
     depth: int
@@ -167,7 +167,7 @@ class _Pair:
         self.history.append((number, message))
 
     def pass_on(self) -> None:
-        """Take the oldest message into the reader history."""
+        """Move the oldest message into the reader history."""
         number, message = self.history.popleft()
         waiting = self.reader.history
         if len(waiting) >= max(1, self.reader.port.limit):
@@ -181,11 +181,12 @@ class _Writer:
     Attributes
     ----------
     number : int
-        Of its last message, with those that it sends again.
+            Number of its last message, repeated messages included.
     again : int
-        How many those are: of an earlier life, for all subscriptions, however late.
+            Number of repeated messages from before a restart; all subscriptions get them, even late ones.
     kept : deque
-        Its last messages with their numbers: those, and, where late subscriptions get them, its own.
+            Its last messages with their numbers: the repeated ones and, if late subscriptions get them, new
+            ones.
     """
 
     def __init__(self, port: PublisherPort) -> None:
@@ -196,7 +197,7 @@ class _Writer:
         self.kept: deque[tuple[int, Message]] = deque(maxlen=self.depth)
 
     def match(self, reader: _Reader) -> None:
-        """Write for a subscription from now on, if it matches; what is kept for it comes first."""
+        """If a subscription matches, write the kept messages for it now, and new messages from now on."""
         if unmet(self.port.quality, reader.port.quality) is not None:
             return
         kept = [each for each in self.kept if reader.port.is_kept or each[0] <= self.again]
@@ -207,7 +208,7 @@ class _Writer:
             pair.write(number, message)
 
     def write(self, message: Message, *, is_again: bool = False) -> None:
-        """Write a message for all subscriptions that match, and keep it for those that come later."""
+        """Write a message for all matching subscriptions, and keep it for later ones."""
         self.number += 1
         if is_again:
             self.again = self.number
@@ -225,7 +226,7 @@ class HistoryTopic:
         self._readers: list[_Reader] = []
 
     def add_writer(self, key: str, port: PublisherPort) -> None:
-        """Join a publisher; one that was there before continues."""
+        """Join a publisher; a publisher of the same key continues."""
         if key not in self._writers:
             writer = self._writers[key] = _Writer(port)
             for reader in self._readers:
@@ -239,22 +240,22 @@ class HistoryTopic:
             writer.match(reader)
 
     def remove(self, node: str) -> None:
-        """Take the subscriptions of a node away, and what waits for them."""
+        """Remove the subscriptions of a node, with the messages that wait for them."""
         self._readers = [reader for reader in self._readers if reader.node != node]
         for writer in self._writers.values():
             writer.pairs = [pair for pair in writer.pairs if pair.reader.node != node]
 
     def publish(self, key: str, message: Message) -> bool:
-        """Take a message of a publisher; False: its queue is full."""
+        """Accept a message of a publisher; False: its queue is full."""
         self._writers[key].write(message)
         return True
 
     def publish_again(self, key: str, message: Message) -> None:
-        """Take a message of an earlier life, also for subscriptions that come later."""
+        """Accept a message from before a restart; later subscriptions get it too."""
         self._writers[key].write(message, is_again=True)
 
     def moves(self) -> list[Callable[[], None]]:
-        """Return what can happen now: a message continues from one queue to the next, or to a node."""
+        """Return the possible moves: a message moves from one queue to the next, or to a node."""
         pairs = [pair for writer in self._writers.values() for pair in writer.pairs]
         return [
             *(pair.pass_on for pair in pairs if pair.history),

@@ -1,8 +1,8 @@
-"""Servers of a node.
+"""The service servers of a node.
 
-A server serves as many requests at a time as it has instances, the oldest first; a request that comes twice
-is served once and answered twice. Under the rules of ROS 2 it keeps as many requests as its depth, and
-forgets the oldest for one more (rule R5); one that comes again takes no room there.
+A server handles as many requests at a time as it has instances, the oldest first. A request that arrives
+twice is handled once and answered twice. Under the rules of ROS 2, the server keeps as many requests as its
+depth; a further request displaces the oldest one (rule R5). A repeated request uses no room there.
 """
 
 from __future__ import annotations
@@ -20,29 +20,29 @@ from dineros.runtime.nets.ports import Message, ServerPort
 LOG = logging.getLogger("dineros.runtime")
 KEPT_SENDERS = 256
 LONGEST_QUEUE = 1000
-"""Requests that wait for an instance, at most, where the rules know no depth: what comes then is dropped."""
+"""Maximum number of requests that wait for an instance if the rules have no depth; others are dropped."""
 KEPT_RESPONSES = 64
-"""Responses that are kept of each sender which has several requests under way, besides those."""
+"""Extra responses kept for each sender that has several requests under way."""
 
 KEPT_ANSWERS = 64
-"""Attempts of a request that are answered: the first one, and the last ones but for it."""
+"""Attempts of a request that are answered: the first one and the last ones."""
 
 
 class Instance:
-    """A server instance: serves one request at a time.
+    """A server instance: handles one request at a time.
 
     Attributes
     ----------
     entry, exit : int
         Its places.
     departure : int
-        Number of its departure; on hold while it serves nothing.
+            Number of its departure; on hold while the instance is idle.
     message : str or None
-        Id of the request that it serves.
+            Id of the request that it handles.
     answers : list of callable
-        Where the response goes.
+            Functions that send the response.
     about : dict
-        What records say of it.
+            Fields that its records have in common.
     """
 
     def __init__(self, traffic: Traffic, server: Server, number: int) -> None:
@@ -68,12 +68,13 @@ class Server:
     instances : list of Instance
         Its server instances.
     waiting : deque
-        Requests that wait for an instance, the oldest first, each with where its response goes.
+            Requests that wait for an instance, the oldest first, each with the function that sends its
+            response.
     responses : dict of str to dict of str to Message
-        The last responses to each sender by id, for a request that comes again: `kept` of them.
+            The last responses to each sender by id, for repeated requests; at most `kept` of them.
     kept : int
-        How many responses to each sender are kept. Of a sender that has one request under way, the next one
-        acknowledges the response to the one before.
+            Number of responses kept for each sender. If a sender has one request under way, its next request
+            acknowledges the response to the previous one.
     """
 
     def __init__(self, traffic: Traffic, port: ServerPort) -> None:
@@ -88,7 +89,7 @@ class Server:
         self._served = Senders()
 
     def requested(self, message: Message, answer: Answer) -> None:
-        """Serve a request, or let it wait; one that came before gets the same response."""
+        """Handle a request, or let it wait; a repeated request gets the same response."""
         self._arrived(message, answer)
         self.serve()
         if self._depth is not None and len(self.waiting) > self._depth:
@@ -110,7 +111,7 @@ class Server:
                 return
             number = parse_id(message.id)
             if number is not None and self._served.had(*number):
-                return  # answered long ago
+                return  # answered and no longer kept
         if self._depth is None and len(self.waiting) >= LONGEST_QUEUE:
             error = DinerosError(f"{LONGEST_QUEUE:,} requests wait already")
             self._traffic.refuse(self.port.channel, self.port.service, error)
@@ -118,34 +119,35 @@ class Server:
         self.waiting.append((message, [answer]))
 
     def knows(self, message_id: str) -> bool:
-        """Return whether a request was taken before, and is being served or has its response kept."""
+        """Return whether a request was taken before, and is being handled or has its response kept."""
         if any(instance.message == message_id for instance in self.instances):
             return True
         return message_id in self.responses.get(_sender(message_id), {})
 
     def is_open(self, arriving: int) -> bool:
-        """Return whether a request is taken from the middleware besides those that arrive; from any thread.
+        """Return whether a request may be taken from the middleware now; from any thread.
 
-        Even while all instances serve others: the history is kept here, since what comes again and is known
-        must be answered then, too. Nobody else might end what the instances wait for.
+        `arriving` requests are on their way here. Requests are taken even while all instances are busy: this
+        server keeps the history, because known repeated requests must be answered then, too. Otherwise the
+        instances could wait forever for something that depends on such an answer.
         """
         return self._depth is None or arriving <= self._depth
 
     @property
     def busy(self) -> int:
-        """How many requests it serves now."""
+        """Number of requests that are being handled."""
         return sum(instance.message is not None for instance in self.instances)
 
     def _is_free(self, instance: Instance) -> bool:
         return instance.message is None and self._traffic.engine.has_room(instance.entry)
 
     def _keeping(self) -> Keeping | None:
-        """Return what keeps requests for this server; None: it gets them as they come."""
+        """Return the transport if it keeps requests for this server; None: requests arrive at once."""
         transport: object = self._traffic.transport
         return transport if self._depth is not None and isinstance(transport, Keeping) else None
 
     def _fetch(self, transport: Keeping) -> None:
-        """Take requests from a transport that keeps them, until one is new."""
+        """Take requests from a transport that keeps them, until a new one is found."""
         while not self.waiting:
             lost, taken = transport.take_request(self.port)
             self._lose(lost)
@@ -154,7 +156,7 @@ class Server:
             self._arrived(*taken)
 
     def _lose(self, messages: Iterable[str]) -> None:
-        """Count and record requests that the full history has forgotten; their clients may ask again."""
+        """Count and record requests that the full history lost; their clients may send them again."""
         traffic, port = self._traffic, self.port
         for message in messages:
             traffic.drops[port.channel, "request"] += 1
@@ -163,7 +165,7 @@ class Server:
             )
 
     def serve(self) -> None:
-        """Give waiting requests to inactive instances that have room, the oldest first."""
+        """Give waiting requests, the oldest first, to idle instances whose place has room."""
         traffic, port = self._traffic, self.port
         keeping = self._keeping()
         if keeping is not None:
@@ -186,13 +188,13 @@ class Server:
                     traffic.came("serve", instance.about, entry, token, message.id)
 
     def reply(self, instance: Instance) -> None:
-        """Send the response of an instance, which is inactive then.
+        """Send the response of an instance; the instance is idle then.
 
         Raises
         ------
         SendError
-            The transport cannot send what the token carries; it stays where it is. Firings are checked, so
-            that this is a token of the initial marking, or of a journal that another version has written.
+            The transport cannot send the token's data; the token stays on its place. Firings check their
+            data, so this token is of the initial marking, or of a journal written by another version.
         """
         traffic, port = self._traffic, self.port
         try:
@@ -213,7 +215,7 @@ class Server:
         self.serve()
 
     def keep(self, response: Message) -> None:
-        """Keep a response for a request that comes again; the last ones of each of the senders heard last."""
+        """Keep a response for repeated requests: the last ones of each recent sender."""
         sender = _sender(response.id)
         responses = self.responses[sender] = self.responses.pop(sender, {})
         responses[response.id] = response
@@ -233,5 +235,5 @@ def _sender(message_id: str) -> str:
 def _answer(answer: Answer, response: Message) -> None:
     try:
         answer(response)
-    except Exception:  # the client asks again
+    except Exception:  # the client sends the request again
         LOG.exception("the response to %s was not sent", response.id)

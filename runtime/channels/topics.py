@@ -13,7 +13,7 @@ from dineros.runtime.scheduling.timers import IDLE
 
 
 class Writer:
-    """What the places of a publisher's port share, on a server page one for each server instance.
+    """The state shared by the places of a publisher's port; on a server page, one place per instance.
 
     Attributes
     ----------
@@ -27,7 +27,9 @@ class Writer:
         self.history: deque[Message] = deque(maxlen=max(1, port.limit))
 
     def send_again(self) -> None:
-        """Publish again what the queue held when its process ended; receivers ignore what they have had.
+        """Publish again the messages that the queue held when the process ended.
+
+        Receivers ignore those that they had received.
 
         Raises
         ------
@@ -66,7 +68,7 @@ class Publisher:
         Raises
         ------
         SendError
-            The transport failed; the token stays where it is.
+            The transport failed; the token stays on its place.
         """
         traffic, port, place = self._traffic, self.port, self.place
         if not traffic.is_active:
@@ -88,7 +90,7 @@ class Publisher:
             traffic.left("publish", self._about, self._name, token, message.id)
 
     def _discard(self, queue: Queue) -> None:
-        """Lose the oldest token to a full queue, or as lifecycle publishers do whose node is not active."""
+        """Drop the oldest token: the queue is full, or the node of a lifecycle publisher is not active."""
         traffic = self._traffic
         token = traffic.engine.take(self.place)
         traffic.drops[self.port.channel, queue] += 1
@@ -99,18 +101,18 @@ class Publisher:
 
 
 class Subscriber:
-    """Makes tokens of the messages of a topic.
+    """Puts a token for each message of a topic.
 
     Attributes
     ----------
     seen : Senders
-        What came, or is known to be lost: what comes again is ignored.
+            Messages received or known to be lost: repeated messages are ignored.
     missing : int
-        Messages that were lost since the last one came.
+            Number of messages lost since the last one was received.
     place : int
-        The place that they come to.
+            The place onto which their tokens are put.
     is_late : bool
-        Whether a deadline was missed and the place for missed deadlines has had no room for its token since.
+            Whether a deadline was missed and its place has had no room for the token since.
     """
 
     def __init__(self, traffic: Traffic, port: SubscriberPort) -> None:
@@ -126,7 +128,7 @@ class Subscriber:
         self._lock = threading.Lock()
 
     def had(self, message: Message) -> bool:
-        """Return whether a message came before; from any thread."""
+        """Return whether a message was received before; from any thread."""
         known = _number_of(message)
         with self._lock:
             return known is not None and self.seen.had(*known)
@@ -142,18 +144,18 @@ class Subscriber:
         return self._traffic.engine.has_room(self.place)
 
     def lost(self, queue: Queue, count: int) -> None:
-        """Count and record messages that a full queue lost: they have been sent, and will not come."""
-        if queue != "restart":  # what a stranger's ids can feign must silence nobody
+        """Count and record messages that a full queue lost; they will not arrive."""
+        if queue != "restart":  # forged ids must not make this node ignore real messages
             self.missing += count
         self._traffic.lost(self._port, queue, count, self._port.place)
 
     def arrived(self, message: Message, lost: int) -> None:
-        """Put the token of a message, unless it came before; `lost` are missing just before it."""
+        """Put the token of a new message; `lost` messages are missing just before it."""
         traffic, port = self._traffic, self._port
         if not traffic.plausible(port.channel, port.topic, message.id):
             return
         known = parse_id(message.id)
-        if known is not None and lost:  # a publisher that continues sends again what came before
+        if known is not None and lost:  # a publisher that continues sends earlier messages again
             lost = self.seen.lacks(*known, lost)
         if lost > 0:
             self.lost("subscriber", lost)
@@ -173,7 +175,7 @@ class Subscriber:
             self._expect_next(port.quality.deadline)
 
     def _expect_next(self, deadline: float) -> None:
-        """Restart the deadline of the next message; one timer runs, however many messages come."""
+        """Restart the deadline of the next message; one timer serves any number of messages."""
         timers = self._traffic.loop.timers
         self.is_late = False
         self._due = timers.now + deadline
@@ -181,7 +183,7 @@ class Subscriber:
             self._deadline = timers.call_later(deadline, self._look)
 
     def _look(self) -> None:
-        """Miss the deadline, or wait on if a message came since the timer was started."""
+        """Miss the deadline, or wait longer if a message arrived since the timer was started."""
         timers = self._traffic.loop.timers
         if (left := self._due - timers.now) > 0:
             self._deadline = timers.call_later(left, self._look)
@@ -190,7 +192,7 @@ class Subscriber:
             self.miss()
 
     def miss(self) -> None:
-        """Put a token, as the deadline is over, or as soon as there is room and no message came before."""
+        """Put the token of a missed deadline; if its place is full, `is_late` is set to retry later."""
         traffic, name = self._traffic, self._port.missed
         assert name is not None, "then no deadline runs"
         place = traffic.places[name]
@@ -202,7 +204,7 @@ class Subscriber:
 
 
 def _number_of(message: Message) -> tuple[str, int] | None:
-    """Return sender and number of a message; None where it has none, or no id that is plausible."""
+    """Return sender and number of a message; None if it has no id, or an implausible one."""
     try:
         return parse_id(message.id)
     except MessageIdError:

@@ -1,8 +1,8 @@
-"""What all ports of a node share: the transport, the ids of messages, the tokens of what arrives.
+"""The state that all ports of a node share: the transport, message ids, and tokens of received messages.
 
-A message is sent before it is recorded, with an id that the records determine: a node that is killed in
-between sends it again with the same id, and whoever had it ignores it. What arrives is recorded before
-anything depends on it.
+A message is sent before it is recorded, with an id determined by the records. A node that is killed in
+between sends the message again with the same id, and a receiver that has it ignores the copy. A received
+message is recorded before anything depends on it.
 """
 
 from __future__ import annotations
@@ -26,34 +26,35 @@ T = TypeVar("T")
 
 
 class SendError(DinerosError):
-    """The transport did not take a message."""
+    """The transport did not accept a message."""
 
 
 class Traffic:
-    """What the ports of one node share.
+    """The state shared by the ports of one node.
 
     Attributes
     ----------
     transport : Transport or None
         None until the node is open.
     is_active : bool
-        Whether publishers send; those of a managed node lose what is published while it is not active.
+            Whether publishers send; a managed node that is not active loses its messages.
     run : str
-        Goes into the ids of messages after the node's id.
+            Part of the ids of messages, after the node's id.
     places : dict of str to int
         Numbers of the node's places, by id.
     senders : dict of int to callable
-        What sends the oldest token of each departure.
+            The function that sends the oldest token of each departure.
     departures : dict of int to (str, str or None)
-        Id of the place of each departure, and its channel, if data goes through a port.
+            For each departure, the id of its place, and its channel if the data passes a port.
     checks : dict of int to callable
-        Place -> what raises for data that cannot be sent from there; empty until the node is open.
+            Place -> function that raises for data that cannot be sent from there; empty until the node is
+            open.
     numbers : dict of str to int
         Place of a publisher's or client's port -> number of its last message.
     drops : Counter
-        Messages lost, by channel and queue.
+            Number of messages lost, by channel and queue.
     refused : Counter
-        Messages that were not taken, by channel: no plausible id, or an announcement of none.
+            Number of messages refused, by channel: an implausible id, or an announcement without a message.
     """
 
     def __init__(self, engine: Engine, loop: Loop, observer: FiringObserver, run: str) -> None:
@@ -74,14 +75,14 @@ class Traffic:
 
     @property
     def joined(self) -> Transport:
-        """The transport, once there is one."""
+        """The transport; asserts that there is one."""
         assert self.transport is not None, "nothing departs before the node is open"
         return self.transport
 
     def add_departure(
         self, place: int, send: Callable[[], None], port: Port | None = None, part: str = ""
     ) -> int:
-        """Have the tokens of a place sent.
+        """Register a place whose tokens are sent.
 
         Parameters
         ----------
@@ -90,7 +91,7 @@ class Traffic:
         send : callable
             Sends its oldest token.
         port, part : Port and str, optional
-            What the token's data goes through, for the transport to check it.
+            The port through which the token's data passes, so that the transport can check it.
 
         Returns
         -------
@@ -105,7 +106,7 @@ class Traffic:
         return number
 
     def join(self, transport: Transport) -> None:
-        """Send by a transport from now on."""
+        """Use this transport from now on."""
         self.transport = transport
         found = {place: check_of(transport, port, part) for place, port, part in self._sending}
         self.checks = {place: check for place, check in found.items() if check is not None}
@@ -116,7 +117,7 @@ class Traffic:
             check(data)
 
     def next_id(self, place: str) -> str:
-        """Return the id of the next message of a port's place; `count_sent` makes it used."""
+        """Return the id of the next message of a port's place; `count_sent` marks it as used."""
         return self.id_of(place, self.numbers.get(place, 0) + 1)
 
     def id_of(self, place: str, number: int) -> str:
@@ -130,7 +131,7 @@ class Traffic:
         self.numbers[place] = self.numbers.get(place, 0) + 1
 
     def plausible(self, channel: str, name: str, message_id: str) -> bool:
-        """Return whether a message has a plausible id, or none; others are refused."""
+        """Return whether a message has a plausible id or no id; other messages are refused."""
         try:
             parse_id(message_id)
         except MessageIdError as error:
@@ -139,16 +140,16 @@ class Traffic:
         return True
 
     def refuse(self, channel: str, name: str, error: Exception) -> None:
-        """Count a message that is not taken; the first one is logged.
+        """Count a message that is refused, and log and record the first one.
 
-        Whoever sends one such message can send millions: no more than one line and record tells of them.
+        A sender may send millions of such messages; one line and one record suffice.
         """
         self.refused[channel] += 1
         if self.refused[channel] == 1:
             self.log_error(f"a message of {name} is dropped: {error}; others like it are only counted")
 
     def arriving(self, name: str, place: int, data: Data) -> Token | None:
-        """Return the token of what arrives for a place; None: it does not fit its type, and is refused."""
+        """Return the token of received data for a place; None: the data is refused by its type."""
         engine = self.engine
         try:
             return engine.new_token(engine.checkers[place].complete(data))
@@ -157,14 +158,14 @@ class Traffic:
             return None
 
     def log_error(self, text: str, policy: str | None = None, cause: BaseException | None = None) -> None:
-        """Log and record that a message could not be sent or taken."""
+        """Log and record that a message could not be sent or received."""
         LOG.error("%s", text, exc_info=cause)
         self.observer.tell_error(text, policy)
 
     def came(
         self, event: str, about: Mapping[str, object], place: str, token: Token, message: str | None
     ) -> None:
-        """Record that a token has come onto a place by a message; to be asked where somebody observes."""
+        """Record that a message put a token onto a place; call only if there is an observer."""
         self.observer.emit(
             event,
             **about,
@@ -176,12 +177,12 @@ class Traffic:
         )
 
     def left(self, event: str, about: Mapping[str, object], place: str, token: Token, message: str) -> None:
-        """Record that a token has left a place by a message; to be asked where somebody observes."""
+        """Record that a token left a place as a message; call only if there is an observer."""
         change = {place: -1}
         self.observer.emit(event, **about, place=place, token=token.id, message=message, change=change)
 
     def lost(self, port: Port, queue: Queue, count: int, place: str | None = None) -> None:
-        """Count and record messages that a full queue lost before they came to a place."""
+        """Count and record messages that a full queue lost before they reached a place."""
         self.drops[port.channel, queue] += count
         self.observer.emit("drop", channel=port.channel, queue=queue, place=place, count=count, change={})
 

@@ -1,4 +1,4 @@
-"""What a node asks of a transport, and what a transport tells a node.
+"""The interfaces between a node and a transport.
 
 A *transport* carries messages between nodes: in this process (`dineros.runtime.channels.local`) or through
 ROS 2. A node opens it with its ports and with itself as the receiver. A transport may call the receiver from
@@ -34,50 +34,50 @@ from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation
 
 Answer = Callable[[Message], None]
-"""Sends the response to a request; called once by the node, on its own thread. It does not raise."""
+"""Sends the response to a request. The node calls it once, on its own thread; it does not raise."""
 
 
 class Receiver(Protocol):
-    """What a transport calls, from any thread; calls return at once, the node acts on its own thread."""
+    """Methods that a transport calls, from any thread; they return at once, the node acts on its thread."""
 
     def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
-        """Take a message of a topic; `lost` messages are missing just before it."""
+        """Receive a message of a topic; `lost` messages are missing just before it."""
 
     def is_open(self, port: SubscriberPort | ServerPort) -> bool:
         """Return whether the node takes a message of a topic, or a request, now.
 
-        Where it does not, it stays in the middleware, whose history loses the oldest.
+        If not, the message stays in the middleware, whose history loses its oldest message when it is full.
         """
 
     def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
-        """Take a request. One that comes again is served once; every `answer` given for it is called."""
+        """Receive a request. A repeated request is handled once; each `answer` given for it is called."""
 
     def requests_wait(self, port: ServerPort) -> None:
-        """Learn that a transport which is `Keeping` has requests, or has lost some."""
+        """Notice that a `Keeping` transport has requests, or has lost some."""
 
     def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
-        """Return how many messages of a publisher before this one are missing; none of a new publisher."""
+        """Return how many messages of a publisher before this one are missing; 0 for a new publisher."""
 
     def knows_request(self, port: ServerPort, message_id: str) -> bool:
-        """Return whether a request was taken before: one that comes again waits for no instance."""
+        """Return whether a request was taken before: a repeated request waits for no instance."""
 
     def response_arrived(self, port: ClientPort, message: Message) -> None:
-        """Take the response to the request of this id; one that nobody waits for (any more) is ignored."""
+        """Receive the response to the request of this id; ignored if no request waits for it."""
 
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
-        """Learn that a request timed out or was not sent: it is recorded and sent again with the same id."""
+        """Notice that a request timed out or was not sent; it is recorded and sent again with the same id."""
 
     def ticked(self, timer: TimerPort) -> None:
-        """Learn that a timer ticks; a tick that comes before its callback has begun is gone."""
+        """Handle a tick of a timer; a tick before the callback has begun is lost."""
 
     def action_event(self, port: ActionPort, event: ActionEvent) -> None:
-        """Learn of a goal of an action."""
+        """Handle an event about a goal of an action."""
 
     def refused(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
-        """Learn that something came that is not a message; it is counted, and the first is recorded."""
+        """Count received data that is not a valid message; the first case is recorded."""
 
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
-        """Learn that a full queue lost messages outside of `publish` and `message_arrived`."""
+        """Count messages that a full queue lost outside of `publish` and `message_arrived`."""
 
     def signals_changed(self, values: Mapping[str, SignalSetting], source: str) -> None:
         """Set input signals at once, by id or name; `source` says where they came from and is recorded.
@@ -89,28 +89,28 @@ class Receiver(Protocol):
         """
 
     def signal_expected(self, signal: str, expectation: Expectation) -> None:
-        """Notice from now on when nobody sets a signal."""
+        """Watch from now on whether the signal is set as expected."""
 
     def source(self, name: str) -> Source:
-        """Return the counters of what sets signals under this name, shown by the node from now on."""
+        """Return the counters of the signal source of this name; the node shows them from now on."""
 
     def remove_source(self, source: Source) -> None:
-        """Show it no more."""
+        """Stop showing a source."""
 
 
 @runtime_checkable
 class Choosy(Protocol):
-    """A transport that does not send all that tokens can carry."""
+    """A transport that cannot send all data that tokens can carry."""
 
     def check(self, port: Port, part: str = "") -> Check | None:
-        """Return what raises for data that cannot be sent at a port; None: it sends all.
+        """Return a function that raises for data that cannot be sent at a port; None: all data can be sent.
 
-        `part` is ``result`` or ``feedback`` of an action's server.
+        For an action server, `part` is ``result`` or ``feedback``.
         """
 
 
 def check_of(transport: Transport, port: Port, part: str = "") -> Check | None:
-    """Return what raises for data that a transport cannot send at a port; None: it sends all."""
+    """Return a function that raises for data that a transport cannot send at a port; None: it sends all."""
     if not isinstance(transport, Choosy):
         return None
     return transport.check(port, part) if part else transport.check(port)
@@ -118,84 +118,84 @@ def check_of(transport: Transport, port: Port, part: str = "") -> Check | None:
 
 @runtime_checkable
 class Repeating(Protocol):
-    """A transport that tells what was sent before a restart from what is sent for the first time."""
+    """A transport that distinguishes messages from before a restart from new messages."""
 
     def publish_again(self, port: PublisherPort, message: Message) -> object:
-        """Send a message that was sent before to those who tell by its id whether they had it."""
+        """Send a message that was sent before, to receivers that recognise copies by the id."""
 
 
 @runtime_checkable
 class Pausing(Protocol):
-    """A transport that does not ask again by itself whether the node takes a message."""
+    """A transport that must be notified when the node takes messages again."""
 
     def opened(self, port: SubscriberPort) -> object:
-        """Learn that the node takes messages of a topic again; on the thread of the node's loop."""
+        """Notice that the node takes messages of a topic again; on the thread of the node's loop."""
 
 
 @runtime_checkable
 class Measuring(Protocol):
-    """A transport that can tell how full the histories were from which messages come."""
+    """A transport that can measure the fill level of the histories from which messages are taken."""
 
     def most_waiting(self, port: SubscriberPort) -> int:
-        """Return how many messages of a topic waited at a time, at most, since this was asked last."""
+        """Return the most messages of a topic that waited at once since the last call."""
 
     def waited(self, port: SubscriberPort) -> float:
-        """Return for how many seconds the message that was taken last had waited in its history."""
+        """Return how many seconds the message taken last had waited in its history."""
 
 
 @runtime_checkable
 class Ticking(Protocol):
-    """A transport that has timers; where it has none, those of a node go by the clock of its loop."""
+    """A transport that has timers; otherwise the node's timers use the clock of its loop."""
 
     def start_timers(self) -> object:
-        """Tell the receiver of each tick from now on, the first one after a period; once, when it is open."""
+        """Report each tick to the receiver, the first one after a period; called once, when it is open."""
 
 
 @runtime_checkable
 class Keeping(Protocol):
-    """A transport that keeps requests until the node takes them: on the thread of the node's loop."""
+    """A transport that keeps requests until the node takes them, on the thread of the node's loop."""
 
     def take_request(self, port: ServerPort) -> tuple[list[str], tuple[Message, Answer] | None]:
-        """Return what was lost before, as `lost_requests` does, and the oldest request that waits then.
+        """Return the requests lost before, as `lost_requests` does, and the oldest request that waits.
 
-        Both at one moment: a request may arrive at any time, and what it pushes out of the history is
-        recorded before the request itself is served. With the request comes what sends its response; None:
-        none waits.
+        Both are read at one moment: a request may arrive at any time, and a request that it displaces from
+        the history is recorded before it is handled itself. The request comes with the function that sends
+        its response; None: no request waits.
         """
 
     def lost_requests(self, port: ServerPort) -> list[str]:
-        """Return the ids of the requests that the full history has lost since this was asked last."""
+        """Return the ids of the requests that the full history has lost since the last call."""
 
 
 @runtime_checkable
 class Forgetting(Protocol):
-    """A transport that keeps something of each request until its response is there."""
+    """A transport that keeps data of each request until its response arrives."""
 
     def forget(self, port: ClientPort, message_id: str) -> object:
-        """Learn that the node waits no longer for the response to a request."""
+        """Notice that the node no longer waits for the response to a request."""
 
 
 class Transport(Protocol):
-    """What a node calls, from the thread of its loop."""
+    """Methods that a node calls, from the thread of its loop."""
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
-        """Join the channels; what arrives goes to the receiver from now on."""
+        """Join the channels; from now on, the receiver gets all that arrives."""
 
     def publish(self, port: PublisherPort, message: Message) -> bool:
         """Send a message; False: the publisher's queue was full and the message is dropped.
 
-        A transport that overwrites the oldest instead says True here, and `dropped` for the one overwritten
-        where it knows of it.
+        A transport that overwrites the oldest message instead returns True here, and calls `dropped` for the
+        overwritten message if it notices the loss.
         """
 
     def request(self, port: ClientPort, message: Message) -> None:
-        """Send a request, once more if it was sent before: the node does so after a time-out.
+        """Send a request, or send it again after a time-out.
 
-        The node has as many under way per client as `ClientPort.outstanding` says.
+        Each client has at most `ClientPort.outstanding` requests under way.
         """
 
     def close(self) -> None:
-        """Leave the channels; when it returns, the receiver is called no more."""
+        """Leave the channels; after it returns, the receiver is not called any more."""
 
 
 @runtime_checkable
@@ -203,22 +203,22 @@ class ActionTransport(Protocol):
     """A transport that carries goals; a node calls it from the thread of its loop."""
 
     def restore_goals(self, port: ActionServerPort, goals: Sequence[KnownGoal]) -> None:
-        """Know the goals of an earlier life again, before any other arrives."""
+        """Restore the goals from before a restart, before any other goal arrives."""
 
     def send_goal(self, port: ActionClientPort, message: Message) -> None:
-        """Send a goal; one that was sent before goes again with the same id."""
+        """Send a goal; a repeated goal has the same id."""
 
     def follow_goal(self, port: ActionClientPort, message: Message) -> None:
-        """Ask for the result of a goal of an earlier life, which was accepted."""
+        """Ask for the result of an accepted goal from before a restart."""
 
     def cancel_goal(self, port: ActionClientPort, goal: str) -> None:
-        """Ask to cancel a goal; asked again where nobody answers."""
+        """Ask to cancel a goal; the transport repeats the request until the server answers."""
 
     def give_feedback(self, port: ActionServerPort, goal: str, number: int, data: Data) -> None:
-        """Send feedback to the client of a goal: the goal's `number`-th."""
+        """Send the `number`-th feedback of a goal to its client."""
 
     def finish_goal(self, port: ActionServerPort, goal: str, outcome: OutcomeKind, data: Data) -> None:
-        """Send the result of a goal to its client, now or when that asks for it."""
+        """Send the result of a goal to its client, now or when the client asks for it."""
 
 
 def action_transport(transport: Transport) -> ActionTransport:

@@ -1,1 +1,1 @@
-"""Firings: what is selected, which handlers are called, what becomes of results and failures."""
+"""Firings: which transition fires, which handlers run, and how results and failures are handled."""

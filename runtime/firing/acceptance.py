@@ -1,4 +1,4 @@
-"""Whether a goal is accepted: what developers say of its data, where the model lets a server refuse goals."""
+"""Acceptance of goals by functions of the developers, if the model lets an action server refuse goals."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ J = TypeVar("J", bound=Judge)
 
 
 class Acceptance:
-    """What decides about goals of the actions of a node.
+    """Decides which goals a node's action servers accept.
 
     Parameters
     ----------
     ports : sequence of ActionServerPort
-        The servers.
+        The action servers.
     watchdog : Watchdog
-        Watches the functions, which run on the node's thread.
+        Watches the functions; they run on the node's thread.
     observer : FiringObserver
-        Told of their errors.
+        Receives their errors.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class Acceptance:
         self._observer = observer
 
     def register(self, action: str, judge: Judge) -> None:
-        """Let a function decide about the goals of an action.
+        """Register a function that decides about the goals of an action.
 
         Raises
         ------
@@ -63,7 +63,7 @@ class Acceptance:
         self._judges[action] = judge
 
     def accepts(self, action: str, goal: Data) -> bool:
-        """Tell whether a goal is accepted; one whose function fails is not, and the error is recorded."""
+        """Return whether a goal is accepted; if the function fails, it is refused and the error recorded."""
         judge = self._judges.get(action)
         if judge is None:
             return True

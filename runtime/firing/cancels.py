@@ -1,4 +1,4 @@
-"""How handlers learn that the goal they work on is to be canceled."""
+"""How handlers learn that the goal they execute is to be canceled."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from collections.abc import Generator
 from typing import Any
 
 PERIOD = 0.02
-"""Seconds between looks of a coroutine that waits."""
+"""Polling interval, in seconds, of a coroutine that waits."""
 
 
 class CancelRequest:
-    """Whether the goal of an action that a handler works on is to be canceled; from any thread.
+    """Whether a handler's goal of an action is to be canceled; usable from any thread.
 
-    Where a transition belongs to no goal, it never is.
+    If the transition belongs to no goal, no cancel is ever requested.
 
     Examples
     --------
-    A handler on a thread of its own ends early::
+    A handler on its own thread ends early::
 
         @net.handler("Drive", thread=True)
         def drive(firing):
             while not arrived() and not firing.cancel.wait(0.1):
                 go_on()
 
-    One on an event loop awaits the request: ``await firing.cancel``.
+    A handler on an event loop awaits the request: ``await firing.cancel``.
     """
 
     def __init__(self) -> None:
@@ -36,16 +36,16 @@ class CancelRequest:
         return self._event.is_set()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until the goal is to be canceled, or for some seconds; return whether it is."""
+        """Wait until a cancel is requested, or for `timeout` seconds; return whether it was requested."""
         return self._event.wait(timeout)
 
     def __await__(self) -> Generator[Any, None, None]:
-        """Wait on an event loop until the goal is to be canceled."""
-        import asyncio  # which takes a while, and most nodes need none
+        """Wait on an event loop until a cancel is requested."""
+        import asyncio  # a slow import that most nodes do not need
 
         while not self._event.is_set():
             yield from asyncio.sleep(PERIOD).__await__()
 
     def set(self) -> None:
-        """Let the handlers know; for the server of the action."""
+        """Notify the handlers; called by the action server."""
         self._event.set()

@@ -1,4 +1,4 @@
-"""What fires next: uniformly at random among what may fire now, or as the developers' selection says."""
+"""Chooses the next transition to fire: uniformly at random, or by the developers' selection function."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Chooser:
     Parameters
     ----------
     random : Random
-        Decides where nobody else does.
+        Draws a transition if there is no selection function.
     timing : Timing
-        Which ready transitions may fire by now.
+        Determines which ready transitions may fire now.
     watchdog : Watchdog
         Watches the selection.
 
@@ -27,9 +27,9 @@ class Chooser:
     selection : callable or None
         The developers' selection; None: uniformly at random.
     is_paused : bool
-        Whether the selection is not asked for the time being.
+        Whether the selection is suspended after a failure.
     failures : int
-        How often the selection has failed since it last returned something.
+        Number of failures of the selection since its last success.
     """
 
     def __init__(self, random: Random, timing: Timing, watchdog: Watchdog) -> None:
@@ -41,16 +41,16 @@ class Chooser:
         self._watchdog = watchdog
 
     def choose(self, engine: Engine) -> tuple[int, Tokens | None] | None:
-        """Return a transition and the tokens it takes, None: the oldest; or None, where nothing is to fire.
+        """Return a transition and its tokens (None: the oldest ones); or None if nothing is to fire.
 
         Raises
         ------
         BaseException
-            What the selection raised.
+            Any error that the selection raised.
         SelectionError
-            It returned something that cannot fire.
+            The selection returned something that cannot fire.
         """
-        ready, selection = engine.ready, self.selection  # which other threads may set
+        ready, selection = engine.ready, self.selection  # other threads may set it
         if not ready or (self.is_paused and selection is not None):
             self.pass_time(engine)
             return None
@@ -64,12 +64,12 @@ class Chooser:
         return (ready[0] if size == 1 else ready[int(self._random.random() * size)]), None
 
     def pass_time(self, engine: Engine) -> None:
-        """Note which transitions are ready, where nothing is to fire: their time continues."""
+        """Update the clocks of ready transitions while nothing is to fire."""
         if self._timing:
             self._timing.of(engine, [])
 
     def _allowed(self, engine: Engine) -> list[int]:
-        """Return the ready transitions that priorities and time let fire."""
+        """Return the ready transitions that may fire by priority and time."""
         if self._timing:
             return self._timing.of(engine, engine.ready)
         return [number for number in engine.ready if not engine.is_overridden(number)]

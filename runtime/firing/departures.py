@@ -1,6 +1,6 @@
-"""What may come onto places whose tokens are sent: only what the transport can send.
+"""Checks that the transport can send tokens before they are put onto a place from which they are sent.
 
-It is asked before a firing commits, so that nothing is recorded as done, or sent, that nobody gets.
+The check runs before a firing commits, so that no firing or message is recorded that cannot be sent.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Departures:
     Attributes
     ----------
     transitions : frozenset of int
-        Those that put tokens onto a place with a check.
+        Transitions that put tokens onto a place with a check.
     """
 
     def __init__(self) -> None:
@@ -26,7 +26,7 @@ class Departures:
         self.transitions: frozenset[int] = frozenset()
 
     def check_by(self, checks: Mapping[int, Check], structure: Structure) -> None:
-        """Check places from now on: place -> what raises for data that cannot be sent."""
+        """Use these checks from now on: place -> function that raises for data that cannot be sent."""
         self._checks = checks
         self.transitions = frozenset(
             number
@@ -35,7 +35,7 @@ class Departures:
         )
 
     def refused(self, made: Tokens) -> Exception | None:
-        """Return why tokens that a firing makes cannot be sent; None: they can, or need not be."""
+        """Return why tokens made by a firing cannot be sent; None: they can, or they are not sent."""
         for place, tokens in made:
             check = self._checks.get(place)
             if check is not None:

@@ -1,4 +1,4 @@
-"""How long handlers take, and which of them take longer than they declare (``budget=``)."""
+"""Run times of handlers, and which handlers exceed their declared time (``budget=``)."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from dineros.runtime.firing.handlers import Handler
 
 @dataclass(slots=True)
 class HandlerTime:
-    """What one handler of one transition has taken, in seconds of the machine.
+    """Run times of one handler of one transition, in seconds of real time.
 
     Attributes
     ----------
     transition : str
         Id of the transition.
     handler : str
-        Its name.
+        Name of the handler.
     budget : float or None
-        Seconds that it declares to take at most.
+        Declared maximum, in seconds.
     calls : int
-        How often it has run.
+        Number of runs.
     total : float
-        In all.
+        Sum of all runs.
     longest : float
-        Since `Durations.forget_longest`.
+        Longest run since the last `Durations.forget_longest`.
     slow : int
-        How often it took longer than its budget.
+        Number of runs longer than the budget.
     """
 
     transition: str
@@ -40,19 +40,19 @@ class HandlerTime:
 
     @property
     def mean(self) -> float:
-        """What it takes on average."""
+        """Average run time."""
         return self.total / max(1, self.calls)
 
 
 class Durations:
-    """The times of all handlers of a node; on its thread. A transition without handlers costs nothing."""
+    """Run times of all handlers of a node; on its thread. A transition without handlers needs no entry."""
 
     def __init__(self, transitions: Sequence[str]) -> None:
         self._transitions = transitions
         self._times: dict[tuple[int, str], HandlerTime] = {}
 
     def note(self, transition: int, handler: Handler, seconds: float) -> None:
-        """Note that a handler has run for so long, whatever came of it."""
+        """Record a run of a handler that took this time, even if it failed."""
         key = transition, handler.name
         time = self._times.get(key)
         if time is None:
@@ -61,13 +61,13 @@ class Durations:
         time.total += seconds
         time.longest = max(time.longest, seconds)
         if handler.budget is not None:
-            time.budget = handler.budget  # another handler may have taken its name
+            time.budget = handler.budget  # another handler may have been registered under its name
             time.slow += seconds > handler.budget
 
     def __iter__(self) -> Iterator[HandlerTime]:
         return iter(self._times.values())
 
     def forget_longest(self) -> None:
-        """Begin a new stretch for `HandlerTime.longest`."""
+        """Reset `HandlerTime.longest` of all handlers."""
         for time in self._times.values():
             time.longest = 0.0

@@ -1,8 +1,8 @@
-"""Firing: running the handlers of a transition, committing, and what happens when a handler fails.
+"""Firing: running the handlers of a transition, committing, and handling failures.
 
-A firing changes the marking at its commit and nowhere else. While a long handler runs, the firing is *in
-flight*: its tokens are reserved. It commits only if the transition is still allowed then (clause, read and
-inhibitor arcs, priorities); otherwise it is withdrawn, and tried again when the transition is enabled.
+A firing changes the marking only when it commits. While a long handler runs, the firing is *in flight*: its
+tokens are reserved. It commits only if the transition is still allowed then (clause, read and inhibitor arcs,
+priorities). Otherwise it is withdrawn, and retried when the transition is enabled again.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ LOG = logging.getLogger("dineros.runtime")
 
 
 class HandlerTimeoutError(DinerosError):
-    """A handler took longer than it may."""
+    """A handler exceeded its time-out."""
 
 
 class Execution:
@@ -47,27 +47,27 @@ class Execution:
     Attributes
     ----------
     policy : Policy
-        What becomes of a failure where the handler says nothing else.
+        Policy for a failure if the handler has none of its own.
     halted : str or None
-        Why nothing fires any more.
+        Why the node is halted; None: it is not.
     in_flight : Flights
-        Firings whose handlers run elsewhere.
+        Firings whose handlers run on other threads or on the event loop.
     watchdog : Watchdog
-        Watches the handlers that run on the node's thread.
+        Watches the handlers on the node's thread.
     departures : Departures
-        Refuses what cannot be sent.
+        Refuses tokens that cannot be sent.
     timing : Timing
-        What time lets fire.
+        Determines which transitions may fire now.
     chooser : Chooser
-        What fires next, as the developers' selection says.
+        Chooses the next transition, by the developers' selection if there is one.
     durations : Durations
-        What its handlers take.
+        Run times of the handlers.
     firings : int
-        How many have committed.
+        Number of committed firings.
     kept : dict
-        What handlers keep: name -> JSON value.
+        Values that handlers keep over restarts: name -> JSON value.
     cancel_of : callable
-        Returns, for a transition, whether the goal that it works on is to be canceled; None: it is of none.
+        Returns the cancel request of the goal that a transition works on; None: it belongs to no goal.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class Execution:
     def _selection_failed(self, error: BaseException) -> None:
         self.chooser.failures += 1
         attempt, policy = self.chooser.failures, self.policy
-        if isinstance(policy, Aside):  # there are no tokens to put aside
+        if isinstance(policy, Aside):  # a selection has no tokens to put aside
             policy = Retry(attempts=1 << 31)
         elif isinstance(policy, Retry) and attempt >= policy.attempts:
             policy = Halt()
@@ -145,7 +145,7 @@ class Execution:
         self.chooser.is_paused = False
 
     def _begin(self, transition: int, taken: Tokens) -> None:
-        """Run the handlers of a transition and commit, or leave it in flight."""
+        """Run the handlers of a transition and commit, or leave the firing in flight."""
         engine, started = self.engine, self._loop.clock()
         if self.timing:
             self.timing.began(transition)
@@ -173,7 +173,7 @@ class Execution:
         self._go_on(Flight(transition, taken, handlers, firing, data, started, status))
 
     def _go_on(self, flight: Flight) -> None:
-        """Run the handlers that are left, up to one that runs elsewhere; commit after the last."""
+        """Run the remaining handlers up to one that runs elsewhere; commit after the last handler."""
         while flight.position < len(flight.handlers):
             handler = flight.handlers[flight.position]
             if handler.is_asynchronous or handler.thread or handler.timeout is not None:
@@ -200,7 +200,7 @@ class Execution:
         self._finish(flight)
 
     def _accept(self, flight: Flight, handler: Handler, result: object) -> bool:
-        """Check what a handler left and returned; False: it was wrong, and the firing has failed."""
+        """Check the data and result of a handler; False: they were wrong, and the firing has failed."""
         try:
             data, given = checked_result(self.engine, flight, result)
         except Exception as error:
@@ -211,7 +211,7 @@ class Execution:
         flight.position += 1
         return True
 
-    # Handlers that run elsewhere.
+    # Handlers on other threads or on the event loop.
 
     def _send_off(self, flight: Flight, handler: Handler, awaitable: Awaitable[Any] | None = None) -> None:
         if not flight.is_reserved:
@@ -240,14 +240,14 @@ class Execution:
     def _returned(
         self, flight: Flight, handler: Handler, result: object, error: BaseException | None
     ) -> None:
-        """Go on with a firing whose handler has returned or failed; on the node's thread."""
-        if flight.is_over:  # too late: what it returned counts no more
+        """Continue a firing whose handler has returned or failed; on the node's thread."""
+        if flight.is_over:  # too late: the result is ignored
             if inspect.iscoroutine(result):
                 result.close()
             self.in_flight.outlived(self.engine, flight)
             return
         flight.timer.cancel()
-        if error is None and inspect.isawaitable(result):  # a function on a thread that made a coroutine
+        if error is None and inspect.isawaitable(result):  # a function on a thread returned a coroutine
             self._send_off(flight, handler, result)
             return
         self.durations.note(flight.transition, handler, monotonic() - flight.sent)
@@ -257,7 +257,7 @@ class Execution:
             self._go_on(flight)
 
     def _give_up(self, flight: Flight, handler: Handler, error: DinerosError) -> None:
-        """Let a firing fail whose handler still runs; its transition waits until that has ended."""
+        """Let a firing fail while its handler still runs; its transition waits for the handler's end."""
         self.durations.note(flight.transition, handler, monotonic() - flight.sent)
         self.in_flight.outlive(self.engine, flight)
         flight.cancel()
@@ -266,7 +266,7 @@ class Execution:
     def give_up(self) -> list[str]:
         """Release all firings in flight, and return their transitions.
 
-        What their handlers return counts no more.
+        Results of their handlers are ignored from now on.
         """
         given_up = []
         for flight in list(self.in_flight):
@@ -282,9 +282,9 @@ class Execution:
         return given_up
 
     def give_up_blocking(self, seconds: float) -> bool:
-        """Cut off the handler that keeps the node's thread from ending; False: there is none.
+        """Abandon the handler that keeps the node's thread from ending; False: there is none.
 
-        From another thread than the node's, which does nothing any more where this returns True.
+        Called from another thread. If it returns True, the node's thread does nothing more.
         """
         call = self.watchdog.give_up()
         if call is None:
@@ -353,7 +353,7 @@ class Execution:
     def _end(
         self, flight: Flight, handler: Handler | None = None, error: BaseException | None = None
     ) -> None:
-        """Give up the reservation of a firing, if it has one, and let it fail where there is an error."""
+        """Release the reservation of a firing, if it has one, and let it fail if there is an error."""
         flight.is_over = True
         flight.status[0] = False
         flight.timer.cancel()
@@ -363,7 +363,7 @@ class Execution:
             self._fail(flight.transition, flight.taken, handler, error)
 
     def _fail(self, transition: int, taken: Tokens, handler: Handler | None, error: BaseException) -> None:
-        """Leave everything as it was and do as the policy says."""
+        """Leave the marking unchanged and apply the policy."""
         id = self.engine.structure.transitions[transition]
         tokens = frozenset(token.id for _, tokens in taken for token in tokens)
         known, attempt = self._failures.get(transition, (tokens, 0))
@@ -374,7 +374,7 @@ class Execution:
         if isinstance(policy, Retry) and attempt >= policy.attempts:
             policy = policy.then
         if isinstance(policy, Aside) and not taken:
-            policy = Halt()  # there is nothing to put aside
+            policy = Halt()  # there are no tokens to put aside
         text = shown(error)
         failed = f"the handler {name}" if handler is not None else "the firing"
         LOG.error("%s: %s failed; policy: %s", id, failed, policy.name, exc_info=error)
@@ -398,7 +398,7 @@ class Execution:
         )
 
     def release(self, transitions: Sequence[int]) -> None:
-        """Let transitions take again the tokens that were put aside for them."""
+        """Let transitions take the tokens again that were put aside for them."""
         structure = self.engine.structure
         for transition in transitions:
             released = self.engine.release_aside(transition)
@@ -410,21 +410,21 @@ class Execution:
                 )
 
     def halt(self, reason: str, level: int = logging.ERROR) -> None:
-        """Fire nothing more until `proceed`; the reason is logged at a level of `logging`."""
+        """Stop firing until `proceed`; the reason is logged at a level of `logging`."""
         if self.halted is None:
             LOG.log(level, "the node halts: %s", reason)
             self.halted = reason
             self._observer.status_changed()
 
     def proceed(self) -> None:
-        """Fire again after a halt."""
+        """Continue firing after a halt."""
         self.halted = None
         self._failures.clear()
         self.chooser.failures = 0
         self._observer.status_changed()
 
     def close(self) -> None:
-        """Give up all firings in flight; their handlers are cancelled where that is possible."""
+        """Release all firings in flight; their handlers are cancelled if that is possible."""
         for flight in list(self.in_flight):
             flight.cancel()
             self._end(flight)

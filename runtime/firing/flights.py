@@ -1,7 +1,7 @@
-"""Firings under way: while a long handler runs, the tokens of its firing are reserved.
+"""Firings in flight: while a long handler runs, the tokens of its firing are reserved.
 
-A handler may outlive its firing: a thread cannot be stopped, and a coroutine that is cancelled may have to
-tidy up. Then its transition waits for its end, so that it never runs twice at a time.
+A handler may outlive its firing: a thread cannot be stopped, and a cancelled coroutine may have cleanup to
+do. Then the transition waits for the end of the handler, so that no two runs of the handler overlap.
 """
 
 from __future__ import annotations
@@ -17,34 +17,34 @@ from dineros.runtime.scheduling.timers import IDLE, Timer
 
 @dataclass(eq=False)
 class Flight:
-    """A firing under way.
+    """A firing that has begun.
 
     Attributes
     ----------
     transition : int
-        What fires.
+        The transition that fires.
     taken : list
         The tokens it takes, by place.
     handlers, position : tuple of Handler and int
-        All handlers, and which of them is next.
+        All handlers, and the index of the next one.
     firing : Firing
-        What they see.
+        The object that handlers get.
     data, given : mapping
-        What continues so far, and what they gave to single places.
+        The data passed to the outputs so far, and data given to single places.
     started : float
-        When it began, by the net's clock.
+        Start time, by the net's clock.
     status : list of bool
-        Its one element tells the handlers whether the firing could commit now.
+        One element, shared with the handlers: whether the firing could commit now.
     is_reserved : bool
-        Whether it is among the `Flights`: a handler runs elsewhere.
+        Whether it is in `Flights`, because a handler runs elsewhere.
     is_over : bool
-        Whether it has committed, failed or been given up.
+        Whether it has committed, failed or been released.
     cancel : callable
-        Ends the handler that runs elsewhere, where that is possible.
+        Cancels the handler that runs elsewhere, if possible.
     timer : Timer
-        When that handler has taken too long.
+        Timer for the time-out of that handler.
     sent : float
-        When it began, by the machine's clock.
+        Start time of that handler, by the machine's clock.
     """
 
     transition: int
@@ -64,11 +64,11 @@ class Flight:
 
 
 class Flights:
-    """The firings whose handlers run elsewhere."""
+    """The firings whose handlers run on other threads or on the event loop."""
 
     def __init__(self) -> None:
         self._flights: list[Flight] = []
-        self._full: set[int] = set()  # transitions with as many firings in flight as they may have
+        self._full: set[int] = set()  # transitions whose maximum number of firings is in flight
         self._outliving: list[Flight] = []
 
     def __iter__(self) -> Iterator[Flight]:
@@ -78,7 +78,7 @@ class Flights:
         return len(self._flights)
 
     def add(self, engine: Engine, flight: Flight) -> None:
-        """Reserve the tokens of a firing; hold its transition where no more may be in flight."""
+        """Reserve the tokens of a firing; hold its transition at its maximum number of firings in flight."""
         engine.reserve(flight.transition, flight.taken)
         flight.is_reserved = True
         self._flights.append(flight)
@@ -87,7 +87,7 @@ class Flights:
             engine.hold(flight.transition)
 
     def remove(self, engine: Engine, flight: Flight) -> None:
-        """Give up the reservation of a firing."""
+        """Release the reservation of a firing."""
         flight.is_reserved = False
         self._flights.remove(flight)
         engine.release(flight.transition, flight.taken)
@@ -97,22 +97,22 @@ class Flights:
 
     @property
     def outliving(self) -> tuple[Flight, ...]:
-        """The firings that are over, but whose handlers still run."""
+        """Firings that are over but whose handlers still run."""
         return tuple(self._outliving)
 
     def outlive(self, engine: Engine, flight: Flight) -> None:
-        """Keep the transition of a firing that is given up from beginning another one, until `outlived`."""
+        """Hold the transition of a released firing until `outlived`."""
         self._outliving.append(flight)
         engine.hold(flight.transition)
 
     def outlived(self, engine: Engine, flight: Flight) -> None:
-        """Let the transition fire again: the handler of the firing has ended at last."""
+        """Let the transition fire again: the handler of the firing has ended."""
         if flight in self._outliving:
             self._outliving.remove(flight)
             engine.unhold(flight.transition)
 
     def refresh(self, engine: Engine) -> None:
-        """Let the handlers know whether their firings could still commit."""
+        """Update the status of each firing: whether it could commit now."""
         for flight in self._flights:
             flight.status[0] = engine.is_allowed(flight.transition)
 

@@ -1,7 +1,7 @@
-"""Handlers: the developers' code that runs when a transition fires, and what it gets to see.
+"""Handlers: the developers' code that runs when a transition fires, and the objects that it gets.
 
-A handler gets a `Firing`: copies of the tokens and nothing that leads to the marking or the structure. What
-it returns is checked before it counts.
+A handler gets a `Firing`: copies of the tokens, without access to the marking or the structure. Its result is
+checked before it is used.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from dineros.runtime.journal.kept import Memory
 from dineros.runtime.nets.tokens import Token
 
 Result = Any
-"""What a handler returns: None, a mapping of fields to values, or what `Firing.give` made."""
+"""The result of a handler: None, a mapping of fields to values, or a result of `Firing.give`."""
 
 HandlerFunction = Callable[["Firing"], "Result | Awaitable[Result]"]
 
 
 class HandlerError(DinerosError):
-    """A handler cannot be registered, or there is none of this name."""
+    """A handler cannot be registered, or no handler has this name."""
 
 
 @dataclass(frozen=True)
 class Given:
-    """Data of the tokens of some output places; made by `Firing.give`."""
+    """Data for the tokens of some output places; made by `Firing.give`."""
 
     places: Mapping[str, Mapping[str, object] | Sequence[Mapping[str, object]]]
 
@@ -49,13 +49,14 @@ class Firing:
     id : str
         Its id in the running net, such as ``Pick[2].TPick``.
     inputs : mapping of str to tuple of Token
-        Copies of the tokens it takes, and of those its read arcs see, by the place's id in the model.
+        Copies of the tokens that it takes or reads, by the place's id in the model.
     outputs : mapping of str to int
-        How many tokens it puts on each place.
+        Number of tokens that it puts on each place.
     data : dict
-        A copy of the data that continues to the outputs: handlers change it in place, the next one sees it.
+        A copy of the data passed to the outputs: handlers change it in place; the next handler sees the
+        change.
     memory : Memory
-        What the handlers of the node keep, also over restarts: ``firing.memory["picked"] = 3``.
+        Values that the node's handlers keep, also over restarts: ``firing.memory["picked"] = 3``.
     cancel : CancelRequest
         Whether the goal that it works on is to be canceled.
     """
@@ -86,7 +87,7 @@ class Firing:
 
     @property
     def still_enabled(self) -> bool:
-        """Whether the firing could commit now; a long handler may stop early where it could not."""
+        """Whether the firing could commit now; if not, a long handler may stop early."""
         return self._status[0]
 
     def give(self, places: Mapping[str, Mapping[str, object] | Sequence[Mapping[str, object]]]) -> Given:
@@ -95,8 +96,9 @@ class Firing:
         Parameters
         ----------
         places : mapping
-            Place -> fields for all its tokens, or a list with the fields of each. Fields that are not named
-            keep the value in `data`; places that are not named get what they would get without this.
+            Place -> fields for all its tokens, or a list with the fields of each token. Fields that are not
+            given keep the value in `data`; places that are not given get the same tokens as without this
+            method.
         """
         return Given(dict(places))
 
@@ -119,15 +121,15 @@ class Handler:
     priority : int
         Higher runs first; among equals, the one registered first.
     thread : bool
-        Whether it runs on a thread of its own while the rest of the node continues.
+        Whether it runs on its own thread while the rest of the node continues.
     timeout : float, optional
-        Seconds it may take.
+        Maximum run time, in seconds.
     parallel : int
-        How many firings of the transition may be in flight at a time, as far as this handler goes.
+        Maximum number of firings of the transition in flight, as far as this handler limits it.
     policy : Policy, optional
-        What becomes of a failure; by default what the net says.
+        Policy for a failure; by default the policy of the net.
     budget : float, optional
-        Seconds that it declares to take at most: longer is a warning, and no failure.
+        Declared maximum run time, in seconds: a longer run causes a warning, but no failure.
     """
 
     transition: str
@@ -149,14 +151,14 @@ class Handler:
 
 
 class Handlers:
-    """The handlers of a net. May be changed from any thread; a change counts from the next firing on.
+    """The handlers of a net. Any thread may change them; a change takes effect at the next firing.
 
     Parameters
     ----------
     targets : callable
-        Returns the numbers of the transitions that a name stands for.
+        Returns the numbers of the transitions that have a name.
     size : int
-        How many transitions there are.
+        Number of transitions.
     """
 
     def __init__(self, targets: Callable[[str], tuple[int, ...]], size: int) -> None:
@@ -166,7 +168,7 @@ class Handlers:
         self._sequences: list[tuple[Handler, ...]] = [()] * size
 
     def of(self, transition: int) -> tuple[Handler, ...]:
-        """Return the handlers of a transition in the order they run."""
+        """Return the handlers of a transition in the order in which they run."""
         return self._sequences[transition]
 
     def all(self) -> tuple[Handler, ...]:
@@ -179,8 +181,8 @@ class Handlers:
         Raises
         ------
         HandlerError
-            The transition has a handler of this name already, and it is not to be replaced; or a number is
-            out of range.
+            The transition has a handler of this name and it is not to be replaced; or a number is out of
+            range.
         UnknownElementError
             There is no such transition.
         """
@@ -208,7 +210,7 @@ class Handlers:
             self._arrange(handler.transition)
 
     def remove(self, transition: str, name: str) -> None:
-        """Take a handler off a transition.
+        """Remove a handler from a transition.
 
         Raises
         ------
@@ -220,7 +222,7 @@ class Handlers:
             self._arrange(transition)
 
     def set_priority(self, transition: str, name: str, priority: int) -> None:
-        """Let a handler run earlier or later.
+        """Change the priority of a handler.
 
         Raises
         ------

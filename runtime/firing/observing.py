@@ -1,4 +1,4 @@
-"""Who is told what happens in a net, and how errors are told."""
+"""Observers of a net, and how errors are reported to them."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from dineros.metamodel.errors import DinerosError
 
 
 class FiringObserver(Protocol):
-    """Told what happens.
+    """Receives the events of a net.
 
     Attributes
     ----------
     is_observing : bool
-        Whether anybody wants to know; if not, nothing is put together for it.
+        Whether there is an observer; if not, no event is built.
     """
 
     is_observing: bool
 
     def emit(self, event: str, **fields: object) -> None:
-        """Tell of an event, when it has happened."""
+        """Report an event after it has happened."""
 
     def tell_error(
         self,
@@ -30,14 +30,14 @@ class FiringObserver(Protocol):
         handler: str | None = None,
         attempt: int = 1,
     ) -> None:
-        """Tell of an error, what is done about it, where it was, and for the how many-th time."""
+        """Record an error with its policy, location and attempt number."""
 
     def status_changed(self) -> None:
-        """Learn that the node is not as it was: it runs, is halted, or is blocked."""
+        """Notice that the node's status may have changed: running, halted or blocked."""
 
 
 def shown(error: BaseException) -> str:
-    """Return an exception as one line; a wrong return speaks for itself."""
+    """Return an exception as one line; errors of DiNeROS without their type."""
     text = " ".join(str(error).split())
     if isinstance(error, DinerosError):
         return text

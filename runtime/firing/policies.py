@@ -1,4 +1,4 @@
-"""What becomes of a firing that failed: the marking is as it was before; these say how the node continues."""
+"""Policies after a failed firing: the marking is unchanged; the policy decides how the node continues."""
 
 from __future__ import annotations
 
@@ -7,34 +7,34 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Halt:
-    """The node fires nothing more until somebody calls `proceed`; tokens and signals still arrive."""
+    """The node stops firing until `proceed` is called; tokens and signals still arrive."""
 
     name = "halt"
 
 
 @dataclass(frozen=True)
 class Aside:
-    """The tokens stay in their places, and this transition leaves them alone until `release`."""
+    """The tokens stay in their places, and this transition does not take them until `release`."""
 
     name = "aside"
 
 
 @dataclass(frozen=True)
 class Retry:
-    """The transition is tried again later, each time later still.
+    """The transition is retried after a delay, which grows with each attempt.
 
     Parameters
     ----------
     attempts : int
-        How often in all, with the same tokens.
+        Maximum number of attempts with the same tokens.
     delay : float
         Seconds before the second attempt.
     factor : float
-        By how much the delay grows with each attempt.
+        Factor by which the delay grows with each attempt.
     longest : float
         The longest delay, in seconds.
     then : Halt or Aside
-        What happens when the last attempt has failed.
+        Policy after the last attempt has failed.
     """
 
     attempts: int = 3
@@ -50,7 +50,7 @@ class Retry:
             raise ValueError(f"no policy: {self!r}")
 
     def delay_after(self, attempt: int) -> float:
-        """Return the seconds to wait after an attempt, counted from 1."""
+        """Return the delay in seconds after an attempt; attempts count from 1."""
         return float(min(self.longest, self.delay * self.factor ** (attempt - 1)))
 
 

@@ -1,4 +1,4 @@
-"""What a handler left and returned, checked: the data that continues, and data of single output places."""
+"""Checks the data and the result of a handler: the data passed on, and data for single output places."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dineros.runtime.nets.engine import Engine, Tokens
 from dineros.runtime.nets.ports import Data
 
 GivenData = dict[int, list[Data]]
-"""For some output places, the data of all tokens."""
+"""Data of all tokens for some output places."""
 
 
 class WrongReturnError(DinerosError):
@@ -19,14 +19,14 @@ class WrongReturnError(DinerosError):
 
 
 def checked_result(engine: Engine, flight: Flight, result: object) -> tuple[Data, GivenData | None]:
-    """Return what continues after a handler: the data, and that of single places where it says so.
+    """Return the data passed on after a handler, and the data for single places, if it gave any.
 
     Parameters
     ----------
     engine, flight : Engine, Flight
-        What fires, with what its handlers have left and given so far.
+        The net, and the firing with the data of its handlers so far.
     result : object
-        What the last of them returned.
+        The result of the last handler.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def checked_result(engine: Engine, flight: Flight, result: object) -> tuple[Data
 def _as_assigned(
     engine: Engine, flight: Flight, data: Data, given: GivenData | None
 ) -> tuple[Data, GivenData | None]:
-    """Refuse data other than the transition assigns; what the handlers were shown counts as unchanged."""
+    """Refuse data that differs from the assigned values; data that the handlers got counts as unchanged."""
     transition = flight.transition
     assigns = engine.structure.decisions[transition].assigns
     shown = engine.passed_on(transition, flight.taken) if assigns else data
@@ -77,7 +77,7 @@ def _require_assigned(
 
 
 def missing_data(engine: Engine, transition: int, given: GivenData | None) -> WrongReturnError | None:
-    """Return what is wrong where handlers gave no data to a place whose type only they can make."""
+    """Return an error if handlers gave no data to a place whose token type only they can make."""
     structure = engine.structure
     for place in engine.demands[transition]:
         if given is None or place not in given:

@@ -1,7 +1,8 @@
 """Firing selection: which of the enabled transitions fires next (paper, Listing 2).
 
-By default one of them, uniformly at random. A developer's function may decide instead: it sees the enabled
-transitions with the tokens they would take, and returns one of them, one with other tokens, or None.
+By default, an enabled transition is drawn uniformly at random. A developer's function may choose instead: it
+gets the enabled transitions with the tokens that they would take, and returns one of them, one with other
+tokens, or None.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ class SelectionError(DinerosError):
 
 @dataclass(frozen=True)
 class Choice:
-    """A transition, and which tokens it takes from some of its places; made by `Enabled.taking`."""
+    """A transition and the tokens that it takes from some of its places; made by `Enabled.taking`."""
 
     enabled: Enabled
     tokens: Mapping[str, tuple[int, ...]]
@@ -38,7 +39,7 @@ class Enabled:
     transition : str
         Id of the transition in the model.
     instance : int or None
-        Number of the server instance it belongs to, from 1.
+        Number of its server instance, from 1.
     id : str
         Its id in the running net.
     """
@@ -53,7 +54,7 @@ class Enabled:
 
     @cached_property
     def inputs(self) -> Mapping[str, tuple[Token, ...]]:
-        """Copies of the tokens it would take, and of those its read arcs see, by the place's id."""
+        """Copies of the tokens that it would take or read, by the place's id."""
         engine, number = self._engine, self._number
         return named_copies(engine, [*engine.would_take(number), *engine.would_read(number)])
 
@@ -65,7 +66,7 @@ class Enabled:
         return named_copies(engine, tokens)
 
     def taking(self, tokens: Mapping[str, Token | int | Sequence[Token | int]]) -> Choice:
-        """Return the choice to fire with these tokens; places that are not named give their oldest."""
+        """Return the choice to fire with these tokens; other places give their oldest tokens."""
         chosen = {}
         for place, some in tokens.items():
             several = [some] if isinstance(some, (Token, int)) else list(some)
@@ -88,7 +89,7 @@ class Candidates(Sequence[Enabled]):
     @overload
     def __getitem__(self, index: slice) -> Sequence[Enabled]: ...
     def __getitem__(self, index: int | slice) -> Enabled | Sequence[Enabled]:
-        """Return one or some of them."""
+        """Return one or several of them."""
         return self._members[index]
 
     def __len__(self) -> int:
@@ -98,14 +99,14 @@ class Candidates(Sequence[Enabled]):
         return iter(self._members)
 
     def named(self, transition: str) -> Enabled | None:
-        """Return the first one with this id, in the model or in the running net; None without one."""
+        """Return the first transition with this id, in the model or in the running net; None: no such one."""
         for member in self._members:
             if transition in (member.transition, member.id):
                 return member
         return None
 
     def random(self) -> Enabled:
-        """Return one of them, uniformly at random, by the seed of the net."""
+        """Return one of them, drawn uniformly with the seed of the net."""
         return self._members[int(self._random.random() * len(self._members))]
 
 
@@ -123,12 +124,12 @@ def named_copies(engine: Engine, tokens: Tokens) -> Mapping[str, tuple[Token, ..
 
 
 def chosen_tokens(engine: Engine, candidates: Candidates, chosen: object) -> tuple[int, Tokens] | None:
-    """Return what a selection function chose: the transition and the tokens it takes.
+    """Return the transition and the tokens that a selection function chose.
 
     Raises
     ------
     SelectionError
-        It is none of the candidates, or not as many tokens as the arcs need, or not available ones.
+        It is none of the candidates, its tokens are not available, or their number does not match the arcs.
     """
     if chosen is None:
         return None

@@ -1,15 +1,15 @@
 """Time in a net: firing intervals (Merlin's time Petri nets) and the periods of timer callbacks.
 
 A transition with an interval has a clock, which starts when the transition becomes ready. After another
-firing the clock continues if the transition stays ready while tokens are taken and after tokens are put: a
-read arc does not disturb it, a loop does. The transition fires when its clock is within the interval; where
-it has reached the latest bound, the transition goes before others. A priority counts while the higher
-transition could fire.
+firing, the clock continues if the transition stays ready while tokens are taken and after tokens are put: a
+read arc does not reset it, a loop does. The transition fires when its clock is within the interval; if it has
+reached the latest bound, the transition fires before others. A priority applies while the higher transition
+could fire.
 
-The callback of a timer begins at most once in each period, and a tick that comes before it has begun is gone
-(rule C1). Ticks come at multiples of the period: a late one delays no other. They are those of the loop's
-clock, or of the timers that a transport has, such as those of rclpy. Both only delay: every marking is one of
-the net without time.
+The callback of a timer begins at most once in each period, and a tick before the callback has begun is lost
+(rule C1). Ticks come at multiples of the period: a late tick delays no other. They come from the loop's
+clock, or from timers of the transport, such as those of rclpy. Time only delays firings: every reachable
+marking is also reachable in the net without time.
 """
 
 from __future__ import annotations
@@ -25,15 +25,16 @@ from dineros.runtime.scheduling.loop import Loop
 
 
 class Timing:
-    """Which of the ready transitions may fire by now.
+    """Determines which ready transitions may fire now.
 
     Attributes
     ----------
     draws : Random or None
-        Draws when a clock is ripe, uniformly from the interval; None: at its earliest time, and so are those
-        of transitions with priority, for which others would wait past their latest times.
+        Draws the moment of firing uniformly from the interval. If None, a transition fires at its earliest
+        time; so does a transition with priority, for which others would otherwise wait past their latest
+        times.
     on_strike : callable
-        Told the callback of a timer that strikes, when, and how many strikes it has missed.
+        Called at each tick of a timer, with its callback, the time and the number of missed ticks.
     """
 
     def __init__(self, structure: Structure, loop: Loop) -> None:
@@ -56,17 +57,17 @@ class Timing:
         self.on_strike: Callable[[str, float, int], object] = lambda callback, moment, missed: None
 
     def __bool__(self) -> bool:
-        """Whether the net has any time in it."""
+        """Whether the net has any intervals or timers."""
         return bool(self._intervals or self._timers)
 
     @property
     def deadline(self) -> float | None:
-        """By when, at the latest, some transition has to fire; None if none has to."""
+        """Time at which some transition has to fire at the latest; None: there is no such time."""
         latest = (self._latest(number) for number in self._since)
         return min((each for each in latest if each is not None), default=None)
 
     def of(self, engine: Engine, ready: list[int]) -> list[int]:
-        """Return which of some ready transitions may fire now; those that must, if there are any."""
+        """Return which ready transitions may fire now; if some must fire now, only those."""
         self.observe(engine)
         if not self._is_ticking:
             self._is_ticking = True
@@ -85,7 +86,7 @@ class Timing:
         return must or may
 
     def observe(self, engine: Engine) -> None:
-        """Start the clocks of what has become ready; stop those of what is not, or was not for a moment."""
+        """Start the clocks of newly ready transitions; stop clocks of those that were not always ready."""
         if not self._intervals:
             return
         broken = engine.note_breaks()
@@ -111,26 +112,26 @@ class Timing:
         self._since.pop(number, None)
 
     def began(self, number: int) -> None:
-        """Note that a transition fires: its time starts again."""
+        """Notice that a transition fires: its clock restarts."""
         self._stop(number)
         if number in self._timer_of:
             self._due.discard(self._timer_of[number])
 
     def leave_ticks(self) -> None:
-        """Let no timer tick by itself: a transport tells of `ticked`."""
+        """Disable automatic ticks: the transport calls `ticked`."""
         self._is_ticking = True
 
     def ticked(self, timer: TimerPort, moment: float | None = None, missed: int = 0) -> None:
-        """Let the callback of a timer begin, once; on the node's thread.
+        """Let the callback of a timer begin once; on the node's thread.
 
         Parameters
         ----------
         timer : TimerPort
             The timer.
         moment : float, optional
-            When it struck, by the node's clock; by default now.
+            Time of the tick, by the node's clock; by default now.
         missed : int
-            How many strikes came after that one.
+            Number of further ticks since then.
         """
         self._due.add(timer)
         self.on_strike(timer.callback, self._loop.clock() if moment is None else moment, missed)
@@ -145,7 +146,7 @@ class Timing:
         return number in self._since and self._loop.clock() >= self._ripe_at[number]
 
     def _could_fire(self, number: int) -> bool:
-        """Tell whether time lets an enabled transition fire; one whose tokens are in flight fires already."""
+        """Return whether an enabled transition may fire by time; if in flight, it is firing already."""
         return number not in self._since or self._is_ripe(number)
 
     def _latest(self, number: int) -> float | None:
@@ -164,4 +165,4 @@ class Timing:
 
 
 def _nothing() -> None:
-    """Wake the loop up."""
+    """Do nothing; its timer wakes the loop up."""

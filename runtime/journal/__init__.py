@@ -1,4 +1,4 @@
-"""What a node did, in files: its state can be rebuilt at any point, and a killed node continues from them."""
+"""The journal of a node: its state can be rebuilt at any record, and a killed node continues from it."""
 
 from dineros.runtime.journal.rebuilding import rebuild, rebuild_at
 from dineros.runtime.journal.recorder import JournalError, JournalRecorder, resume_journal

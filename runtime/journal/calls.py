@@ -12,7 +12,7 @@ from dineros.runtime.journal.saved import CallState
 
 @dataclass
 class _Pending:
-    """A request under way; `asked`: when, in seconds since the epoch."""
+    """A request under way; `asked`: when it was first sent, in seconds since the epoch."""
 
     data: Data
     asked: float
@@ -20,7 +20,7 @@ class _Pending:
 
 
 class Calls:
-    """What the records so far leave the calls of a node in."""
+    """The state of a node's calls after the records so far."""
 
     def __init__(self) -> None:
         self._requests: dict[str, dict[str, _Pending]] = {}
@@ -29,7 +29,7 @@ class Calls:
         self._kept_responses: dict[str, int] = {}
 
     def begin(self, record: Checkpoint, now: float) -> None:
-        """Take over what a checkpoint says at a time."""
+        """Take over the calls of a checkpoint, written at time `now`."""
         self._requests = {
             client: {
                 request["message"]: _Pending(request["data"], now - request["age"], request["attempts"])
@@ -42,7 +42,7 @@ class Calls:
         self._kept_responses = dict(record.kept_responses)
 
     def save(self, now: float) -> CallState:
-        """Return them, with their age at a time."""
+        """Return the state of the calls, with their ages at time `now`."""
         return {
             "requests": {
                 client: [
@@ -63,16 +63,16 @@ class Calls:
         }
 
     def happen(self, record: Any, data: Data, now: float) -> bool:
-        """Let a step of a call happen, as its kind declares it; False: no instance serves what it answers.
+        """Apply a step of a call, as its kind declares it; False: it answers a request that is not served.
 
         Parameters
         ----------
         record : CallStep
             The step.
         data : dict
-            What its token carries, if that leaves.
+            Data of the token that leaves its place, if one does.
         now : float
-            When it happens, in seconds since the epoch.
+            Time of the step, in seconds since the epoch.
         """
         requests = self._requests.setdefault(f"{record.channel}/{record.client}", {})
         message = record.message or ""
@@ -88,12 +88,12 @@ class Calls:
         return True
 
     def failed(self, key: str, message: str, attempt: int) -> None:
-        """A request is not answered, and is sent again."""
+        """Count an attempt of a request that was not answered and is sent again."""
         if (pending := self._requests.get(key, {}).get(message)) is not None:
             pending.attempts = attempt + 1
 
     def _replied(self, channel: str, message: str, data: Data) -> bool:
-        """Note a response, which is kept for a request that comes again; False: no instance serves it."""
+        """Keep a response for repeated requests; False: no instance serves the request."""
         entry = next((place for place, served in self._serving.items() if served == message), None)
         if entry is None:
             return False

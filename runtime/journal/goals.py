@@ -8,21 +8,21 @@ from dineros.metamodel.records import Checkpoint, Data
 from dineros.runtime.journal.saved import GoalResult, GoalState, PendingGoal, SlotGoal
 
 FEEDBACK_DEPTH = 10
-"""How much feedback of a goal is kept where no checkpoint says so."""
+"""Number of feedback messages kept for a goal if no checkpoint gives it."""
 
 KEPT_RESULTS = 64
-"""Results of an action that are kept, at most, for clients that ask for them later."""
+"""Maximum number of results of an action kept for clients that ask for them later."""
 
 
 class Goals:
-    """What the records so far leave the goals of a node in.
+    """The state of a node's goals after the records so far.
 
     Attributes
     ----------
     pending : dict
-        ``CHANNEL/CLIENT`` -> goal -> what its client knows.
+        ``CHANNEL/CLIENT`` -> goal -> the state that its client knows.
     slots : dict
-        Entry place -> the goal that the slot works on.
+        Entry place -> the goal that the slot executes.
     results : dict
         Channel -> goal -> its outcome.
     """
@@ -33,7 +33,7 @@ class Goals:
         self.results: dict[str, dict[str, GoalResult]] = {}
 
     def begin(self, record: Checkpoint) -> None:
-        """Take over what a checkpoint says."""
+        """Take over the goals of a checkpoint."""
         self.pending = {
             key: {goal["message"]: dict(goal) for goal in goals}  # type: ignore[misc]
             for key, goals in record.goals.items()
@@ -42,7 +42,7 @@ class Goals:
         self.results = cast("Any", {channel: dict(kept) for channel, kept in record.results.items()})
 
     def save(self) -> GoalState:
-        """Return them."""
+        """Return the state of the goals."""
         return {
             "goals": {key: list(goals.values()) for key, goals in self.pending.items() if goals},
             "slots": {entry: slot.copy() for entry, slot in self.slots.items()},
@@ -50,14 +50,14 @@ class Goals:
         }
 
     def happen(self, record: Any, data: Data) -> bool:
-        """Let a step of a goal happen, as its kind declares it; False: no slot works on the goal that ends.
+        """Apply a step of a goal, as its kind declares it; False: a goal ends that no slot executes.
 
         Parameters
         ----------
         record : GoalStep or TooLate
             The step.
         data : dict
-            What its token carries, if that leaves.
+            Data of the token that leaves its place, if one does.
         """
         id, key = record.message or "", f"{record.channel}/{record.client}"
         goal = self.pending.get(key, {}).get(id)
@@ -100,6 +100,6 @@ class Goals:
         return True
 
     def failed(self, key: str, message: str, attempt: int) -> None:
-        """A goal is not answered, and is sent again."""
+        """Count an attempt of a goal that was not answered and is sent again."""
         if (goal := self.pending.get(key, {}).get(message)) is not None:
             goal["attempts"] = attempt + 1

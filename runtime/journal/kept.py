@@ -1,4 +1,4 @@
-"""What handlers keep besides tokens: JSON values by name, which are part of the journal."""
+"""Values that handlers keep besides tokens: JSON values by name, stored in the journal."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class KeepError(DinerosError):
 
 
 class Memory(MutableMapping[str, Any]):
-    """What the handlers of a node keep, as one firing sees it.
+    """The values kept by a node's handlers, as one firing sees them.
 
-    A change counts when the firing commits, together with it: a firing that fails, is withdrawn or is cut off
-    by a crash has changed nothing. Values that are read are copies; assigning one keeps it.
+    A change takes effect when the firing commits. A firing that fails, is withdrawn or is interrupted by a
+    crash changes nothing. Values that are read are copies; assign a value to keep it.
 
     Parameters
     ----------
     kept : mapping of str to JSON values
-        What is kept so far.
+        The values kept so far.
 
     Examples
     --------
@@ -43,12 +43,12 @@ class Memory(MutableMapping[str, Any]):
         self.changes: dict[str, Json] = {}
 
     def value(self, name: str, default: T) -> T:
-        """Return a value that is of the type of the default, which stands where nothing is kept.
+        """Return a kept value of the default's type; the default if no value is kept.
 
         Raises
         ------
         KeepError
-            What is kept is of another type.
+            The kept value has another type.
         """
         kept: Any = self.get(name, default)
         kind: type = type(default)
@@ -65,12 +65,12 @@ class Memory(MutableMapping[str, Any]):
         return copy.deepcopy(value)
 
     def __setitem__(self, name: str, value: Json) -> None:
-        """Keep a value; None: no more.
+        """Keep a value; None removes it.
 
         Raises
         ------
         KeepError
-            It is not JSON.
+            The value is not JSON.
         """
         if not isinstance(name, str):
             raise KeepError(f"the name of what is kept is a text, not {name!r}")

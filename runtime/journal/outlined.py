@@ -1,8 +1,8 @@
-"""Large token data: kept once beside the trace, so that no line is long and nothing is lost.
+"""Large token data: stored once next to the trace, so that lines stay short without loss of data.
 
 In the record, the value of a large field is ``{"$stored": DIGEST, "$bytes": N, "$start": TEXT}``; the value
-itself is the JSON text in ``NODE.data/DIGEST.json``. Where a checkpoint is large although no field of a token
-is, the data of all tokens of a place is stored as one value. A place that has not changed since an earlier
+itself is the JSON text in ``NODE.data/DIGEST.json``. If a checkpoint is large although no single field is,
+the data of all tokens of a place is stored as one value. A place that is unchanged since an earlier
 checkpoint is not written again.
 """
 
@@ -27,16 +27,16 @@ from dineros.metamodel.records.files import data_folder
 
 _KEYS = {"$stored", "$bytes", "$start"}
 _SLACK = 2.0
-"""Seconds by which the clocks of files and records may differ."""
+"""Seconds by which file times and record times may differ."""
 
 _START = 60
-"""Characters shown of a value that is stored apart."""
+"""Number of characters of a stored value that the record shows."""
 
 STORED_LIMIT = 1 << 30
-"""Bytes of a value that are read back, at most."""
+"""Maximum size of a value that is read back, in bytes."""
 
 _PLACE_BYTES = 64 << 10
-"""Bytes that the data of the tokens of a place may have in the line of a large checkpoint."""
+"""Maximum size of a place's token data in the line of a large checkpoint, in bytes."""
 
 _OF_PLACES = ("marking", "history")
 """Fields of a checkpoint that hold the tokens of places."""
@@ -54,14 +54,14 @@ class Outlined:
     node : str
         Id of the node.
     limit : int
-        Bytes that the JSON of a field may have in a line.
+        Maximum size of a field's JSON in a line, in bytes.
     synchronise : bool
-        Whether to wait for the disk.
+        Whether to wait until the data is on disk.
 
     Attributes
     ----------
     written : int
-        Bytes that were written so far.
+        Bytes written so far.
     """
 
     def __init__(self, folder: Path, node: str, limit: int = 4096, synchronise: bool = False) -> None:
@@ -71,11 +71,11 @@ class Outlined:
         self.written = 0
 
     def outline(self, fields: dict[str, Any]) -> dict[str, Any]:
-        """Return the fields of a record with large values stored apart."""
+        """Return the fields of a record with large values stored separately."""
         return _map_data(fields, self._outline_data)
 
     def outline_places(self, fields: dict[str, Any]) -> dict[str, Any]:
-        """Return the fields of a checkpoint with the data of large places stored apart."""
+        """Return the fields of a checkpoint with the data of large places stored separately."""
         changed, apart = dict(fields), {}
         for name in _OF_PLACES:
             stored = {}
@@ -92,7 +92,7 @@ class Outlined:
         return {**changed, "apart": apart} if apart else fields
 
     def prune(self, time: float) -> None:
-        """Remove the values that no record since a time refers to."""
+        """Remove the values to which no record since a time refers."""
         with contextlib.suppress(FileNotFoundError):
             for path in self.folder.iterdir():
                 if path.suffix == ".json" and path.lstat().st_mtime < time - _SLACK:
@@ -104,7 +104,7 @@ class Outlined:
         Raises
         ------
         DinerosError
-            A stored value is missing or not what it was.
+            A stored value is missing or has been changed.
         """
         if isinstance(record, Checkpoint) and record.apart:
             record = cast(R, self._inline_places(record))
@@ -124,7 +124,7 @@ class Outlined:
         return value if len(text.encode()) <= self.limit else self._store(text)
 
     def _store(self, text: str) -> dict[str, Any]:
-        """Store a JSON text, unless it is stored already, and return what refers to it."""
+        """Store a JSON text, unless it is stored already, and return the reference to it."""
         content = text.encode()
         digest = hashlib.sha256(content).hexdigest()
         path = self.folder / f"{digest}.json"
@@ -133,7 +133,7 @@ class Outlined:
             write_atomically(path, content, follow_links=False, synchronise=self._synchronise)
             self.written += len(content)
         else:
-            os.utime(path, follow_symlinks=False)  # a record refers to it now
+            os.utime(path, follow_symlinks=False)  # now a record refers to it
         return {"$stored": digest, "$bytes": len(content), "$start": text[:_START]}
 
     def _inline_places(self, record: Checkpoint) -> Checkpoint:
@@ -173,15 +173,15 @@ def _json(value: Any) -> str:
 
 
 def _is_stored(value: Any) -> bool:
-    # No map of a token looks like this: its elements are of one kind.
+    # No map field of a token looks like this: the values of a map have one type.
     if not isinstance(value, dict) or value.keys() != _KEYS or not isinstance(value["$bytes"], int):
         return False
-    # It becomes part of a file's name, and a trace may come from anywhere.
+    # It becomes part of a file name, and a trace is untrusted.
     return isinstance(value["$stored"], str) and re.fullmatch(r"[0-9a-f]{64}", value["$stored"]) is not None
 
 
 def _map_data(fields: dict[str, Any], change: Callable[[dict[str, Any]], dict[str, Any]]) -> dict[str, Any]:
-    """Return fields of a record with all token data changed; what is left as it is stays the same object."""
+    """Return fields of a record with all token data changed; unchanged fields stay the same objects."""
     return {
         name: _PLACES[name](value, change) if name in _PLACES else value for name, value in fields.items()
     }
@@ -203,7 +203,7 @@ def _requests(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]]) ->
     def changed(request: dict[str, Any]) -> dict[str, Any]:
         return {**request, "data": change(request["data"])}
 
-    # Until there could be several, it was the request itself.
+    # In older journals, with one request per client, it is the request itself.
     return {
         key: changed(found) if isinstance(found, dict) else [changed(request) for request in found]
         for key, found in value.items()

@@ -17,9 +17,9 @@ def rebuild(records: Iterable[Record], until: int | None = None) -> JournalState
     Parameters
     ----------
     records : iterable of Record
-        From a start or checkpoint on.
+        Records, beginning with a start or a checkpoint.
     until : int, optional
-        Sequence of the last record to count; by default, all count.
+        Sequence number of the last record to apply; by default, all are applied.
     """
     state = JournalState()
     for record in records:
@@ -30,9 +30,9 @@ def rebuild(records: Iterable[Record], until: int | None = None) -> JournalState
 
 
 def rebuild_at(folder: Path, node: str, until: int | None = None) -> JournalState:
-    """Return the state of a node after the record of a sequence in its journal, by default the last.
+    """Return the state of a node after the record with a sequence number, by default after the last.
 
-    Only the part that holds the record is read: each begins with a checkpoint.
+    Only the part of the journal with that record is read: each part begins with a checkpoint.
 
     Raises
     ------

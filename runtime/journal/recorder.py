@@ -1,4 +1,4 @@
-"""The recorder that writes a journal: append-only lines, one write each, in parts rotated by size."""
+"""The recorder of a journal: one write per line, appended to a file that is rotated by size."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ PART_BYTES = 16 << 20
 KEPT_PARTS = 8
 DATA_BYTES = 4096
 LARGE_CHECKPOINT = 1 << 20
-"""Bytes from which the data of the tokens of large places is stored beside the line of a checkpoint."""
+"""Size in bytes from which the token data of large places is stored outside of a checkpoint's line."""
 
 
 class JournalError(DinerosError):
@@ -45,46 +45,46 @@ class JournalError(DinerosError):
 
 
 class _TooLongError(JournalError):
-    """A line would be longer than those that are read back."""
+    """A line would exceed the length that is read back."""
 
 
 class JournalRecorder:
-    """Writes what one node does to ``FOLDER/NODE.jsonl``.
+    """Writes the records of one node to ``FOLDER/NODE.jsonl``.
 
-    Each record is one `write` of one line. So whatever happens to the process, the operating system has
-    every line that was written, and at most the last one is cut; `resume_journal` removes what is left of
-    that. A part that has grown to `part_bytes` is renamed to ``NODE.0001.jsonl`` and so on; of these, the
-    last `kept_parts` stay. Every file begins with a header and a checkpoint, every line ends with a checksum.
-    Where a checkpoint is larger than `part_bytes`, the part grows by as much as the checkpoint has, so that
-    at most half of what is written is checkpoints.
+    Each record is one line, written by a single `write`. So if the process dies, the operating system has all
+    lines written so far; only the last line may be incomplete, and `resume_journal` removes it. A part that
+    has reached `part_bytes` is renamed to ``NODE.0001.jsonl`` and so on; only the last `kept_parts` of these
+    are kept. Each file begins with a header and a checkpoint, and each line ends with a checksum. If a
+    checkpoint is larger than `part_bytes`, the part may grow by the size of the checkpoint, so that at most
+    half of the written data is checkpoints.
 
     Parameters
     ----------
     folder : Path
-        Made where it does not exist.
+        Created if it does not exist.
     node : str
         Id of the node net.
     source : str
         The file the node was loaded from.
     settings : sequence of str
-        How the model was changed for this run, as for `--set`.
+        Settings that changed the model for this run, as for `--set`.
     simulated : bool
-        Whether the run has a simulated time, which the times of its records are not.
+        Whether the run uses simulated time, which the times of its records are not.
     part_bytes : int
-        Size of a part; a line is never divided.
+        Size of a part; a line is never split.
     kept_parts : int or None
-        Parts that are kept beside the one that grows; None: all.
+        Number of full parts that are kept; None: all.
     data_bytes : int
-        Size of a token field above which its value is stored apart, once (see `Outlined`).
+        Size of a token field above which its value is stored separately, once (see `Outlined`).
     synchronise : bool
-        Whether each line waits for the disk: for journals that survive a power cut, not only a crash.
+        Whether each line waits for the disk, so that the journal survives a power failure.
     resumed : tuple of int, str and int, optional
-        The open file to append to, its model and its next sequence; `resume_journal` gives them.
+        The open file to append to, its model and its next sequence number, from `resume_journal`.
 
     Raises
     ------
     JournalError
-        The folder holds a trace of the node already, or cannot be written.
+        The folder contains a trace of the node already, or cannot be written.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class JournalRecorder:
         self._part = 0
         self._size = 0
         self._full = part_bytes
-        """Size at which the part is full."""
+        """Size at which the part is rotated."""
         self._file = -1
         self._checkpoint: Callable[[], SavedState] | None = None
         self._model: str | None = None
@@ -136,12 +136,12 @@ class JournalRecorder:
             )
 
     def open(self, ports: Ports, checkpoint: Callable[[], SavedState]) -> None:
-        """Begin the file with a header and a checkpoint; a journal that continues, with a checkpoint.
+        """Begin the file with a header and a checkpoint; append only a checkpoint to a resumed journal.
 
         Raises
         ------
         JournalError
-            The file cannot be written, another process writes it, or it is of another model.
+            The file cannot be written, another process writes it, or it belongs to another model.
         """
         if self._model not in (None, ports.model):
             raise JournalError(
@@ -175,7 +175,7 @@ class JournalRecorder:
             self._rotate()
 
     def close(self) -> None:
-        """Wait until the disk has all of the journal, and close it."""
+        """Wait until the whole journal is on disk, and close it."""
         if self._file >= 0:
             with contextlib.suppress(OSError):
                 os.fsync(self._file)
@@ -203,7 +203,7 @@ class JournalRecorder:
                     written += os.write(file, content[written:])
                 if self._synchronise:
                     os.fdatasync(file)
-            except BaseException:  # an interrupt, too: what follows must not follow half a line
+            except BaseException:  # also on an interrupt: no line may follow half a line
                 os.ftruncate(file, self._size)
                 raise
         self._sequence += 1
@@ -211,8 +211,9 @@ class JournalRecorder:
 
     def _rotate(self) -> None:
         old = self._file
-        # The new file is complete before it is seen, so that every file begins with a checkpoint; after a
-        # crash in between, the last part is the journal.
+        # The new file is complete before it gets its name, so that every file begins with a checkpoint; after
+        # a
+        # crash in between, the last full part is the journal.
         try:
             self._begin_part(part_path(self._folder, self._node, self._part + 1))
         except _TooLongError:
@@ -224,7 +225,7 @@ class JournalRecorder:
         self._prune()
 
     def _prune(self) -> None:
-        """Remove the oldest parts, and the large values that only they refer to."""
+        """Remove the oldest parts, and the large values to which only they refer."""
         if self._kept_parts is None:
             return
         rotated = [path for path in parts_of(self._folder, self._node) if number_of_part(path)]
@@ -237,7 +238,7 @@ class JournalRecorder:
             self._outlined.prune(first.time)
 
     def _list(self) -> None:
-        """Note that the node has a journal here: if it goes missing, that is noticed."""
+        """Register the journal of the node in the folder, so that its loss is detected."""
         with self._writing():
             flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
             file = open_plain(journals_path(self._folder), flags, follow_links=False)
@@ -247,7 +248,7 @@ class JournalRecorder:
                 os.close(file)
 
     def _begin_part(self, rotated: Path | None = None) -> None:
-        """Begin a new file, and let the old one, where there is one, be the rotated part."""
+        """Begin a new file; an old one, if given, becomes a rotated part."""
         assert self._checkpoint is not None, "open() comes first"
         fresh = self._path.with_name(f".{self._path.name}.tmp")
         former = self._size, self._sequence
@@ -256,7 +257,7 @@ class JournalRecorder:
             file = open_plain(fresh, os.O_WRONLY | os.O_CREAT | os.O_APPEND, follow_links=False)
         try:
             _lock(file, self._path)
-            os.ftruncate(file, 0)  # a node that was killed may have left a part of it
+            os.ftruncate(file, 0)  # a killed node may have left an incomplete file
             self._write(file, "header", {**self._header})
             self._write(file, "checkpoint", {**self._checkpoint()})
             with self._writing():
@@ -283,7 +284,7 @@ class JournalRecorder:
 
 
 def _lock(file: int, path: Path) -> None:
-    """Keep other processes from writing the same journal, for as long as this one lives."""
+    """Prevent other processes from writing the same journal while this process lives."""
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
@@ -299,9 +300,9 @@ def _is_written(path: Path) -> JournalError:
 def resume_journal(
     folder: Path, node: str, *, source: str = "", **options: Any
 ) -> tuple[JournalRecorder, SavedState | None]:
-    """Go on with the journal of a node that has ended, in whatever way.
+    """Continue the journal of a node that has ended normally or crashed.
 
-    A last line that the crash has cut is removed: what it says was not recorded, and nothing depends on it.
+    An incomplete last line is removed: it was never recorded, and nothing depends on it.
 
     Parameters
     ----------
@@ -313,7 +314,7 @@ def resume_journal(
     recorder : JournalRecorder
         Appends to the journal.
     checkpoint : SavedState or None
-        What the node was in; None where it has no journal yet.
+        The saved state of the node; None if it has no journal yet.
 
     Raises
     ------
@@ -329,7 +330,7 @@ def resume_journal(
     try:
         if not path.exists():  # a crash between the two renames of a rotation
             parts[-1].rename(path)
-        # Its writer may have renamed the opened file, as a full part, before it is locked.
+        # Its writer may rename the file, as a full part, before it is locked here.
         file = open_locked(path, os.O_RDWR | os.O_APPEND)
     except OSError as error:
         raise JournalError(f"cannot be written: {error.strerror}", location=Location(path)) from error
@@ -364,7 +365,7 @@ def _what_to_do(path: Path) -> str:
 
 
 def _new_journal(folder: Path, node: str, source: str, options: dict[str, Any]) -> JournalRecorder:
-    """Begin a journal, unless there has been one."""
+    """Begin a journal; an error if the node had one that is missing."""
     path = current_path(folder, node)
     if journals_path(folder).exists():
         had = read_bytes(journals_path(folder), follow_links=False).decode(errors="replace").split("\n")
@@ -375,9 +376,9 @@ def _new_journal(folder: Path, node: str, source: str, options: dict[str, Any]) 
 
 
 def _mend(file: int, path: Path) -> None:
-    """Remove the last line where a crash has cut it; end it where only its line feed is missing."""
+    """Remove an incomplete last line; if only its line feed is missing, add it."""
     size = os.fstat(file).st_size
-    start, pieces = size, [b""]  # from the last to the first
+    start, pieces = size, [b""]  # in reverse order
     while start > 0 and b"\n" not in pieces[-1]:
         step = min(1 << 16, start)
         start -= step

@@ -1,4 +1,4 @@
-"""What a node records of its run: the protocol of recorders."""
+"""The protocol of recorders, which keep the records of a node."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from dineros.runtime.nets.ports import Ports
 
 
 class Recorder(Protocol):
-    """Keeps what a node does, in the order it happens. Called on the thread of the node's loop only.
+    """Keeps the records of a node, in order. Called on the thread of the node's loop only.
 
     It adds the sequence number, the time and the node to each record, and writes headers. A record is made
-    when what it says is done: at that moment a checkpoint holds it. A recorder that starts a new file after
-    a record can therefore begin it with a checkpoint.
+    when its event has happened: a checkpoint taken at that moment includes the event. So a recorder may start
+    a new file after any record and begin it with a checkpoint.
     """
 
     def open(self, ports: Ports, checkpoint: Callable[[], SavedState]) -> None:
-        """Get ready, before the first record.
+        """Prepare for the first record.
 
-        `ports` names model and node; `checkpoint` gives the node's present state, whenever it is called
-        between two records or at the end of `record`.
+        `ports` has the ids of model and node; `checkpoint` returns the current state of the node. It may be
+        called between two records or at the end of `record`.
         """
 
     def record(self, event: str, **fields: object) -> None:
-        """Keep one event; the values are JSON, and are not changed later."""
+        """Keep one event; its values are JSON and do not change later."""
 
     def close(self) -> None:
-        """Keep all recorded so far for good; no record follows."""
+        """Make all records permanent; no record follows."""
 
 
 class ListRecorder:
@@ -40,7 +40,7 @@ class ListRecorder:
         self.node = ""
 
     def open(self, ports: Ports, checkpoint: Callable[[], SavedState]) -> None:
-        """Note the node's id."""
+        """Store the node's id."""
         self.node = ports.node
 
     def record(self, event: str, **fields: object) -> None:

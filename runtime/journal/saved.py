@@ -1,4 +1,4 @@
-"""What a run needs to continue where it ended: the state of a node, as a ``checkpoint`` record tells it."""
+"""The saved state of a node, with which it continues: the fields of a ``checkpoint`` record."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RecordedToken = list[object]
 
 
 class CallState(TypedDict):
-    """What a node continues with of its calls; see `SavedState`."""
+    """The saved state of calls; see `SavedState`."""
 
     requests: dict[str, list[PendingRequest]]
     serving: dict[str, str]
@@ -24,7 +24,7 @@ class CallState(TypedDict):
 
 
 class GoalState(TypedDict):
-    """What a node continues with of goals; see `SavedState`."""
+    """The saved state of goals; see `SavedState`."""
 
     goals: dict[str, list[PendingGoal]]
     slots: dict[str, SlotGoal]
@@ -32,7 +32,7 @@ class GoalState(TypedDict):
 
 
 class ChannelState(CallState, GoalState):
-    """What a node continues with of its channels; see `SavedState`."""
+    """The saved state of channels; see `SavedState`."""
 
     run: str
     numbers: dict[str, int]
@@ -44,7 +44,7 @@ class ChannelState(CallState, GoalState):
 
 
 class SavedState(ChannelState):
-    """All a node needs to continue: the fields of a ``checkpoint`` record, JSON throughout.
+    """All data that a node needs to continue: the fields of a ``checkpoint`` record, all JSON.
 
     Attributes
     ----------
@@ -60,38 +60,38 @@ class SavedState(ChannelState):
         Publishing place -> number and data of its last messages, as many as its queue
         holds, the oldest first.
     queues : dict
-        Publishing place -> how many messages its queue holds.
+        Publishing place -> number of messages that its queue holds.
     kept : dict
-        What handlers keep (`Firing.memory`): name -> JSON value.
+        Values kept by handlers (`Firing.memory`): name -> JSON value.
     seen : dict
-        ``CHANNEL/PLACE`` of a subscriber -> sender (a message's id without its number) -> number of its last
-        message, where all before it came or were lost.
+        ``CHANNEL/PLACE`` of a subscriber -> sender (a message id without its number) -> number of the last
+        message up to which all messages were received or lost.
     seen_apart : dict
-        ``CHANNEL/PLACE`` -> sender -> first and last number of each further range of messages that came.
+        ``CHANNEL/PLACE`` -> sender -> first and last number of each further range of received messages.
     missing : dict
-        ``CHANNEL/PLACE`` -> messages that were lost since the last one came.
+        ``CHANNEL/PLACE`` -> number of messages lost since the last one was received.
     requests : dict
         ``CHANNEL/CLIENT`` -> the requests under way, the oldest first: message id, data, attempts so far, and
-        for how many seconds.
+        age in seconds.
     serving : dict
         Entry place of a server instance -> message id of the request that it serves.
     responses : dict
-        Channel of a server -> message id -> data of the responses kept for requests that come twice, oldest
+        Channel of a server -> message id -> data of the responses kept for repeated requests, the oldest
         first.
     kept_responses : dict
-        Channel of a server -> how many responses to each sender it keeps, where that is more than one.
+        Channel of a server -> number of responses kept for each sender, if more than one.
     goals : dict
         ``CHANNEL/CLIENT`` of an action -> the goals under way, the oldest first.
     slots : dict
-        Entry place of a slot of an action's server -> the goal that it works on.
+        Entry place of a slot of an action server -> the goal that it executes.
     results : dict
         Channel of an action's server -> id of a goal -> ``outcome`` and ``data``, the oldest first.
     aside : dict
         Transition -> place -> ids of tokens put aside.
     run : str
-        What the ids of this run's messages carry besides the node's id; survives a restart.
+        Part of the ids of this run's messages, after the node's id; unchanged by a restart.
     lifecycle : str
-        The state of a managed node; other nodes have none.
+        Lifecycle state of a managed node; missing for other nodes.
     """
 
     marking: dict[str, list[RecordedToken]]
@@ -103,9 +103,9 @@ class SavedState(ChannelState):
 
 
 class PendingGoal(TypedDict):
-    """A client's goal that has not ended: whether it is accepted, and asked to be canceled.
+    """A client's goal that has not ended: whether it was accepted, and whether its cancel was requested.
 
-    ``heard`` is the number of the feedback that came last, ``attempts`` how often it was sent.
+    ``heard`` is the number of the last feedback received, ``attempts`` the number of times it was sent.
     """
 
     message: str
@@ -117,9 +117,9 @@ class PendingGoal(TypedDict):
 
 
 class SlotGoal(TypedDict):
-    """A goal that a slot works on, whether it is to be canceled, and how much feedback it has given.
+    """A goal that a slot executes: whether it is to be canceled, and how much feedback it has sent.
 
-    ``feedback`` holds number and data of the last ones, ``depth`` at most.
+    ``feedback`` has number and data of the last feedback, at most ``depth`` entries.
     """
 
     message: str
@@ -131,14 +131,14 @@ class SlotGoal(TypedDict):
 
 
 class GoalResult(TypedDict):
-    """How a goal ended."""
+    """The outcome of a goal and its result."""
 
     outcome: OutcomeKind
     data: dict[str, Value]
 
 
 class PendingRequest(TypedDict):
-    """A request that has no response yet."""
+    """A request without a response so far."""
 
     message: str
     data: dict[str, Value]

@@ -33,11 +33,11 @@ from dineros.runtime.journal.saved import SavedState
 
 
 class JournalStateError(DinerosError):
-    """A record that cannot follow those before it."""
+    """A record does not fit the records before it."""
 
 
 class JournalState:
-    """What the records so far leave a node in.
+    """The state of a node after the records so far.
 
     Attributes
     ----------
@@ -46,9 +46,9 @@ class JournalState:
     signals : dict of str to bool or str
         Values of the signals.
     next_sequence : int
-        Sequence of the next record.
+        Sequence number of the next record.
     has_begun : bool
-        Whether a record told all of the state.
+        Whether a record with the complete state was applied.
     """
 
     def __init__(self) -> None:
@@ -62,8 +62,8 @@ class JournalState:
         self._queues: dict[str, int] = {}
         self._kept: dict[str, Any] = {}
         self._seen: dict[str, Senders] = {}
-        self._missing: dict[str, int] = {}  # of a subscriber: messages lost since its last one
-        self._now = 0.0  # seconds since the epoch, of the last record that tells
+        self._missing: dict[str, int] = {}  # of a subscriber: messages lost since the last one received
+        self._now = 0.0  # time of the last record that has one, in seconds since the epoch
         self._calls = Calls()
         self._goals = Goals()
         self._aside: dict[str, dict[str, list[int]]] = {}
@@ -75,7 +75,7 @@ class JournalState:
         return {place: len(tokens) for place, tokens in self.marking.items()}
 
     def checkpoint(self) -> SavedState:
-        """Return what a node needs to continue."""
+        """Return the saved state with which a node can continue."""
         seen, apart = {}, {}
         for port, senders in self._seen.items():
             seen[port], apart[port] = senders.saved()
@@ -96,7 +96,7 @@ class JournalState:
             "seen_apart": {port: ranges for port, ranges in apart.items() if ranges},
             "missing": {port: count for port, count in self._missing.items() if count},
             **self._calls.save(self._now),
-            **self._goals.save(),  # type: ignore[typeddict-item]  # it brings no lifecycle
+            **self._goals.save(),  # type: ignore[typeddict-item]  # without the lifecycle
             "aside": {
                 transition: {place: list(ids) for place, ids in tokens.items()}
                 for transition, tokens in self._aside.items()
@@ -108,12 +108,12 @@ class JournalState:
         return made
 
     def apply(self, record: Record) -> None:
-        """Let a record happen.
+        """Apply a record.
 
         Raises
         ------
         JournalStateError
-            It takes a token that is not there, or answers a request that was not served.
+            It takes a token that is not there, or answers a request that is not being served.
         """
         self.next_sequence = record.sequence + 1
         self._now = self._now if record.time is None else record.time
@@ -183,7 +183,7 @@ class JournalState:
             self._seen.setdefault(port, Senders()).add(*known, missing)
 
     def _call(self, record: Any) -> None:
-        """Let a step of a call of a service happen, as its kind declares it."""
+        """Apply a step of a service call, as its kind declares it."""
         data = self._move(record)
         if record.declared.call == "begins":
             self._count(record)
@@ -210,7 +210,7 @@ class JournalState:
         self.lifecycle = record.state
 
     def _goal(self, record: Any) -> None:
-        """Let a step of a goal happen, as its kind declares it."""
+        """Apply a step of a goal, as its kind declares it."""
         data = self._move(record)
         if record.declared.goal == "is sent":
             self._numbers[record.place or ""] = self._numbers.get(record.place or "", 0) + 1
@@ -224,7 +224,7 @@ class JournalState:
             )
 
     def _move(self, record: Any) -> Data:
-        """Move the token of a record, as its kind declares it; return what it carries, if it leaves."""
+        """Move the token of a record, as its kind declares it; return its data if the token leaves."""
         move = record.declared.token
         if move == "leaves":
             return self._remove(record, record.place or "", _token(record, record.token))
@@ -275,7 +275,7 @@ class JournalState:
             aside.pop(place, None)
 
     def _count(self, record: Any) -> tuple[str, int] | None:
-        """Note a message by the place that its id names, on a server page one for all instances."""
+        """Count a message for the place in its id; on a server page, all instances share that place."""
         known = _parts(record, record.message)
         if known is None:
             return None

@@ -1,1 +1,1 @@
-"""A net as it runs: structure, tokens, enabled transitions, firing, signals; its ports as plain values."""
+"""A running net: structure, tokens, enabled transitions, firing and signals; its ports as plain values."""

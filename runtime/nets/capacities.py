@@ -1,11 +1,11 @@
-"""How many tokens places hold at most, as rules B1 to B3 say, and which transitions need room.
+"""Capacities of places by rules B1 to B3, and which transitions need room.
 
-`Enabling` obeys them as rule B4 does: a firing needs as much room as it leaves more tokens than there were,
-so that a loop needs none.
+`Enabling` applies them as rule B4 does: a firing needs room for its net increase of tokens, so a loop needs
+none.
 
-Places without a capacity that others can fill, by messages, requests and goals, have a limit all the same: a
-participant that floods a topic must not fill the memory. A place at its limit delays firings and messages.
-The model allows every delay, so that a run that reaches a limit still conforms.
+Places without a capacity also have a limit if other participants can fill them by messages, requests or
+goals: a participant that floods a topic must not exhaust the memory. A place at its limit delays firings and
+messages. The model allows every delay, so a run that reaches a limit still conforms.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from dineros.metamodel.calls import UNLIMITED
 from dineros.runtime.nets.port_reading import ports_in
 
 Arcs = tuple[tuple[int, int], ...]
-"""Pairs of a place's index and a weight, in arc order, no place twice."""
+"""Pairs of a place's index and a weight, in arc order; each place occurs once."""
 
 MOST_TOKENS = 10_000
-"""Tokens that a place holds at most that others can fill, where the model gives no capacity."""
+"""Most tokens on a place that others can fill, if the model gives no capacity."""
 
 _UNLIMITED = -1
-"""Value of `inHand` by which a node takes any number of messages."""
+"""Value of `inHand` with which a node takes any number of messages."""
 
 
 def _hands_over(port: rtm.PlacePort) -> bool:
-    """Tell whether a port sends each token of its place at once, so that none waits there."""
+    """Return whether a port sends each token of its place at once, so that no token waits there."""
     if isinstance(port, rtm.ClientPort):
         return port.outstanding == UNLIMITED
     return isinstance(port, rtm.PublisherPort)
@@ -49,7 +49,7 @@ def capacities_of(
     nodes : sequence of (pn.Node, int)
         The places, each with the number of its server instance.
     inputs, outputs, reads : sequence of Arcs
-        Of each transition, what it takes and puts, and what has to be there in all where it reads.
+        For each transition, the tokens it takes and puts, and the total number needed on the places it reads.
     """
     declared = [place.capacity if isinstance(place, pn.Place) else None for place, _ in nodes]
     if model.middleware != sym.Middleware.ros2:
@@ -87,16 +87,17 @@ def limits_of(
     inputs: Sequence[Arcs],
     outputs: Sequence[Arcs],
 ) -> tuple[int | None, ...]:
-    """Return how many tokens each place holds at most in a run; None: any number.
+    """Return the most tokens that each place holds in a run; None: any number.
 
-    That is its capacity. Without one, it is `MOST_TOKENS` for places where messages, requests and goals come,
-    and for those that their tokens can get to by firings; or ten times what is there at the start, or is put
-    there at once, if that is more. A subscriber whose `inHand` is unlimited keeps its place so.
+    This is the capacity, if there is one. Otherwise it is `MOST_TOKENS` for places that receive messages,
+    requests or goals, and for places that their tokens can reach by firings; or ten times the initial tokens,
+    or ten times the tokens put at once, if that is more. It also applies to a subscriber whose `inHand` is
+    unlimited.
 
     Parameters
     ----------
     capacities : sequence of int or None
-        As of `capacities_of`.
+        Result of `capacities_of`.
     nodes, inputs, outputs
         As for `capacities_of`.
     """
@@ -119,7 +120,7 @@ def limits_of(
 
 
 def _reached(start: set[int], inputs: Sequence[Arcs], outputs: Sequence[Arcs]) -> set[int]:
-    """Return the places that tokens of some places can get to by firings, themselves included."""
+    """Return the places that tokens of some places can reach by firings, including these places."""
     takers: dict[int, list[int]] = {}
     for transition, taken in enumerate(inputs):
         for place, _ in taken:
@@ -148,7 +149,7 @@ def raises_of(
 
 
 def _changes(inputs: Sequence[Arcs], outputs: Sequence[Arcs]) -> list[tuple[int, int]]:
-    """Return by how much each transition changes each place around it."""
+    """Return the change of the token count of each place around each transition."""
     found = []
     for taken, put in zip(inputs, outputs, strict=True):
         change = dict(put)
@@ -180,7 +181,7 @@ def _sending(model: rtm.RuntimeModel) -> set[pn.Node]:
 
 
 def _ends_of_goals(model: rtm.RuntimeModel) -> tuple[set[pn.Node], set[pn.Node], set[pn.Node]]:
-    """Return the places of actions: servers' requests to cancel, servers' feedback, clients' feedback."""
+    """Return the action places: servers' cancel requests, servers' feedback, clients' feedback."""
     ports = [port for _, port in ports_in(model)]
     servers = [port for port in ports if isinstance(port, rtm.ActionServerPort)]
     clients = [port for port in ports if isinstance(port, rtm.ActionClientPort)]
@@ -192,6 +193,6 @@ def _ends_of_goals(model: rtm.RuntimeModel) -> tuple[set[pn.Node], set[pn.Node],
 
 
 def _requests_to_cancel(model: rtm.RuntimeModel) -> set[pn.Node]:
-    """Return the places of requests to cancel of clients that have one goal under way."""
+    """Return the cancel-request places of clients that have at most one goal under way."""
     ports = [port for _, port in ports_in(model) if isinstance(port, rtm.ActionClientPort)]
     return {port.cancel for port in ports if port.cancel is not None and port.outstanding == 1}

@@ -1,11 +1,11 @@
-"""Which transitions are enabled, kept incrementally: a change costs as much as its own arcs.
+"""Keeps track of enabled transitions incrementally: the cost of a change depends on its own arcs only.
 
-Every transition counts its conditions that do not hold: an input place with too few free tokens, a read or
-inhibitor arc, a false disjunction of its clause, a place without room for what it would put there, a hold.
-It is *ready* when there are none. Each place knows the thresholds at which a condition turns, so a change of
-its count touches only the conditions that turn. Tokens that fulfil what a guard asks are counted like those
-of a place, after the places (see `kinds`). Departures (tokens of a place that a port sends) are counted like
-transitions, after these.
+Each transition counts its violated conditions: an input place with too few free tokens, a read or inhibitor
+arc, a false disjunction of its clause, an output place without room, a hold. It is *ready* if this count is
+0. Each place knows the thresholds at which a condition changes, so a change of its token count updates only
+the conditions that change. Tokens that fulfil a guard are counted like the tokens of a place, after the
+places (see `kinds`). Departures (tokens of a place that a port sends) are counted like transitions, after the
+transitions.
 """
 
 from __future__ import annotations
@@ -17,30 +17,29 @@ from dineros.runtime.nets.structure import Structure
 
 
 class Enabling:
-    """Counts of tokens and of conditions that do not hold.
+    """Counts of tokens and of violated conditions.
 
     Attributes
     ----------
     ready : list of int
-        Transitions that can fire with tokens that are not reserved, in no particular order. Not to be
-        changed.
+        Transitions that can fire with free tokens, in no particular order. Read-only for callers.
     due : list of int
-        Places whose oldest free token can depart, by the number of the departure. Not to be changed.
+        Numbers of the departures whose place has a free token to send. Read-only for callers.
     free, total : list of int
-        For each place, how many of its tokens are not reserved, and how many there are; then the same for
-        each kind of tokens.
+        For each place, its number of free (not reserved) tokens and its number of all tokens; then the same
+        for each kind of tokens.
     kinds_taken, kinds_read : list of tuple of int
-        For each transition, the kinds of tokens of which its guard lets it take and read one: their numbers
-        in `free` and `total`.
+        For each transition, the kinds of tokens of which its guard needs one to take or to read: indices into
+        `free` and `total`.
     room : list of int or None
-        For each place, how many tokens more it may hold, less the room that is reserved; None: any number.
+        For each place, how many more tokens it may hold, without reserved room; None: any number.
     opened : list of int
         Places that had no room and got some, to be looked at and cleared by whoever waits for that.
     signals : list of bool or str
         Values of the signals.
     broken : set of int or None
-        Transitions that were ready and then were not, if only while tokens were taken, to be looked at and
-        cleared; None: they are not noted.
+        Transitions that have stopped being ready, even if only during a firing; the user reads and clears it.
+        None: they are not recorded.
     """
 
     __slots__ = (
@@ -83,9 +82,9 @@ class Enabling:
         self.due: list[int] = []
         self._missing = [0] * self._transitions
         self._positions = [-1] * self._transitions
-        # Place -> [transition, free tokens it needs]: lists, because putting tokens aside raises a threshold.
+        # Place -> [transition, free tokens it needs]: lists, because tokens put aside raise the threshold.
         self._consumers: list[list[list[int]]] = [[] for _ in range(self._places)]
-        # Place -> (transition, threshold of all tokens, whether it wants as many rather than fewer).
+        # Place -> (transition, threshold of all tokens, whether it needs at least that many, or fewer).
         self._watchers: list[list[tuple[int, int, bool]]] = [[] for _ in range(self._places)]
         # Place -> (transition, room it needs).
         self._raisers: list[list[tuple[int, int]]] = [[] for _ in range(self._places)]
@@ -125,9 +124,9 @@ class Enabling:
                 self._missing[transition] += 1
 
     def add_departure(self, place: int, least: int = 1) -> int:
-        """Count the tokens of a place that a port sends; return the number, which is on hold at first.
+        """Register a departure: tokens of a place that a port sends; return its number; on hold at first.
 
-        It is due once there are as many as `least`.
+        It is due if the place has at least `least` free tokens.
         """
         index = len(self._missing)
         self._consumers[place].append([index, least])
@@ -148,7 +147,7 @@ class Enabling:
                     self._missing[transition] += 1
 
     def change(self, place: int, free: int, total: int) -> None:
-        """Add to the free tokens and to all tokens of a place."""
+        """Add to the number of free tokens and of all tokens of a place."""
         if free:
             before = self.free[place]
             after = self.free[place] = before + free
@@ -176,7 +175,7 @@ class Enabling:
                             self.violated(index)
 
     def change_room(self, place: int, more: int) -> None:
-        """Add to the room of a place that has a capacity."""
+        """Add to the room of a place with a capacity."""
         before = self.room[place]
         assert before is not None
         after = self.room[place] = before + more
@@ -189,7 +188,7 @@ class Enabling:
             self.opened.append(place)
 
     def set_need(self, transition: int, place: int, need: int) -> None:
-        """Let a transition need another number of free tokens of an input place."""
+        """Change the number of free tokens of an input place that a transition needs."""
         for consumer in self._consumers[place]:
             if consumer[0] == transition:
                 held, holds = self.free[place] >= consumer[1], self.free[place] >= need
@@ -219,13 +218,13 @@ class Enabling:
                     self.violated(self._disjunctions[disjunction])
 
     def satisfied(self, index: int) -> None:
-        """Note that one more condition of a transition or departure holds."""
+        """Record that one more condition of a transition or departure holds."""
         missing = self._missing[index] = self._missing[index] - 1
         if not missing:
             self._enter(index)
 
     def violated(self, index: int) -> None:
-        """Note that one condition of a transition or departure holds no more."""
+        """Record that one condition of a transition or departure no longer holds."""
         missing = self._missing[index] = self._missing[index] + 1
         if missing == 1:
             members = self.ready if index < self._transitions else self.due
@@ -244,5 +243,5 @@ class Enabling:
         members.append(index)
 
     def is_ready(self, index: int) -> bool:
-        """Return whether no condition of a transition or departure is missing."""
+        """Return whether all conditions of a transition or departure hold."""
         return not self._missing[index]

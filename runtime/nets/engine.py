@@ -1,9 +1,10 @@
-"""The marking with its balloon tokens, and the only four ways to change it: firing, put, take, set a signal.
+"""The marking with its balloon tokens, and the only four ways to change it: fire, put, take, set a signal.
 
-No handler, no clock and no transport here: `dineros.runtime.firing` decides what fires when. A place is a
-queue; a transition takes the oldest tokens, of those that fulfil its guard, unless it is told which. Tokens
-can be *reserved* for a firing in flight, and with them room for those it will put: they stay where they are,
-read and inhibitor arcs see them, and nobody else takes them or fills the room.
+The engine has no handlers, clock or transport; `dineros.runtime.firing` decides which transition fires when.
+A place is a queue; a transition takes the oldest tokens that fulfil its guard, unless the caller chooses
+tokens. Tokens can be *reserved* for a firing in flight, together with room for the tokens that it will put:
+they stay on their places and read and inhibitor arcs see them, but no other firing takes them or fills the
+room.
 """
 
 from __future__ import annotations
@@ -49,15 +50,16 @@ class Engine:
     Attributes
     ----------
     checkers : tuple of TokenChecker
-        For each place, what checks the data of its tokens.
+        For each place, the checker of its token data.
     demands : tuple of tuple of int
-        For each transition, the places that its handlers have to give data.
+        For each transition, the places for which its handlers must give data.
     ready : list of int
-        Transitions that can fire now with free tokens, priorities aside. Not to be changed.
+        Transitions that can fire now with free tokens, ignoring priorities. Read-only for callers.
     due : list of int
-        Departures that can happen now, by their numbers. Not to be changed.
+        Numbers of the departures that can happen now. Read-only for callers.
     opened : list of int
-        Places with a capacity that were full and got room, for whoever brings tokens to look at and clear.
+        Places with a capacity that were full and now have room; the component that adds tokens reads and
+        clears it.
     """
 
     def __init__(
@@ -84,7 +86,7 @@ class Engine:
         self._asked = self._kinds.places
         for place in self._asked:
             self._kinds.change(place, marking[place], 1, 1)
-        # Transition -> place -> what its guard asks of the token that it takes or reads there.
+        # Transition -> place -> condition of its guard for the token that it takes or reads there.
         self._asks: tuple[dict[int, Condition], ...] = tuple(
             dict((*decision.takes, *decision.reads)) for decision in structure.decisions
         )
@@ -103,8 +105,9 @@ class Engine:
             frozenset(place for place, _ in inputs) & frozenset(place for place, _ in outputs)
             for inputs, outputs in zip(structure.inputs, structure.outputs, strict=True)
         )
-        # A pipe takes one token and puts its data on: the most frequent transition, and the quickest. No data
-        # decides about it, or about what takes what it puts.
+        # A pipe takes one token and passes its data on: the most frequent kind of transition, with the
+        # fastest
+        # code. No guard depends on its data, neither its own nor that of a transition that takes its token.
         self._pipes = tuple(
             (inputs[0][0], tuple(place for place, _ in outputs))
             if len(inputs) == 1
@@ -128,7 +131,7 @@ class Engine:
         self._results = tuple(each.result for each in passed)
         self.demands = tuple(each.demanded for each in passed)
 
-    # What there is.
+    # Reading the state.
 
     @property
     def signals(self) -> Sequence[SignalSetting]:
@@ -136,15 +139,15 @@ class Engine:
         return self._enabling.signals
 
     def tokens(self, place: int) -> tuple[Token, ...]:
-        """Return the tokens of a place, the oldest first, those reserved included."""
+        """Return the tokens of a place, the oldest first, including reserved tokens."""
         return tuple(self._tokens[place])
 
     def free_tokens(self, place: int) -> list[Token]:
-        """Return the tokens of a place that no firing in flight has reserved, the oldest first."""
+        """Return the tokens of a place that are not reserved by a firing in flight, the oldest first."""
         return [token for token in self._tokens[place] if token.id not in self._reserved]
 
     def count(self, place: int) -> int:
-        """Return how many tokens a place holds."""
+        """Return the number of tokens on a place."""
         return self._enabling.total[place]
 
     def has_room(self, place: int) -> bool:
@@ -157,7 +160,7 @@ class Engine:
         return self._enabling.is_ready(transition)
 
     def is_enabled(self, transition: int) -> bool:
-        """Return whether a transition is enabled in the net, reservations, holds and priorities aside."""
+        """Return whether a transition is enabled, ignoring reservations, holds and priorities."""
         total, structure = self._enabling.total, self.structure
         return (
             all(total[place] >= weight for place, weight in structure.inputs[transition])
@@ -171,26 +174,26 @@ class Engine:
         )
 
     def is_overridden(self, transition: int, could_fire: Callable[[int], bool] = _always) -> bool:
-        """Return whether a transition of higher priority is enabled, and could fire by now."""
+        """Return whether a transition of higher priority is enabled and `could_fire`."""
         return any(
             self.is_enabled(above) and could_fire(above) for above in self.structure.superiors[transition]
         )
 
     def note_breaks(self) -> set[int]:
-        """Return a set that gets each transition that is ready and then not, if only within a firing.
+        """Return a set that collects transitions that stop being ready, even if only during a firing.
 
-        A firing first takes all its tokens and then puts others. The set is to be cleared by the caller.
+        A firing first takes all its tokens and then puts others. The caller clears the set.
         """
         if self._enabling.broken is None:
             self._enabling.broken = set()
         return self._enabling.broken
 
     def is_allowed(self, transition: int) -> bool:
-        """Return whether a transition whose input tokens are there may fire."""
+        """Return whether a transition may fire, given that its input tokens are there."""
         return self._conditions_hold(transition) and not self.is_overridden(transition)
 
     def _conditions_hold(self, transition: int) -> bool:
-        """Return whether clause, read and inhibitor arcs allow a transition, with what its guard reads."""
+        """Return whether clause, read and inhibitor arcs, and guards on read arcs, allow a transition."""
         total, signals = self._enabling.total, self._enabling.signals
         structure = self.structure
         return (
@@ -212,13 +215,13 @@ class Engine:
         return [token for token in found if token.id not in self._reserved and token.id not in aside]
 
     def _fulfilling(self, transition: int, place: int) -> Iterable[Token]:
-        """Return the tokens of a place that fulfil what a guard asks there, the oldest first."""
+        """Return the tokens of a place that fulfil a guard's condition for it, the oldest first."""
         condition = self._asks[transition].get(place)
         tokens = self._tokens[place]
         return tokens if condition is None else (each for each in tokens if fulfils(condition, each.data))
 
     def would_take(self, transition: int) -> Tokens:
-        """Return the tokens that a ready transition takes unless it is told otherwise."""
+        """Return the tokens that a ready transition takes by default."""
         if not self._reserved and not self._aside:
             return [
                 (place, list(islice(self._fulfilling(transition, place), weight)))
@@ -230,7 +233,7 @@ class Engine:
         ]
 
     def would_read(self, transition: int) -> Tokens:
-        """Return the tokens that read arcs of a ready transition see: the oldest behind those it takes."""
+        """Return the tokens that read arcs of a ready transition see: the oldest after those it takes."""
         takes = dict(self.structure.inputs[transition])
         return [
             (place, list(islice(self._fulfilling(transition, place), takes.get(place, 0), need)))
@@ -238,16 +241,16 @@ class Engine:
         ]
 
     def result_checker(self, transition: int) -> TokenChecker:
-        """Return what checks the data that continues."""
+        """Return the checker of the data that is passed on."""
         place = self._results[transition]
         return self._free if place is None else self.checkers[place]
 
     def passed_on(self, transition: int, taken: Tokens) -> Data:
-        """Return the data that continues: that of the first token taken, in arc order, and what is assigned.
+        """Return the data passed on: the first taken token's, in arc order, with the assigned values.
 
-        Tokens of loops count only where there are no others, those that read arcs see after them. Data is not
-        merged: what a token of control happens to carry must not find its way into others. Where the
-        transition puts tokens of other types than it takes, see `dineros.metamodel.token_types.passing`.
+        Tokens of loops are used only if there are no others, and tokens of read arcs only after those. Data
+        is not merged: data on a control token must not get into other tokens. If the transition puts tokens
+        of other types than it takes, see `dineros.metamodel.token_types.passing`.
         """
         place = self._results[transition]
         if place is None:
@@ -265,7 +268,7 @@ class Engine:
         return self.checkers[place].complete(same, data)
 
     def assigned(self, transition: int, taken: Tokens, place: int) -> dict[str, Value]:
-        """Return what a transition assigns to the fields of tokens that it puts on a place."""
+        """Return the values that a transition assigns to the fields of tokens that it puts on a place."""
         given = self._assigns[transition].get(place, ())
         if not given:
             return {}
@@ -276,9 +279,9 @@ class Engine:
         }
 
     def data_for(self, transition: int, taken: Tokens, place: int) -> Data:
-        """Return the data that a place gets from what is taken: that of the first token of its type.
+        """Return the data for a place from the taken tokens: that of the first token of its type.
 
-        Where there is none, the defaults of the type.
+        If there is none, return the defaults of the type.
         """
         loops, types = self._loops[transition], self.structure.types
         wanted = types[place]
@@ -291,14 +294,14 @@ class Engine:
         return self.checkers[place].default
 
     def is_result(self, transition: int, place: int) -> bool:
-        """Return whether the data that continues is of the type of a place."""
+        """Return whether the data that is passed on has the type of a place."""
         result, types = self._results[transition], self.structure.types
         return result is not None and types[place] is types[result]
 
     # Firing.
 
     def fire(self, transition: int) -> None:
-        """Fire a ready transition, data passed on as it is."""
+        """Fire a ready transition; data is passed on unchanged."""
         pipe = self._pipes[transition]
         if pipe is not None and not self._reserved and not self._aside:
             place, outputs = pipe
@@ -328,17 +331,17 @@ class Engine:
         Parameters
         ----------
         transition, taken : int, Tokens
-            What fires, and what it takes.
+            The transition, and the tokens it takes.
         data : mapping
-            The data that continues.
+            The data that is passed on.
         given : mapping, optional
             Data of all tokens for some of the output places, checked and complete.
 
         Returns
         -------
         Tokens
-            For each output place as many tokens as its arc's weight. What a loop takes comes back as it is.
-            Assigned fields have what they are assigned.
+            For each output place, as many tokens as its arc's weight. A token of a loop is put back
+            unchanged, except for assigned fields.
         """
         own = dict(taken) if self._loops[transition] else {}
         made: Tokens = []
@@ -356,13 +359,13 @@ class Engine:
         return made
 
     def _with(self, token: Token, place: int, assigned: dict[str, Value]) -> Token:
-        """Return a token with fields assigned; itself, where it has these values."""
+        """Return a token with assigned values; the token itself, if it has these values."""
         if all(token.data[name] == value for name, value in assigned.items()):
             return token
         return self.new_token(self.checkers[place].complete(assigned, token.data))
 
     def commit(self, taken: Tokens, made: Tokens) -> None:
-        """Take free tokens and put others, at once."""
+        """Take free tokens and put others in one step."""
         change = self._enabling.change
         for place, tokens in taken:
             self._remove(place, tokens)
@@ -382,7 +385,7 @@ class Engine:
             self._forget(taken)
 
     def reserve(self, transition: int, taken: Tokens) -> None:
-        """Reserve free tokens for a firing in flight, and room for what it will put."""
+        """Reserve free tokens for a firing in flight, and room for the tokens it will put."""
         for place, more in self.structure.raises[transition]:
             self._enabling.change_room(place, -more)
         for place, tokens in taken:
@@ -394,7 +397,7 @@ class Engine:
             self._refresh_needs(place for place, _ in taken)
 
     def release(self, transition: int, taken: Tokens) -> None:
-        """Give up a reservation."""
+        """Release a reservation."""
         for place, more in self.structure.raises[transition]:
             self._enabling.change_room(place, more)
         for place, tokens in taken:
@@ -407,17 +410,17 @@ class Engine:
             self._refresh_needs(place for place, _ in taken)
 
     def hold(self, number: int) -> None:
-        """Keep a transition from being ready, or a departure from being due, until `unhold`; holds add up."""
+        """Prevent a transition from being ready, or a departure from being due, until `unhold`; counted."""
         self._enabling.violated(number)
 
     def unhold(self, number: int) -> None:
-        """Take back one `hold`."""
+        """Undo one `hold`."""
         self._enabling.satisfied(number)
 
     # Tokens put aside for one transition.
 
     def put_aside(self, transition: int, taken: Tokens) -> None:
-        """Keep a transition from taking these free tokens; others may."""
+        """Keep a transition from taking these free tokens; other transitions may take them."""
         by_place = self._aside.setdefault(transition, {})
         for place, tokens in taken:
             by_place.setdefault(place, set()).update(token.id for token in tokens)
@@ -431,7 +434,7 @@ class Engine:
         }
 
     def release_aside(self, transition: int) -> dict[int, frozenset[int]]:
-        """Let a transition take again what was put aside; return what it was: place -> ids."""
+        """Let a transition take again the tokens put aside for it; return them: place -> ids."""
         released = self.aside().get(transition, {})
         if released:
             self._aside[transition] = {place: set() for place in released}
@@ -440,7 +443,7 @@ class Engine:
         return released
 
     def _refresh_needs(self, places: Iterable[int]) -> None:
-        """Raise the thresholds by the free tokens that are put aside."""
+        """Raise the thresholds by the number of free tokens put aside."""
         for place in set(places):
             for transition, by_place in self._aside.items():
                 if place in by_place:
@@ -454,7 +457,7 @@ class Engine:
                     self._kinds.hide(transition, place, hidden)
 
     def _forget(self, taken: Tokens) -> None:
-        """Forget that tokens were put aside which are gone."""
+        """Remove tokens that no longer exist from the tokens put aside."""
         for place, tokens in taken:
             gone = {token.id for token in tokens} - {token.id for token in self._tokens[place]}
             for by_place in self._aside.values():
@@ -467,22 +470,22 @@ class Engine:
             if (kept := {place: ids for place, ids in by_place.items() if ids})
         }
 
-    # The outside.
+    # Tokens and signals from outside.
 
     def new_token(self, data: Data) -> Token:
-        """Return a token that is nowhere yet."""
+        """Return a new token that is on no place yet."""
         token = Token(self.next_token, data)
         self.next_token += 1
         return token
 
     def oldest(self, place: int) -> Token:
-        """Return the oldest free token of a place, which has one."""
+        """Return the oldest free token of a place; there must be one."""
         if not self._reserved:
             return self._tokens[place][0]
         return next(token for token in self._tokens[place] if token.id not in self._reserved)
 
     def put(self, place: int, token: Token) -> None:
-        """Put a token that arrived on a place, which has room for it."""
+        """Put a received token on a place; the place must have room."""
         self._tokens[place].append(token)
         self._enabling.change(place, 1, 1)
         if place in self._asked:
@@ -491,7 +494,7 @@ class Engine:
             self.weights.add(place, [token])
 
     def take(self, place: int) -> Token:
-        """Take the oldest free token of a place, which has one."""
+        """Take the oldest free token of a place; there must be one."""
         tokens = self._tokens[place]
         if not self._reserved and not self._aside:
             token = tokens.popleft()
@@ -512,9 +515,9 @@ class Engine:
         return changed
 
     def add_departure(self, place: int, least: int = 1) -> int:
-        """Return the number of a new departure: of the tokens of a place, on hold until `unhold`.
+        """Register a departure of a place's tokens and return its number; it is on hold until `unhold`.
 
-        It is due once the place has as many as `least`.
+        It is due if the place has at least `least` tokens.
         """
         return self._enabling.add_departure(place, least)
 

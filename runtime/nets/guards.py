@@ -1,6 +1,6 @@
-"""What transitions ask of the data of tokens, and what they assign, by the numbers of places and transitions.
+"""Guards and assignments of transitions, by the numbers of places and transitions.
 
-What a guard means is told by `dineros.metamodel.guards` alone; here it is brought onto the running net.
+The meaning of a guard is defined only in `dineros.metamodel.guards`; this module maps it to the running net.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from dineros.metamodel.token_data import FieldType, TokenType, Value
 from dineros.runtime.nets.capacities import Arcs
 
 Copied = tuple[int, str]
-"""The field of the token that is taken or read from a place."""
+"""A field of the token that is taken or read from a place."""
 
 
 class Decision(NamedTuple):
-    """What one transition asks and assigns.
+    """The guard and the assignments of one transition.
 
     Attributes
     ----------
     takes, reads : tuple of (int, Condition)
-        What it asks of the token of each place that it takes from, or reads.
+        For each place that it takes from, or reads, the condition for the token.
     assigns : tuple
-        For places that it puts tokens on, the fields that it assigns: a value, or the field it copies.
+        For places that it puts tokens on, the assigned fields: a value, or the field that is copied.
     """
 
     takes: tuple[tuple[int, Condition], ...] = ()
@@ -35,7 +35,7 @@ class Decision(NamedTuple):
 
 
 OPEN = Decision()
-"""That of a transition without guard and assignments."""
+"""The decision of a transition without guard and assignments."""
 
 
 def decision_of(
@@ -44,23 +44,23 @@ def decision_of(
     node_of: Sequence[pn.Place],
     type_of: Callable[[int], TokenType],
 ) -> Decision:
-    """Return what a transition asks and assigns.
+    """Return the guard and the assignments of a transition.
 
     Parameters
     ----------
     transition : pn.Node
         The transition in the model.
     arcs : sequence of Arcs
-        What it takes and puts, and how many tokens its read arcs need, those it takes included.
+        The tokens it takes and puts, and the number its read arcs need, including those it takes.
     node_of : sequence of pn.Place
-        For each place, the one of the model.
+        For each place of the running net, its place in the model.
     type_of : callable
-        Returns what tokens of a place carry.
+        Returns the token type of a place.
 
     Raises
     ------
     GuardError
-        A guard or an assignment cannot be used.
+        A guard or an assignment is invalid.
     """
     if not isinstance(transition, sym.Transition) or (transition.guard, transition.assigns) == (None, None):
         return OPEN
@@ -92,5 +92,5 @@ def decision_of(
 
 
 def kinds_of(decisions: Iterable[Decision]) -> tuple[tuple[int, Condition], ...]:
-    """Return the places and conditions that guards ask about, each once."""
+    """Return the places and conditions that occur in guards, each once."""
     return tuple(dict.fromkeys(each for decision in decisions for each in (*decision.takes, *decision.reads)))

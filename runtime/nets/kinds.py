@@ -1,4 +1,4 @@
-"""How many tokens of each place fulfil what guards ask: counted like places, so that enabling stays quick."""
+"""Counts the tokens that fulfil guards, like the tokens of places, so that enabling stays fast."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from dineros.runtime.nets.tokens import Token
 
 
 class Kinds:
-    """Tells `Enabling` how many tokens of each place fulfil what some transition asks.
+    """Reports to `Enabling` how many tokens of each place fulfil the guard of some transition.
 
     Parameters
     ----------
     structure : Structure
         The net.
     enabling : Enabling
-        Counts them behind the places.
+        Keeps these counts after those of the places.
 
     Attributes
     ----------
     places : frozenset of int
-        The places that some guard asks about.
+        The places that occur in guards.
     """
 
     def __init__(self, structure: Structure, enabling: Enabling) -> None:
@@ -35,14 +35,14 @@ class Kinds:
         self.places = frozenset(self._at)
 
     def change(self, place: int, tokens: Collection[Token], free: int, total: int) -> None:
-        """Count tokens of an asked place: how each of them changes the free tokens and all tokens."""
+        """Update the counts: each of these tokens changes the free tokens and all tokens by these amounts."""
         for number, condition in self._at[place]:
             count = sum(fulfils(condition, token.data) for token in tokens)
             if count:
                 self._enabling.change(number, free * count, total * count)
 
     def hide(self, transition: int, place: int, tokens: Collection[Token]) -> None:
-        """Let a transition need one token more of what its guard asks than free ones that are put aside."""
+        """Raise a transition's need by its matching free tokens that are put aside."""
         for number, condition in self._at.get(place, ()):
             if number in self._enabling.kinds_taken[transition]:
                 hidden = sum(fulfils(condition, token.data) for token in tokens)

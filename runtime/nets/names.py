@@ -1,4 +1,4 @@
-"""What places, transitions and signals of a node may be called."""
+"""Names of the places, transitions and signals of a node."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class Names:
         self._signals |= {id: number for number, id in enumerate(structure.signals)}
 
     def transitions(self, name: str) -> tuple[int, ...]:
-        """Return the transitions of an id in the running net, or of an id or name in the model.
+        """Return the transitions with an id in the running net, or with an id or name in the model.
 
         Raises
         ------
         UnknownElementError
-            There is none, or several have this name.
+            No transition has this name, or it is ambiguous.
         """
         numbers = self._transitions.get(name)
         if numbers is not None:
@@ -51,12 +51,12 @@ class Names:
         raise UnknownElementError(f"the node {self._node} has no transition {name!r}", hint=hint)
 
     def place(self, id: str) -> int:
-        """Return the place of an id in the running net.
+        """Return the place with an id in the running net.
 
         Raises
         ------
         UnknownElementError
-            There is none.
+            No place has this id.
         """
         if id not in self._places:
             raise UnknownElementError(
@@ -65,12 +65,12 @@ class Names:
         return self._places[id]
 
     def signal(self, name: str) -> int:
-        """Return the signal of an id or name.
+        """Return the signal with an id or name.
 
         Raises
         ------
         UnknownElementError
-            There is none.
+            No signal has this id or name.
         """
         if name not in self._signals:
             known = ", ".join(self._structure.signals) or "none"

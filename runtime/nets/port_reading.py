@@ -1,4 +1,4 @@
-"""The ports of a runtime model as plain values, those on server pages for each server instance."""
+"""Reads the ports of a runtime model as plain values; server pages have ports for each instance."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ P = TypeVar("P", bound=plain_ports.Port)
 PagePort = rtm.ServerPort | rtm.ActionServerPort
 """A port whose page is copied for each server instance, or for each slot."""
 MOST_UNDER_WAY = 1000
-"""Requests that a client has under way which may have any number, so that its memory has a bound."""
+"""Bound of the requests under way of a client without a limit of its own."""
 
 
 def ports_in(model: rtm.RuntimeModel) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
-    """Yield the places with ports, once with each."""
+    """Yield the places with ports, and each port with it."""
     for place in places(model):
         if isinstance(place, rtm.Place):
             for port in place.ports:
@@ -37,12 +37,12 @@ def served_pages(model: rtm.RuntimeModel) -> dict[pn.Page, PagePort]:
 
 
 def _under_way(port: rtm.ClientPort | rtm.ServerPort) -> int:
-    """Return how many requests a client of a port has under way at most."""
+    """Return the most requests that a client of a port has under way."""
     return MOST_UNDER_WAY if port.outstanding == UNLIMITED else port.outstanding
 
 
 def _callbacks(model: rtm.RuntimeModel) -> Iterator[plain_ports.CallbackPort]:
-    """Yield the callbacks, with what the model declares of their times."""
+    """Yield the callbacks with the times that the model declares."""
     timers, calls = set(timers_of(model)), calls_of(model)
     for page in pages(model):
         if not isinstance(page, sym.CallbackPage):
@@ -61,20 +61,20 @@ def _callbacks(model: rtm.RuntimeModel) -> Iterator[plain_ports.CallbackPort]:
 
 
 class PortReading:
-    """Reads what a node shows to the outside.
+    """Reads the ports of a node.
 
     Parameters
     ----------
     model : rtm.RuntimeModel
         The model.
     copies : mapping
-        Place and number of its server instance (0: it is on no server page) -> its index.
+        Place and number of its server instance (0: not on a server page) -> its index.
     ids : sequence of str
-        Of the places as they run, by index.
+        Ids of the places in the running net, by index.
     prototypes : mapping
-        The page that is copied, for each node on it.
+        For each node on a copied page, that page.
     type_at : callable
-        Returns what the tokens of a place carry.
+        Returns the token type of a place.
     """
 
     def __init__(
@@ -98,9 +98,9 @@ class PortReading:
         Parameters
         ----------
         token_type : TokenType
-            What tokens carry in places that name no other type.
+            Token type of places that name no other type.
         place_types : mapping
-            What they carry in the others, by id.
+            Token types of the other places, by id.
         """
         found = [
             self._plain(place, port, number)
@@ -136,7 +136,7 @@ class PortReading:
         )
 
     def _plain(self, place: rtm.Place, port: rtm.PlacePort, number: int) -> plain_ports.Port:
-        """Return a port as plain values; that of a server instance where it has a number."""
+        """Return a port as plain values; with a number, the port of that server instance."""
         common = (port.channel, self._interface(place, port), _mappings(port))
         match port:
             case rtm.PublisherPort():
@@ -193,19 +193,19 @@ class PortReading:
         raise TypeError(f"{type(port).__name__} is not a kind of port")
 
     def _interface(self, place: pn.Node, port: rtm.PlacePort) -> str | None:
-        """Return the existing ROS interface of a port: its own, or for a topic what its tokens are."""
+        """Return the existing ROS interface of a port: its own, or for a topic the one of its tokens."""
         if isinstance(port, (rtm.PublisherPort, rtm.SubscriberPort)):
             return port.type or self._type_at(place).ros
         return port.type or None
 
     def _client(self, place: rtm.Place, client: str, number: int) -> str:
-        """Return the id of a client; that of a server instance where it has a number."""
+        """Return the id of a client; with a number, that of the client in that server instance."""
         if not number:
             return client
         return copy_id(self._servers[self._prototypes[place]].channel, number, client)
 
     def _at(self, place: pn.Node | None, number: int) -> str | None:
-        """Return the id of a place as it runs, in a server instance where it has a number."""
+        """Return the id of a place in the running net; with a number, of its copy in that server instance."""
         return None if place is None else self._ids[self._places[place, number]]
 
     def _copies(self, place: pn.Node | None) -> tuple[str, ...]:
@@ -226,8 +226,9 @@ def _mappings(port: rtm.PlacePort) -> tuple[plain_ports.FieldMapping, ...]:
 def _quality(port: rtm.PublisherPort | rtm.SubscriberPort, interface: str | None) -> Quality:
     """Return the quality of service of a port.
 
-    Where the model does not say, nothing is lost when a node is down for a while. An existing type is that of
-    programs outside of the model, which have ROS's defaults: no transient-local subscriber hears them.
+    By default, no message is lost while a node is down for a while. A port with an existing type talks to
+    programs outside of the model; these have ROS's defaults, with which a transient-local subscription would
+    receive nothing.
     """
     if port.qos is not None:
         return plain(port.qos)

@@ -1,4 +1,4 @@
-"""What a node shows to the outside, as plain values: its ports, and what goes through them."""
+"""The ports of a node as plain values, and the messages that go through them."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from dineros.metamodel.matching import Quality
 from dineros.metamodel.token_data import TokenType, Value
 
 Data = Mapping[str, Value]
-"""The fields of a token or message. Nobody changes it once it is made: it is shared, not copied."""
+"""The fields of a token or message. It is never changed, so it can be shared without a copy."""
 
 Queue = Literal["publisher", "dispatcher", "subscriber", "request", "feedback", "restart", "inactive"]
-"""A queue that can overflow: of a topic, or that of an action's client for feedback; ``restart``: that of a
-publisher, which died with its process; ``inactive``: none, a managed node that was not active published."""
+"""A queue that loses messages: of a topic, or for the feedback of an action client; ``restart``: the queue of
+a publisher whose process ended; ``inactive``: no queue, a managed node published while it was not active."""
 
 OutcomeKind = Literal["succeeded", "aborted", "canceled"]
-"""How a goal of an action ends."""
+"""The outcome of a goal of an action."""
 
 OUTCOMES: tuple[OutcomeKind, ...] = ("succeeded", "aborted", "canceled")
 
 
 class Message(NamedTuple):
-    """What goes through a channel.
+    """A message on a channel.
 
     Attributes
     ----------
     id : str
-        ``NODE/PLACE/NUMBER``: sending node, place of the port, and how many messages had been sent from there
-        with this one. A message that is sent again keeps its id; a response has the id of its request. Empty
-        where the sender gives no ids, as programs that know nothing of DiNeROS.
+        ``NODE/PLACE/NUMBER``: the sending node, the place of the port, and the number of messages sent from
+        there, including this one. A message that is sent again keeps its id; a response has the id of its
+        request. Empty if the sender gives no ids, as programs without DiNeROS do.
     data : mapping
         Values of the fields of the token type.
     """
@@ -62,16 +62,16 @@ class FieldMapping:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Port:
-    """One end of a channel; each is equal to itself only, so that it is looked up quickly.
+    """One end of a channel; equal only to itself, so that lookups are fast.
 
     Attributes
     ----------
     channel : str
         Id of the channel in the system model.
     type : str, optional
-        Existing ROS interface (``package/msg/Name``); None: one that is generated from the token types.
+        Existing ROS interface (``package/msg/Name``); None: an interface is generated from the token types.
     mappings : tuple of FieldMapping
-        What of that interface carries what of the token.
+        Which fields of that interface carry which fields of the token.
     """
 
     channel: str
@@ -92,8 +92,7 @@ class TopicPort(Port):
     limit : int
         Capacity of the queue.
     quality : Quality
-        Its quality of service. With an existing type, the durability is that of programs which know nothing
-        of DiNeROS.
+        Its quality of service. With an existing type, the durability is that of programs without DiNeROS.
     """
 
     topic: str
@@ -103,7 +102,7 @@ class TopicPort(Port):
 
     @property
     def is_kept(self) -> bool:
-        """Whether publishers keep their last messages for subscribers that come back."""
+        """Whether publishers keep their last messages for subscribers that restart."""
         if self.type is None:
             return self.quality.durability == "transientLocal"
         return self.quality.reliability == "reliable"
@@ -116,7 +115,7 @@ class PublisherPort(TopicPort):
     Attributes
     ----------
     places : tuple of str
-        The place as it runs: on a server page once for each server instance. They share the queue.
+        The place in the running net: on a server page, one for each server instance. They share the queue.
     """
 
     places: tuple[str, ...]
@@ -126,16 +125,17 @@ class PublisherPort(TopicPort):
 class SubscriberPort(TopicPort):
     """Messages of a topic become tokens of a place.
 
-    Under the paper's rules the node itself keeps to the limit: what arrives while so many messages wait for
-    it is dropped, counted and recorded. Under those of ROS 2 the limit is the depth of the history that the
-    middleware keeps, and the node takes a message when its place has room.
+    Under the paper's rules, the node itself enforces the limit: a message that arrives while this number of
+    messages waits is dropped, counted and recorded. Under the rules of ROS 2, the limit is the depth of the
+    history in the middleware, and the node takes a message when its place has room.
 
     Attributes
     ----------
     dispatcher_limit : int
         Capacity of the queue that all subscribers of the node to this topic share, under the paper's rules.
     missed : str or None
-        Gets a token when no message was taken for the deadline of the quality; None: nothing does.
+        Gets a token if no message was taken within the deadline of the quality of service; None: no place
+        does.
     """
 
     dispatcher_limit: int
@@ -144,10 +144,10 @@ class SubscriberPort(TopicPort):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClientPort(Port):
-    """Tokens of one place are requests of a service, their responses become tokens of another one.
+    """Tokens of one place are requests of a service; their responses become tokens of another place.
 
-    A client on a server page is one for each server instance, with an id and places of its own
-    (``Pick[2].c1``): a response comes back to the instance that asked.
+    A client on a server page exists once for each server instance, with its own id and places
+    (``Pick[2].c1``): a response returns to the instance that sent the request.
 
     Attributes
     ----------
@@ -158,11 +158,11 @@ class ClientPort(Port):
     request, response : str
         The places.
     outstanding : int
-        Requests that it has under way at most.
+        Maximum number of requests under way.
     timeout : float or None
-        Seconds after which it gives a request up; None: it waits forever.
+        Seconds after which it gives up a request; None: it waits without limit.
     timed_out : str or None
-        The place that gets a token then.
+        The place that gets a token after a time-out.
     """
 
     service: str
@@ -176,7 +176,7 @@ class ClientPort(Port):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ServerPort(Port):
-    """Requests of a service become tokens; entry and exit place of each server instance.
+    """Requests of a service become tokens; each server instance has an entry and an exit place.
 
     Attributes
     ----------
@@ -185,9 +185,9 @@ class ServerPort(Port):
     entries, exits : tuple of str
         The places of each instance.
     depth : int
-        Requests that wait for an instance at most, under the rules of ROS 2.
+        Maximum number of requests that wait for an instance, under the rules of ROS 2.
     outstanding : int
-        Requests that one of its clients has under way at most.
+        Maximum number of requests that one of its clients has under way.
     """
 
     service: str
@@ -198,7 +198,7 @@ class ServerPort(Port):
 
     @property
     def instances(self) -> int:
-        """How many requests can be served at a time."""
+        """Number of requests that can be handled at a time."""
         return len(self.entries)
 
 
@@ -211,7 +211,7 @@ class ActionPort(Port):
     action : str
         Its name.
     depth : int
-        How much feedback waits at most.
+        Maximum number of feedback messages that wait.
     """
 
     action: str
@@ -220,21 +220,21 @@ class ActionPort(Port):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActionClientPort(ActionPort):
-    """Tokens of one place are goals of an action; what becomes of them comes onto others.
+    """Tokens of one place are goals of an action; answers, feedback and results go to other places.
 
     Attributes
     ----------
     client : str
-        Its id; on a server page one for each server instance, as that of a service's client.
+        Its id; on a server page, one for each server instance, like a service client.
     goal : str
         The place of the goals.
     outcomes : mapping of str to str
-        Outcome -> the place of the results of goals that ended so; not there: nobody wants them.
+        Outcome -> the place of the results of goals with this outcome; missing: the model does not use them.
     rejected, cancel, feedback, accepted : str or None
-        Places: of tokens for goals that were refused, of requests to cancel, of feedback, of tokens for goals
-        that were accepted.
+        Places for tokens of refused goals, for cancel requests, for feedback, and for tokens of accepted
+        goals.
     outstanding : int
-        Goals under way at most.
+        Maximum number of goals under way.
     """
 
     client: str
@@ -249,18 +249,18 @@ class ActionClientPort(ActionPort):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActionServerPort(ActionPort):
-    """Goals of an action become tokens, each in a slot: a copy of the page that works on it.
+    """Goals of an action become tokens, each in a slot: a copy of the page that executes it.
 
     Attributes
     ----------
     entries : tuple of str
-        The place of each slot where its goal comes.
+        For each slot, the place of its new goal.
     outcomes : mapping of str to tuple of str
-        Outcome -> the place of each slot with the results of goals that end so.
+        Outcome -> for each slot, the place of results with this outcome.
     cancels, feedbacks : tuple of str
-        The place of each slot that gets requests to cancel, and that with feedback; empty: there is none.
+        For each slot, the place for cancel requests, and the place of feedback; empty: there is none.
     may_reject : bool
-        Whether it refuses goals for which there is no slot.
+        Whether it refuses goals if no slot is free.
     """
 
     entries: tuple[str, ...]
@@ -271,20 +271,20 @@ class ActionServerPort(ActionPort):
 
     @property
     def slots(self) -> int:
-        """How many goals can be worked on at a time."""
+        """Number of goals that can be executed at a time."""
         return len(self.entries)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimerPort:
-    """The timer of a callback, which ticks (rule C1); each is equal to itself only.
+    """The timer of a callback (rule C1); equal only to itself.
 
     Attributes
     ----------
     callback : str
         Id of the callback page.
     period : float
-        Seconds, as the model has it.
+        Seconds, as in the model.
     """
 
     callback: str
@@ -293,18 +293,18 @@ class TimerPort:
 
 @dataclass(frozen=True, slots=True)
 class CallbackPort:
-    """A callback, and what its model declares of its times.
+    """A callback with the times that its model declares.
 
     Attributes
     ----------
     callback : str
         Id of the callback page.
     transitions, begins, ends : frozenset of str
-        Ids of its transitions, of those by which its timer begins it, and of those by which it ends.
+        Ids of its transitions, of those that begin it at a tick of its timer, and of those that end it.
     duration : tuple of (float, float or None), or None
-        Seconds of one run, at least and at most.
+        Minimum and maximum run time, in seconds.
     period, jitter : float
-        Of its timer, in seconds; no timer: 0.
+        Period and jitter of its timer, in seconds; without a timer: 0.
     """
 
     callback: str
@@ -341,7 +341,7 @@ class SignalPort:
 
 @dataclass(frozen=True, slots=True)
 class Ports:
-    """All that a node shows to the outside.
+    """All ports of a node.
 
     Attributes
     ----------
@@ -356,15 +356,15 @@ class Ports:
     threads : int
         Threads of a multi-threaded executor.
     token_type : TokenType
-        What tokens carry in places that name no other type.
+        Token type of places that name no other type.
     place_types : mapping
-        What they carry in the others, by the places' ids as they run and in the model.
+        Token types of the other places, by their ids in the running net and in the model.
     middleware : {"ros1", "ros2"}
-        Whose queues its topics have.
+        The middleware whose queues its topics have.
     start_steps : mapping
-        Of a managed node, in which step of the start order it is configured and activated.
+        For a managed node, the steps of the start order in which it is configured and activated.
     pauses : bool
-        Whether it fires while it is active only; else only its publishers are held back.
+        Whether it fires only while it is active; if False, only its publishers are held.
     """
 
     model: str
@@ -390,11 +390,11 @@ class Ports:
 
     @property
     def is_managed(self) -> bool:
-        """Whether it has a lifecycle, and is nothing before it is configured."""
+        """Whether it has a lifecycle, so that its net exists only once it is configured."""
         return bool(self.start_steps)
 
     def type_at(self, place: str) -> TokenType:
-        """Return what the tokens of a place carry."""
+        """Return the token type of a place."""
         return self.place_types.get(place, self.token_type)
 
 

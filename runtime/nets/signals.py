@@ -1,4 +1,4 @@
-"""Input signals as developers use them."""
+"""The input signals in the API for developers."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Signal:
         value : bool or str
             The value; the name of one if the signal has values.
         source : str
-            Where it comes from, for the records.
+            Origin of the value, for the records.
 
         Raises
         ------
@@ -58,9 +58,9 @@ class Signal:
         self._write(value, source)
 
     def stale_after(self, seconds: float | None, then: WhenStale = "keep") -> None:
-        """Notice when nobody sets it for so long, from any thread; the time counts while the node is open.
+        """Detect that its source is silent, from any thread; time counts while the node is open.
 
-        Whoever sets it repeats the value, then, even where it does not change.
+        The source must then repeat the value, even if it does not change.
 
         Parameters
         ----------
@@ -72,7 +72,7 @@ class Signal:
         Raises
         ------
         StalenessError
-            The time is not above 0, or `then` is none of these.
+            The time is not positive, or `then` is none of these.
         """
         self._expect(None if seconds is None else Expectation(seconds, then))
 

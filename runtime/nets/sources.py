@@ -1,4 +1,4 @@
-"""What brings signals from outside, and how it is: counters and the last error of each bridge."""
+"""Signal sources outside the net and their state: counters and the last error of each bridge."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from dataclasses import dataclass, replace
 LOG = logging.getLogger("dineros.runtime.bridges")
 
 SAYING_PERIOD = 60.0
-"""Seconds in which one thing that goes wrong is said once: whoever sends nonsense can send a lot of it."""
+"""Seconds before the same error is reported again: a sender of invalid data can send a lot of it."""
 
 SHOWN = 300
-"""Characters of an error that are kept."""
+"""Maximum length of a stored error, in characters."""
 
 
 @dataclass(frozen=True)
 class SourceState:
-    """How a bridge is at one moment.
+    """The state of a bridge at one moment.
 
     Attributes
     ----------
     name : str
-        What it is, such as ``mqtt broker:1883``; never with credentials.
+        Its description, such as ``mqtt broker:1883``; never with credentials.
     is_connected : bool
-        Whether it listens, serves, or got its last answer.
+        Whether it listens, serves, or got its last response.
     accepted, refused : int
-        Messages that set signals, and those that could not.
+        Number of messages that set signals, and of invalid messages.
     failures : int
-        What else went wrong: lost connections, answers that did not come, exceptions.
+        Number of other failures: lost connections, missing responses, exceptions.
     last_error : str or None
-        The last thing that went wrong.
+        The last error.
     last_error_time : float or None
-        When, in seconds since the epoch.
+        Time of the last error, in seconds since the epoch.
     """
 
     name: str
@@ -47,30 +47,30 @@ class SourceState:
 
 
 class Source:
-    """Counts for a bridge, from any thread.
+    """Counts events of a bridge, from any thread.
 
     Parameters
     ----------
     name : str
-        What it is, without credentials.
+        Its description, without credentials.
     tell : callable
-        Told each error that is said, to record it.
+        Records each reported error.
 
     Attributes
     ----------
     state : SourceState
-        How it is now.
+        Its current state.
     """
 
     def __init__(self, name: str, tell: Callable[[str], None]) -> None:
         self._tell = tell
         self._lock = threading.Lock()
         self.state = SourceState(name)
-        self._said: dict[str, float] = {}  # what -> when it may be said again
+        self._said: dict[str, float] = {}  # kind of error -> when it may be reported again
         self._unsaid: dict[str, int] = {}
 
     def connected(self, is_connected: bool) -> None:
-        """Note whether it has its other end."""
+        """Record whether it is connected."""
         with self._lock:
             self.state = replace(self.state, is_connected=is_connected)
 
@@ -80,13 +80,13 @@ class Source:
             self.state = replace(self.state, accepted=self.state.accepted + 1)
 
     def refuse(self, what: str, error: object) -> None:
-        """Count a message that sets nothing; `what` is one of few, such as a topic of the configuration."""
+        """Count a message that sets nothing; `what` is one of few texts, such as a configured topic."""
         with self._lock:
             self.state = replace(self.state, refused=self.state.refused + 1)
         self._say(what, error)
 
     def fail(self, what: str, error: object) -> None:
-        """Count what else went wrong."""
+        """Count another failure."""
         with self._lock:
             self.state = replace(self.state, failures=self.state.failures + 1)
         self._say(what, error)

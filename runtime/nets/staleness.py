@@ -1,8 +1,7 @@
-"""Signals whose source has fallen silent: noticed after a set time, with a set consequence.
+"""Signals whose source is silent: detected after a configured time, with a configured reaction.
 
-A broken cable, a crashed sensor and a broker that went away all look the same to a net: the last value stays.
-For a signal that something depends on, its source therefore repeats the value, and the net says how long it
-may be silent.
+A net cannot distinguish a broken cable, a crashed sensor and a lost broker: the last value stays. So the
+source of an important signal repeats its value, and the net defines how long the source may be silent.
 """
 
 from __future__ import annotations
@@ -25,12 +24,12 @@ WhenStale = Literal["keep", "stop"] | SignalSetting
 
 
 class StalenessError(DinerosError):
-    """No time, or no consequence, for stale signals."""
+    """The time or the reaction for stale signals is invalid."""
 
 
 @dataclass(frozen=True)
 class Expectation:
-    """How long a signal's source may be silent, and what is done then.
+    """How long a signal's source may be silent, and the reaction.
 
     Attributes
     ----------
@@ -44,7 +43,7 @@ class Expectation:
     Raises
     ------
     StalenessError
-        The time is not positive and finite, or the consequence is none of these.
+        The time is not positive and finite, or the reaction is none of these.
     """
 
     seconds: float
@@ -80,7 +79,7 @@ def parse_expectation(text: str) -> Expectation:
     Raises
     ------
     StalenessError
-        The text says no such thing.
+        The text has another form.
 
     Examples
     --------
@@ -107,7 +106,7 @@ def parse_then(text: str | bool) -> WhenStale:
 
 
 class _Target(Protocol):
-    """The net, as what watches its signals sees it."""
+    """The part of a net that the watch of its signals uses."""
 
     def set_signals(
         self, values: Mapping[int, SignalSetting], source: str, *, is_heard: bool = True
@@ -117,18 +116,18 @@ class _Target(Protocol):
 
 
 class Expectations:
-    """Watches when the signals of a net were heard of; on the thread of its loop.
+    """Watches when the signals of a net were last set; on the thread of its loop.
 
     Parameters
     ----------
     loop : Loop
-        The net's, whose timers and clock count.
+        The net's loop with its timers and clock.
     target : Core
-        Whose signals they are.
+        The net whose signals are watched.
     names : sequence of str
-        Ids of the signals, for people.
+        Ids of the signals, for messages.
     halt : callable
-        Has the net fire nothing more, for a reason.
+        Halts the net, for a given reason.
     """
 
     def __init__(
@@ -150,12 +149,12 @@ class Expectations:
         return tuple(self._names[number] for number in sorted(self._stale))
 
     def limit(self, number: int) -> float | None:
-        """Seconds that a signal's source may be silent; None: forever."""
+        """Seconds that a signal's source may be silent; None: no limit."""
         expectation = self._expected.get(number)
         return None if expectation is None else expectation.seconds
 
     def expect(self, number: int, expectation: Expectation | None) -> None:
-        """Watch a signal from now on; None: no more."""
+        """Watch a signal from now on; None: stop watching it."""
         self._drop(number)
         self._stale.discard(number)
         self._expected.pop(number, None)
@@ -165,19 +164,19 @@ class Expectations:
                 self._watch(number)
 
     def begin(self) -> None:
-        """Count the time from now on: the node is open."""
+        """Start counting: the node is open."""
         self._is_open = True
         for number in self._expected:
             self._watch(number)
 
     def end(self) -> None:
-        """Count no more."""
+        """Stop counting."""
         self._is_open = False
         for number in tuple(self._timers):
             self._drop(number)
 
     def heard(self, number: int) -> None:
-        """Note that a signal was set, to whatever value."""
+        """Record that a signal was set, even to the same value."""
         if number not in self._expected or not self._is_open:
             return
         if number in self._stale:
@@ -200,7 +199,7 @@ class Expectations:
             timer.cancel()
 
     def _look(self, number: int) -> None:
-        """Call a signal stale if its time is over; look again later if it was heard meanwhile."""
+        """Mark a signal as stale after its time; if it was set meanwhile, check again later."""
         expectation = self._expected[number]
         left = self._heard[number] + expectation.seconds - self._loop.clock()
         if left > 0:

@@ -1,4 +1,4 @@
-"""The structure of a runtime model as plain tuples: what the engine runs, without a single model object.
+"""The structure of a runtime model as plain tuples, which the engine runs without any model object.
 
 Server pages are instantiated, references are resolved, and places and transitions are named as in the
 flattened net (`Pick[2].TPick` is the transition `TPick` of the second server instance of the channel `Pick`).
@@ -46,39 +46,38 @@ class Structure:
     channels : tuple of str or None
         For each transition, the channel of the service or action whose server page it is on.
     inputs, outputs : tuple of Arcs
-        For each transition, what it takes and puts.
+        For each transition, the tokens it takes and puts.
     capacities : tuple of int or None
         For each place, the most tokens that the model lets it hold; None: any number.
     limits : tuple of int or None
-        For each place, the most tokens that it holds in a run: its capacity, or what `limits_of` says.
+        For each place, the most tokens in a run: its capacity, or the result of `limits_of`.
     raises : tuple of Arcs
-        For each transition, the places with a limit in which it leaves more tokens than there were, and
-        how many more.
+        For each transition, the places with a limit whose tokens it increases, and by how many.
     reads, inhibitors : tuple of Arcs
-        For each transition, how many tokens a place must hold in all (what the transition takes itself
-        included), and how many it must not hold.
+        For each transition, the total number of tokens that a place must hold (including those that the
+        transition takes), and the number that it must not hold.
     superiors : tuple of tuple of int
-        For each transition, those of higher priority, directly or through others: while one of them is
+        For each transition, the transitions of higher priority, direct or transitive: while one of them is
         enabled, it may not fire.
     intervals : tuple
-        For each transition, the earliest and latest seconds since it is ready, or None; within an open
-        interval.
+        For each transition, the earliest and latest time in seconds after it became ready, or None; closed
+        bounds within an open interval.
     timers : tuple of tuple of int
         For each timer of the ports, the transitions by which its callback begins.
     clauses : tuple of Clause
         For each transition, its input clause.
     decisions : tuple of Decision
-        For each transition, what it asks of the data of tokens, and what it assigns.
+        For each transition, its guard and its assignments.
     kinds : tuple of (int, Condition)
-        The places and conditions that guards ask about, each once.
+        The places and conditions that occur in guards, each once.
     initial : tuple
         For each place, the data of its initial tokens.
     initial_signals : tuple of bool or str
         Values at the start.
     types : tuple of TokenType
-        For each place, what its tokens carry; the same object wherever it is the same type.
+        For each place, its token type; equal types are the same object.
     ports : Ports
-        What the node shows to the outside.
+        The ports of the node.
     """
 
     places: tuple[str, ...]
@@ -109,7 +108,7 @@ class Structure:
 
 
 _MARGIN = 0.001
-"""Seconds, at most, by which a run stays away from a bound that is left out."""
+"""Maximum distance, in seconds, that a run keeps from an excluded bound."""
 
 
 class _Instance(NamedTuple):
@@ -129,10 +128,10 @@ def read_structure(model: rtm.RuntimeModel) -> Structure:
     Raises
     ------
     DinerosError
-        The model cannot run: it has no node net, a reference leads nowhere, an arc leads into a server page,
-        a guard cannot be used.
-    SizeLimitError
-        It is larger than the limits of sizes allow; see `dineros.metamodel.limits`.
+        The model cannot run: it has no node net, a reference has no target, an arc leads into a server page,
+        or a guard is invalid.
+        SizeLimitError
+            It exceeds the size limits; see `dineros.metamodel.limits`.
     """
     return _Reading(model).structure()
 
@@ -147,7 +146,7 @@ class _Reading:
         self._types: dict[sym.TokenType | None, TokenType] = {}
         self.token_type = self._type(model.tokenType)
         self.servers: dict[pn.Page, PagePort] = served_pages(model)
-        # The page that is copied per instance, for everything on it or on a page inside.
+        # The page that is copied for each instance, by node: for all nodes on it or on its subpages.
         self.prototypes: dict[pn.Node, pn.Page] = {}
         self.places: dict[tuple[pn.Node, int], int] = {}
         self.transitions: dict[tuple[pn.Node, int], int] = {}
@@ -213,7 +212,7 @@ class _Reading:
         )
 
     def _require(self, limit: str, size: int) -> None:
-        """Refuse what is larger than a limit of sizes, before it is made."""
+        """Refuse a size above a limit, before anything is created."""
         id = self.model.node.id
         if (error := exceeds(limit, size, f"the node net {id!r} has", id)) is not None:
             raise error
@@ -266,7 +265,7 @@ class _Reading:
         ids.append(id)
 
     def _key(self, node: pn.Node, instance: _Instance | None) -> tuple[pn.Node, int]:
-        """Return which instance's node is meant from a page."""
+        """Return the key of a node, with the instance to which an element of this page refers."""
         final = resolve(node)
         prototype = self.prototypes.get(final)
         if prototype is None:
@@ -325,7 +324,7 @@ class _Reading:
         return (*data, *[default] * (place.tokens - len(data)))
 
     def _place_types(self) -> dict[str, TokenType]:
-        """Return what tokens carry in places that have another type than the first."""
+        """Return the token types of places that do not have the default type."""
         types: dict[str, TokenType] = {}
         for (place, _), index in self.places.items():
             type_ = self._type_at(place)
@@ -335,7 +334,7 @@ class _Reading:
 
 
 class _Arcs:
-    """Arcs of each transition: place -> weight, in arc order; arcs of one kind to the same place add up."""
+    """Arcs of each transition: place -> weight, in arc order; parallel arcs of one kind add up."""
 
     def __init__(self, transitions: int) -> None:
         self.inputs: list[dict[int, int]] = [{} for _ in range(transitions)]
@@ -350,7 +349,7 @@ class _Arcs:
         self.inhibitors[transition][place] = min(weight, self.inhibitors[transition].get(place, weight))
 
     def needs(self) -> list[dict[int, int]]:
-        """Return how many tokens places with read arcs must hold in all."""
+        """Return the total number of tokens that places with read arcs must hold."""
         return [
             {place: weight + inputs.get(place, 0) for place, weight in reads.items()}
             for reads, inputs in zip(self.reads, self.inputs, strict=True)
@@ -358,7 +357,7 @@ class _Arcs:
 
 
 def _size(value: Value) -> int:
-    """Return how many values a default has."""
+    """Return the number of values in a default."""
     if isinstance(value, (list, dict)):
         return sum(map(_size, value if isinstance(value, list) else value.values()))
     return 1
@@ -369,7 +368,7 @@ def _tuples(tables: list[dict[int, int]]) -> tuple[Arcs, ...]:
 
 
 def _fresh(id: str, taken: set[str]) -> str:
-    """Return an id that nothing else has, made as the flattened net makes it."""
+    """Return an unused id, formed in the same way as in the flattened net."""
     fresh, number = id, 1
     while fresh in taken:
         number += 1
@@ -392,7 +391,7 @@ def _clause(transition: pn.Node, signals: dict[sym.InputSignal, int]) -> Clause:
 
 
 def _overridden(transition: pn.Transition) -> list[pn.Transition]:
-    """Return what a transition has priority over, directly or through others, each once."""
+    """Return the transitions that a transition has priority over, direct or transitive, each once."""
     found: dict[pn.Transition, None] = {}
     todo = list(transition.overrides)
     while todo:

@@ -1,4 +1,4 @@
-"""Balloon tokens: data of their place's token type, checked where it enters the engine (paper, Sect. 5.2).
+"""Balloon tokens: data of their place's token type, checked when it enters the engine (paper, Sect. 5.2).
 
 A token's data is never changed once the token exists, so that tokens can share it; handlers get copies.
 """
@@ -25,7 +25,7 @@ class Token(NamedTuple):
     Attributes
     ----------
     id : int
-        Unique in its node; no later token has it again.
+        Unique in its node; it is never reused.
     data : dict
         A value for every field of the token type.
     """
@@ -35,12 +35,12 @@ class Token(NamedTuple):
 
 
 _INT64 = range(-(2**63), 2**63)
-_WIDEST = range(-(2**64), 2**64 + 1)  # what a ROS type cannot carry, `within` says
+_WIDEST = range(-(2**64), 2**64 + 1)  # values outside of a ROS type's range are refused by `within`
 _ARTICLES = {"text": "a text", "integer": "an integer", "number": "a finite number", "boolean": "a boolean"}
 
 
 def copy_data(data: Data) -> dict[str, Value]:
-    """Return a copy of token data that shares nothing that can be changed."""
+    """Return a copy of token data that shares no mutable object with it."""
     return {name: _copy(value) if type(value) in (list, dict) else value for name, value in data.items()}
 
 
@@ -53,9 +53,9 @@ def _copy(value: Value) -> Value:
 
 
 class CheckedData(dict[str, Value]):
-    """Data that a checker has completed: it fits `token_type` and is not checked again on its way.
+    """Data that a checker has completed: it fits `token_type` and need not be checked again.
 
-    Nobody changes it, as all token data; what handlers get are plain copies.
+    Like all token data it is never changed; handlers get plain copies.
     """
 
     __slots__ = ("token_type",)
@@ -64,9 +64,9 @@ class CheckedData(dict[str, Value]):
 
 
 class TokenChecker:
-    """Checks data that comes from handlers, messages and people, and completes it.
+    """Checks and completes data from handlers, messages and user input.
 
-    Stricter than the reading of model files: a text is not a number here.
+    It is stricter than the reader of model files: a text is not accepted as a number.
     """
 
     def __init__(self, token_type: TokenType) -> None:
@@ -75,12 +75,12 @@ class TokenChecker:
         self.default: Data = self._checked({field.name: field.default for field in token_type.fields})
 
     def complete(self, data: object, base: Data | None = None) -> Data:
-        """Return data with every field: from `data`, else from `base` (by default the fields' defaults).
+        """Return data with all fields: from `data`, else from `base` (default: the defaults of the fields).
 
         Raises
         ------
         FeatureValueError
-            `data` is not a mapping, names a field that the token type does not have, or a value does not fit.
+            `data` is not a mapping, has a field that the token type does not have, or a value does not fit.
         """
         if type(data) is CheckedData and (
             data.token_type is self.token_type or data.token_type == self.token_type
@@ -123,7 +123,7 @@ def _check_for(field: FieldType) -> _Check:
 
 
 def _single_check(field: FieldType, name: str) -> _Check:
-    """Return the check of what a field has once, or of an element of it."""
+    """Return the check of a single value of a field, or of an element of its list."""
     if field.scalar == "record":
         return _record_check(field, name)
     ros, values = field.ros, field.range
@@ -144,7 +144,7 @@ def _scalar_check(name: str, kind: str, integers: range = _INT64) -> _Check:
     def text(value: object) -> Value:
         if not isinstance(value, str) or not (value.isascii() or _encodable(value)):
             raise _wrong(name, kind, value)
-        if "\0" in value:  # ROS sends a text up to its first NUL
+        if "\0" in value:  # ROS sends a text only up to its first NUL
             raise FeatureValueError(f"{name} takes a text without NUL, not {_shown(value)}")
         return str(value)
 
@@ -195,7 +195,7 @@ def _map_check(field: FieldType) -> _Check:
 
 
 def _record_check(field: FieldType, name: str) -> _Check:
-    """Return the check of a nested ROS type: what is not given has its default."""
+    """Return the check of a nested ROS type: missing fields get their defaults."""
     checks = {part.name: _check_for(replace(part, name=f"{name}.{part.name}")) for part in field.fields}
     defaults = {part.name: part.default for part in field.fields}
 
@@ -214,7 +214,7 @@ def _record_check(field: FieldType, name: str) -> _Check:
 
 
 def _encodable(text: str) -> bool:
-    """Return whether a text can be sent: no half of a surrogate pair."""
+    """Return whether a text can be encoded: it has no lone surrogate."""
     try:
         text.encode()
     except UnicodeEncodeError:

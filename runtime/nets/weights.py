@@ -1,9 +1,9 @@
-"""How much data the tokens of a place carry, where others can fill it: such a place has room up to a size.
+"""Limits the bytes of token data on places that other participants can fill.
 
-A number of tokens bounds memory only while messages are small. A place without a capacity of the model that
-others can fill counts, besides its tokens, about how many bytes they carry. At the limit it has no room, like
-a place at its number of tokens, until some are taken. It always has room for what one firing needs, and for a
-few tokens, which are not weighed.
+A maximum number of tokens bounds memory only if messages are small. So for a place without a capacity in the
+model that others can fill, the approximate size of its tokens is counted, too. At the size limit the place
+has no room, as at its token limit, until tokens are taken. There is always room for the tokens of one firing,
+and for a few tokens, whose size is not counted.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from dineros.runtime.nets.structure import Structure
 from dineros.runtime.nets.tokens import Token
 
 MOST_BYTES = 64 << 20
-"""Bytes, about, that the tokens of such a place carry at most, and one token more."""
+"""Approximate maximum bytes of the tokens of such a place; the last token may exceed it."""
 
 FEW = 8
-"""With no more tokens than this, a place is not weighed: looking at all data would cost most of a firing."""
+"""With at most this number of tokens, sizes are not counted: counting would dominate firing costs."""
 
 _CLOSED = 1 << 40
-"""Room that is taken from a place at its limit: more than any place has."""
+"""Room subtracted from a place at its size limit: more than any place has."""
 _NUMBER = 8
-"""Bytes of a number or a truth value."""
+"""Bytes of a number or a Boolean."""
 
 
 def size_of(data: Data) -> int:
-    """Return about how many bytes token data takes.
+    """Return the approximate size of token data, in bytes.
 
     Examples
     --------
@@ -51,23 +51,23 @@ def _size(value: object) -> int:
 
 
 class Weights:
-    """Bytes by place, of those places that have a limit which the model does not give.
+    """Counts bytes on places whose limit is not given by the model.
 
     Parameters
     ----------
     structure : Structure
         The net.
     enabling : Enabling
-        Gets the places that have no room any more, and those that have room again.
+        Receives the places that no longer have room, and those that have room again.
     tokens : sequence of iterable of Token
         The tokens of each place.
 
     Attributes
     ----------
     places : frozenset of int
-        The places that are weighed.
+        The places whose bytes are counted.
     heavy : set of int
-        Those at their limit.
+        The places at their size limit.
     """
 
     def __init__(self, structure: Structure, enabling: Enabling, tokens: Sequence[Iterable[Token]]) -> None:
@@ -79,7 +79,7 @@ class Weights:
         )
         self.heavy: set[int] = set()
         self._bytes: dict[int, int] = {}
-        """Of the places with more than a few tokens."""
+        """Bytes on each place with more than a few tokens."""
         self._needs = dict.fromkeys(self.places, 1)
         for arcs in (*structure.inputs, *structure.reads):
             for place, weight in arcs:
@@ -87,16 +87,16 @@ class Weights:
                     self._needs[place] = max(self._needs[place], weight)
 
     def add(self, place: int, tokens: Iterable[Token]) -> None:
-        """Count tokens that are on a weighed place now."""
+        """Count tokens that were put on such a place."""
         if self._enabling.total[place] <= FEW:
             return
         known = self._bytes.get(place)
-        # The place has more than a few tokens from now on: all of them are weighed once.
+        # The place has more than a few tokens from now on: all of them are counted once.
         added = tokens if known is not None else self._tokens[place]
         self._note(place, (known or 0) + sum(size_of(token.data) for token in added))
 
     def remove(self, place: int, tokens: Iterable[Token]) -> None:
-        """Count tokens no more that were on a weighed place until now."""
+        """Stop counting tokens that were removed from such a place."""
         known = self._bytes.get(place)
         if known is None:
             return

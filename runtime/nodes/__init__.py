@@ -1,1 +1,1 @@
-"""A net as developers use it, and the node that runs it."""
+"""The `Net` that developers use, and the `Node` that runs it."""

@@ -1,4 +1,4 @@
-"""What a net consists of at run time, and what a runner needs of it; developers see a `Net`."""
+"""The parts of a net at run time, for its runner; developers use a `Net`."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ KEPT_ERRORS = 100
 
 @dataclass(frozen=True)
 class Change:
-    """Something that happened in a net.
+    """A change of a net.
 
     Attributes
     ----------
     event : str
         Kind of event, as in a trace: ``fire``, ``signal``, ``take``, ``publish`` and so on.
     fields : mapping
-        What a trace says of it.
+        The fields of its record in a trace.
     """
 
     event: str
@@ -56,7 +56,7 @@ class Change:
 
 
 NOT_ACTIVE = "the managed node is not active"
-"""Why a managed node is halted whose state lets it fire nothing."""
+"""Reason of the halt of a managed node whose state does not let it fire."""
 
 
 class Core:
@@ -65,27 +65,27 @@ class Core:
     Attributes
     ----------
     acceptance : Acceptance
-        What decides about goals.
+        Decides which goals are accepted.
     exchange : Exchange or None
-        What goes in and out, of the node that runs it.
+        The ports of the node, if a runner has opened it.
     arrivals : Arrivals or None
-        What waits before its places, of that node.
+        Messages that wait for room on their places, if a runner has opened it.
     heard : dict of int to float
-        When each signal was set last by its source, by the net's clock.
+        When each signal was last set by its source, by the net's clock.
     ended_by : str or None
-        Why it does not run any more; None: it does, or has not begun.
+        Why it has stopped running; None: it runs, or has not begun.
     failures : int
-        How many firings have failed.
+        Number of failed firings.
     errors : deque of ErrorReport
         The last failures, the oldest first.
     failure : BaseException or None
-        What ended it unasked, such as a recorder that cannot write any more.
+        Error that ended it unexpectedly, for example of a recorder that cannot write.
     is_observing : bool
-        Whether changes are recorded, reported or measured; if not, nothing is put together for it.
+        Whether changes are recorded, reported or measured; if not, no event is built.
     responses : Responses or None
-        What callbacks take, once somebody wants to know.
+        Response times of callbacks, once they are requested.
     on_status : callable or None
-        Called when the node's status may be another one; from any thread.
+        Called when the node's status may have changed; from any thread.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class Core:
     # Observing.
 
     def emit(self, event: str, **fields: object) -> None:
-        """Record and report something that has happened."""
+        """Record and report an event after it has happened."""
         if event == "error":
             self._note_error(fields)
         if self._record is not None:
@@ -157,7 +157,7 @@ class Core:
         self.emit("error", **where, error=error, attempt=attempt, policy=policy)
 
     def record_with(self, record: Callable[..., None] | None) -> None:
-        """Record from now on with this function, or no more."""
+        """Record with this function from now on; None: stop recording."""
         self._record = record
         self._observe()
 
@@ -181,13 +181,13 @@ class Core:
         self.is_observing = others or bool(self._callbacks)
 
     def add_callback(self, callback: Callable[[Change], object]) -> None:
-        """Call a function after each change."""
+        """Call this function after each change from now on."""
         with self._callbacks_lock:
             self._callbacks = (*self._callbacks, callback)
             self.is_observing = True
 
     def remove_callback(self, callback: Callable[[Change], object]) -> None:
-        """Call it no more."""
+        """Stop calling this function."""
         with self._callbacks_lock:
             self._callbacks = tuple(known for known in self._callbacks if known is not callback)
             self._observe()
@@ -202,12 +202,12 @@ class Core:
         self.status_changed()
 
     def status_changed(self) -> None:
-        """Tell whoever wants to know that the status may be another one."""
+        """Notify the listener that the status may have changed."""
         if (callback := self.on_status) is not None:
             callback()
 
     def status(self) -> Status:
-        """Return how the node is; from any thread, also while a handler blocks it."""
+        """Return the status of the node; from any thread, even while a handler blocks the node."""
         blocked, halted = self.execution.watchdog.blocked, self.execution.halted
         error = self.errors[-1] if self.errors else None
         state: State = "running"
@@ -221,7 +221,7 @@ class Core:
             state, reason = "halted", halted
         return Status(self.structure.ports.node, time.time(), state, reason, error, blocked, self.failures)
 
-    # Life of a managed node.
+    # Lifecycle of a managed node.
 
     def change_state(self, label: str) -> None:
         """Configure, activate, deactivate, clean up or shut down the node; on its thread.
@@ -229,7 +229,7 @@ class Core:
         Raises
         ------
         DinerosError
-            It is not a managed node, or its state does not allow that.
+            It is not a managed node, or its state does not allow this change.
         """
         ports = self.structure.ports
         if not ports.is_managed or self.state not in STATES_BEFORE[label]:
@@ -241,13 +241,13 @@ class Core:
 
     @property
     def rests(self) -> bool:
-        """Whether it is a managed node whose state lets it fire nothing."""
+        """Whether it is a managed node whose state does not let it fire."""
         ports = self.structure.ports
         works = ("active",) if ports.pauses else ("inactive", "active")
         return ports.is_managed and self.state not in works
 
     def obey_state(self) -> None:
-        """Fire and publish as the state of a managed node says."""
+        """Fire and publish only if the state of a managed node allows it."""
         if not self.structure.ports.is_managed:
             return
         if self.exchange is not None:
@@ -257,7 +257,7 @@ class Core:
         elif self.execution.halted == NOT_ACTIVE:
             self.execution.proceed()
 
-    # What it is in.
+    # State.
 
     def set_signals(self, values: Mapping[int, SignalSetting], source: str, *, is_heard: bool = True) -> None:
         """Set signals at once: whoever is told of the first one sees all; on the node's thread."""
@@ -309,19 +309,19 @@ class Core:
         self.loop.submit(lambda: self.set_signals(numbered, source))
 
     def new_source(self, name: str) -> Source:
-        """Return the counters of a bridge, which inspections show from now on; from any thread."""
+        """Return the counters of a bridge; inspections show them from now on; from any thread."""
         source = Source(name, lambda text: self.loop.submit(lambda: self.tell_error(text)))
         with self._callbacks_lock:
             self.sources = (*self.sources, source)
         return source
 
     def remove_source(self, source: Source) -> None:
-        """Show it no more."""
+        """Stop showing these counters."""
         with self._callbacks_lock:
             self.sources = tuple(known for known in self.sources if known is not source)
 
     def save(self, channels: ChannelState) -> SavedState:
-        """Return a checkpoint of the net, with what the node knows of channels."""
+        """Return a checkpoint of the net, with the given state of the channels."""
         engine, structure = self.engine, self.structure
         saved: SavedState = {
             "marking": {
@@ -338,14 +338,14 @@ class Core:
                 }
                 for transition, by_place in engine.aside().items()
             },
-            **channels,  # type: ignore[typeddict-item]  # it brings no lifecycle
+            **channels,  # type: ignore[typeddict-item]  # without the lifecycle
         }
         if structure.ports.is_managed:
             saved["lifecycle"] = self.state
         return saved
 
     def restore(self, checkpoint: SavedState) -> None:
-        """Take over marking and signals of a checkpoint.
+        """Restore marking and signals from a checkpoint.
 
         Raises
         ------
@@ -386,7 +386,7 @@ class Core:
 
 
 def _copied(value: Any) -> Any:
-    """Return a copy of what a record says: a callback that changes it changes no token."""
+    """Return a copy of a record's values: callbacks cannot change tokens by changing it."""
     if isinstance(value, dict):
         return {key: _copied(element) for key, element in value.items()}
     if isinstance(value, (list, tuple)):

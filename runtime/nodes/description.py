@@ -1,4 +1,4 @@
-"""What a node is, as opposed to how it fares: its part of the model, its ports, its handlers."""
+"""A static description of a node: its part of the model, its ports, its handlers."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from dineros.runtime.nets.ports import Port
 from dineros.runtime.nodes.core import Core
 
 _HIDDEN = ("mappings", "token_type", "place_types")
-"""What of ports only encoders need."""
+"""Fields of ports that only encoders need."""
 
 _KINDS = ("publishers", "subscribers", "clients", "servers", "action_clients", "action_servers")
 
 
 def description_of(core: Core) -> dict[str, Any]:
-    """Return what a node is, as values of JSON; from any thread.
+    """Return the description of a node as JSON values; from any thread.
 
     Parameters
     ----------
     core : Core
-        The node's.
+        The core of the node.
     """
     structure = core.structure
     ports = structure.ports

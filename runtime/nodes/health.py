@@ -1,8 +1,8 @@
-"""How a node fares: its marking, its queues, its handlers and signals, and what it waits for.
+"""The health of a node: its marking, queues, handlers and signals, and what it waits for.
 
-`HealthWatch.look` gathers it on the node's thread, about once a second, from what is counted anyway. What
-goes beyond a budget (a queue, a handler, a signal) is a `Concern`, which names the element of the model and
-is logged once when it begins.
+`HealthWatch.look` collects it on the node's thread, about once a second, from counters that exist anyway. A
+queue, handler or signal that exceeds its budget is a `Concern`. It names the element of the model and is
+logged once when it begins.
 """
 
 from __future__ import annotations
@@ -28,26 +28,26 @@ FULL = 0.8
 """Share of its capacity above which a queue is a concern."""
 
 MOST = 200
-"""Places, queues, handlers and the like that are told of each kind: who listens has to take them."""
+"""Maximum number of places, queues, handlers and so on that are reported, since listeners process them."""
 
 RESTARTS = "DINEROS_RESTARTS"
-"""Environment variable by which a supervisor tells a process how often it has been started again."""
+"""Environment variable: number of restarts of a process, set by its supervisor."""
 
 Budget = Literal["queue-fill", "handler-time", "signal-age", "place-limit", "callback-time"]
 
 
 @dataclass(frozen=True, slots=True)
 class QueueFill:
-    """How full a subscriber's queue was since the last look, at most.
+    """The highest fill level of a subscriber's queue since the last look.
 
     Attributes
     ----------
     place, channel, topic : str
-        Whose messages become tokens of which place.
+        The place onto which tokens for the messages of this topic are put.
     waiting, capacity : int
-        Messages that waited, of as many as the queue was proved to hold.
+        Messages that waited, and the proved capacity of the queue.
     held : int
-        Messages that wait now for room on their place.
+        Messages that wait for room on their place now.
     """
 
     place: str
@@ -59,13 +59,13 @@ class QueueFill:
 
     @property
     def is_nearly_full(self) -> bool:
-        """Whether it is above 80 %; a queue of one message is full whenever one comes, which says nothing."""
+        """Whether it is above 80 %; False for a queue of one message, which is full at every message."""
         return self.capacity > 1 and self.waiting > FULL * self.capacity
 
 
 @dataclass(frozen=True, slots=True)
 class SignalAge:
-    """When a signal was heard last: seconds ago, or None; `limit`: how many it may be silent, or None."""
+    """Seconds since a signal was last set, or None; `limit`: the longest allowed silence, or None."""
 
     signal: str
     value: SignalSetting
@@ -77,18 +77,18 @@ class SignalAge:
 
 @dataclass(frozen=True, slots=True)
 class Wait:
-    """What a part of the node waits for.
+    """A part of the node that waits.
 
     Attributes
     ----------
     element : str
-        What waits: a client, a transition, a place, the node.
+        The waiting part: a client, a transition, a place, or the node.
     kind : {"service", "action", "handler", "room", "proceed"}
-        What for: a response, a goal, a handler that runs, room on a place, being told to continue.
+        What it waits for: a response, a goal, the end of a handler, room on a place, or a call of `proceed`.
     on : str
-        Which: the name of the service or action, the handler, the place.
+        The name of the service or action, the handler, or the place.
     seconds : float
-        For how long; 0.0 where nobody counts.
+        Waiting time; 0.0 if it is not measured.
     """
 
     element: str
@@ -99,7 +99,7 @@ class Wait:
 
 @dataclass(frozen=True, slots=True)
 class Concern:
-    """A budget that is not kept: of which element of the model, and in words."""
+    """An exceeded budget of an element of the model, with a description."""
 
     budget: Budget
     element: str
@@ -108,22 +108,22 @@ class Concern:
 
 @dataclass(frozen=True)
 class Health:
-    """How a node fares at one moment.
+    """The health of a node at one moment.
 
     Attributes
     ----------
     status : Status
-        Its state, in short.
+        Its status.
     firings, failures, restarts : int
-        Counted since it was started; how often that was again.
+        Counts since its start; `restarts`: how many times its process was restarted.
     rate : float
-        Firings a second since the last look.
+        Firings per second since the last look.
     places : mapping of str to int
-        Tokens of each place.
+        Number of tokens on each place.
     queues, servers, signals, handlers, responses, waits, concerns
-        See there; `servers`: name of a service -> requests served, instances, requests that wait.
+        See their classes; `servers`: name of a service -> requests served, instances, requests that wait.
     drops, refused : mapping
-        Messages lost, by channel and queue; messages not taken, by channel.
+        Messages lost, by channel and queue; messages refused, by channel.
     """
 
     status: Status
@@ -144,12 +144,12 @@ class Health:
 
 
 class HealthWatch:
-    """Looks at one node from time to time, and remembers what it knew.
+    """Checks one node periodically, and remembers its previous state.
 
     Parameters
     ----------
     core : Core
-        The node's.
+        The core of the node.
     """
 
     def __init__(self, core: Core) -> None:
@@ -163,13 +163,13 @@ class HealthWatch:
             for place, limit in enumerate(structure.limits)
             if limit is not None and structure.capacities[place] is None
         ]
-        """Places that have no capacity in the model, and a limit since others can fill them."""
+        """Places without a capacity in the model that have a limit because others can fill them."""
         self._concerns: dict[tuple[Budget, str], Concern] = {}
         told = os.environ.get(RESTARTS, "")
         self._restarts = int(told) if told.isascii() and told.isdigit() and len(told) < 10 else 0
 
     def look(self) -> Health:
-        """Return how the node fares; on its thread."""
+        """Return the health of the node; on its thread."""
         core, now = self._core, self._core.loop.clock()
         execution, exchange, engine = core.execution, core.exchange, core.engine
         firings, passed = execution.firings, now - self._looked
@@ -250,7 +250,7 @@ class HealthWatch:
                     yield Wait(subscriber.topic, "room", subscriber.place)
 
     def _full_places(self) -> Iterator[Concern]:
-        """Yield the places at a limit that the model does not give."""
+        """Yield the places at a limit that is not a capacity of the model."""
         for place, limit in islice(self._limited, MOST):
             engine, id = self._core.engine, self._core.structure.places[place]
             if engine.count(place) >= limit:
@@ -262,10 +262,10 @@ class HealthWatch:
                 yield Concern("place-limit", id, text)
 
     def _judge(self, concerns: Iterable[Concern]) -> tuple[Concern, ...]:
-        """Return what goes beyond its budget, and log what is new among it, and what is over."""
+        """Return the exceeded budgets; log those that are new and those that are over."""
         found = {(concern.budget, concern.element): concern for concern in concerns}
         for key, concern in found.items():
-            # That a signal is stale has been logged when it became so, as `stale_after` says.
+            # A stale signal was logged by `stale_after` already.
             if key not in self._concerns and concern.budget != "signal-age":
                 LOG.warning("%s [%s]", concern.text, concern.budget)
         for key in self._concerns.keys() - found.keys():
@@ -276,7 +276,7 @@ class HealthWatch:
 
 
 def _slow(responses: tuple[ResponseTime, ...]) -> Iterator[Concern]:
-    """Yield the callbacks that took longer than declared, or lost ticks, since the last look."""
+    """Yield callbacks that exceeded their declared time, or lost ticks, since the last look."""
     for time in responses:
         said = []
         most = None if time.declared is None else time.declared[1]

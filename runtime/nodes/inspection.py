@@ -1,4 +1,4 @@
-"""A snapshot of a running net, for people, tests and pages."""
+"""A snapshot of a running net, for users, tests and web pages."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from dineros.runtime.nodes.status import ErrorReport
 
 @dataclass(frozen=True)
 class InFlight:
-    """A firing whose handler runs.
+    """A firing whose handler is running.
 
     Attributes
     ----------
     transition, handler : str
-        What runs.
+        The transition and the running handler.
     seconds : float
-        For how long.
+        How long it has been running.
     tokens : mapping of str to tuple of int
         Ids of the reserved tokens by place.
     """
@@ -37,7 +37,7 @@ class InFlight:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What a net is in at one moment; later changes of the net do not show in it.
+    """The state of a net at one moment; later changes do not affect it.
 
     Attributes
     ----------
@@ -46,25 +46,25 @@ class Inspection:
     signals : mapping of str to bool or str
         Values of the signals.
     enabled : tuple of str
-        Transitions that the net's firing rule allows to fire.
+        Transitions that may fire by the net's firing rule.
     in_flight : tuple of InFlight
         Firings under way.
     outliving : tuple of InFlight
-        Handlers that still run although their firings were given up; their transitions wait for their end.
+        Handlers that still run although their firings were released; their transitions wait for their end.
     aside : mapping of str to mapping of str to tuple of int
-        Transition -> place -> ids of the tokens it leaves alone after a failure.
+        Transition -> place -> ids of the tokens put aside after a failure.
     waiting_requests : int
         Requests that wait for a server instance, and goals of actions that wait for a slot.
     drops : mapping of (str, str) to int
         Messages lost, by channel and queue.
     refused : mapping of str to int
-        Messages that were not taken, by channel: their id is not plausible.
+        Messages refused because of implausible ids, by channel.
     firings, failures : int
-        How many have committed, and how many failed.
+        Number of committed firings, and of failed firings.
     errors : tuple of ErrorReport
         The last failures, the oldest first.
     halted : str or None
-        Why nothing fires any more.
+        Why the net is halted; None: it is not.
     stale : tuple of str
         Signals whose source is silent for longer than expected.
     sources : tuple of SourceState
@@ -88,12 +88,12 @@ class Inspection:
     sources: tuple[SourceState, ...]
 
     def count(self, place: str) -> int:
-        """Return how many tokens a place holds."""
+        """Return the number of tokens on a place."""
         return len(self.marking[place])
 
 
 def inspected(core: Core) -> Inspection:
-    """Return what a net is in; on the node's thread."""
+    """Return a snapshot of a net; on the node's thread."""
     engine, execution, exchange = core.engine, core.execution, core.exchange
     places, transitions = core.structure.places, core.structure.transitions
     now = core.loop.clock()
@@ -144,7 +144,7 @@ def outlook(core: Core) -> tuple[dict[str, Any], list[str]]:
 
 
 def _enabled(engine: Engine) -> tuple[str, ...]:
-    """Return the transitions that the firing rule allows to fire now, in the order of the model."""
+    """Return the transitions that may fire now by the firing rule, in model order."""
     return tuple(
         id
         for number, id in enumerate(engine.structure.transitions)

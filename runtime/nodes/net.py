@@ -1,4 +1,4 @@
-"""The net as developers see it: handlers, selection, signals, and what it is in (paper, Sect. 5.2).
+"""The net in the API for developers: handlers, selection, signals, and its state (paper, Sect. 5.2).
 
 A program loads a net, registers its handlers, and runs it::
 
@@ -41,7 +41,7 @@ from dineros.runtime.nodes.status import Status
 from dineros.runtime.scheduling.watchdog import LIMIT
 
 POLL = 0.05
-"""Seconds after which `wait_for` looks again where nothing was told."""
+"""Seconds after which `wait_for` checks again without a notification."""
 
 F = TypeVar("F", bound=HandlerFunction)
 S = TypeVar("S", bound="SelectionFunction | None")
@@ -56,21 +56,21 @@ class Net:
     model : rtm.RuntimeModel
         The runtime model.
     seed : int, optional
-        Seed of the firing selection; by default another one in each run.
+        Seed of the firing selection; by default a different one in each run.
     policy : Policy
-        What becomes of a failed firing where its handler says nothing else.
+        Policy for a failed firing if its handler has none of its own.
     clock : callable
-        Returns seconds, for time-outs and delays.
+        Returns the time in seconds, for time-outs and delays.
     watchdog : float, optional
-        Seconds after which a handler is named that keeps the node from all else; None: never.
+        Seconds after which a handler that blocks the node is reported; None: never.
     steady : callable, optional
-        Returns the machine's seconds, where `clock` tells the time of a simulation that others drive, such as
-        that of ``/clock``: what was lost on the way is asked for again after a pause by it.
+        Returns the machine's time in seconds, if `clock` is the time of an external simulation such as
+        ``/clock``: the delay before a lost request is sent again is measured by it.
 
     Attributes
     ----------
     core : Core
-        What it consists of, for what runs it.
+        The parts of the net, for its runner.
 
     Raises
     ------
@@ -126,7 +126,7 @@ class Net:
 
     @property
     def ros_node(self) -> Any:
-        """The rclpy node that the net runs in, for publishers and clients of the handlers' own.
+        """The rclpy node of the net, for additional publishers and clients in handlers.
 
         Raises
         ------
@@ -168,30 +168,30 @@ class Net:
         transition : str
             Id or name in the model, for all server instances; or the id of one of them, ``Pick[2].TPick``.
         priority : int
-            Higher runs first; the last one's result counts.
+            Higher runs first; the result of the last handler counts.
         name : str, optional
-            Unique at the transition; by default that of the function.
+            Unique at the transition; by default the name of the function.
         thread : bool
-            Whether it may take long: it runs on a thread of its own, its transition is in flight meanwhile.
-            An ``async`` function always does so on an event loop.
+            Set it for a function that takes long: it runs on its own thread; the transition is in flight
+            meanwhile. An ``async`` function always runs on an event loop, in flight.
         timeout : float, optional
-            Seconds after which it has failed. A plain function runs on a thread of its own then.
+            Seconds after which it fails. With a time-out, a plain function runs on its own thread.
         parallel : int
-            How many firings of a transition may be in flight at a time.
+            Maximum number of firings of a transition in flight at the same time.
         policy : Policy, optional
-            What becomes of its failures; by default what the net says.
+            Policy for its failures; by default the policy of the net.
         budget : float, optional
-            Seconds that it declares to take at most. One that takes longer is named in the node's log and its
-            diagnostics, and counts all the same.
+            Declared maximum run time, in seconds. A longer run is reported in the node's log and its
+            diagnostics; its result still counts.
         replace : bool
-            Whether it takes the place of the handler of the same name.
+            Whether it replaces the handler of the same name.
 
         Raises
         ------
         UnknownElementError
             There is no such transition.
         HandlerError
-            The transition has a handler of this name already, or the function is none.
+            The transition has a handler of this name already, or `function` is not callable.
         """
 
         def register(function: F) -> F:
@@ -208,7 +208,7 @@ class Net:
         return self.core.handlers.all()
 
     def remove_handler(self, transition: str, name: str) -> None:
-        """Take a handler off; from any thread.
+        """Remove a handler; from any thread.
 
         Raises
         ------
@@ -218,7 +218,7 @@ class Net:
         self.core.handlers.remove(transition, name)
 
     def set_priority(self, transition: str, name: str, priority: int) -> None:
-        """Let a handler run earlier or later from now on; from any thread.
+        """Change the priority of a handler; from any thread.
 
         Raises
         ------
@@ -228,25 +228,25 @@ class Net:
         self.core.handlers.set_priority(transition, name, priority)
 
     def selection(self, function: S) -> S:
-        """Let a function decide what fires; None: uniformly at random again. Works as a decorator.
+        """Set a function that chooses what fires; None: choose uniformly at random. Works as a decorator.
 
-        The function gets the enabled transitions (`Candidates`) and returns one of them, one with other
-        tokens (`Enabled.taking`), or None, and is asked again after the next change.
+        The function gets the enabled transitions (`Candidates`). It returns one of them, one with other
+        tokens (`Enabled.taking`), or None; after None it is called again after the next change.
         """
         self.core.execution.chooser.selection = function
         self.core.loop.post(lambda: None)
         return function
 
     def accepts(self, action: str) -> Callable[[J], J]:
-        """Let the decorated function decide about the goals of an action that may refuse them.
+        """Let the decorated function decide which goals of an action are accepted, if it may refuse goals.
 
-        It gets the data of a goal when it comes, on the node's thread, and returns whether it is accepted.
-        One that it fails for is refused.
+        The function gets the data of an arriving goal, on the node's thread, and returns whether the goal is
+        accepted. If it fails, the goal is refused.
 
         Raises
         ------
         HandlerError
-            The node serves no action of this id, or the model does not let it refuse goals.
+            The node serves no action with this id, or the model does not let it refuse goals.
         """
 
         def register(function: J) -> J:
@@ -257,7 +257,7 @@ class Net:
 
     @property
     def policy(self) -> Policy:
-        """What becomes of a failed firing where its handler says nothing else."""
+        """Policy for a failed firing if its handler has none of its own."""
         return self.core.execution.policy
 
     @policy.setter
@@ -266,7 +266,7 @@ class Net:
 
     @property
     def watchdog(self) -> float | None:
-        """Seconds after which a handler is named that keeps the node from all else; None: never."""
+        """Seconds after which a handler that blocks the node is reported; None: never."""
         return self.core.execution.watchdog.limit
 
     @watchdog.setter
@@ -278,7 +278,7 @@ class Net:
         self.core.execution.watchdog.limit = seconds
 
     def release(self, transition: str | None = None) -> None:
-        """Let a transition, or all of them, take again the tokens that were put aside after a failure.
+        """Let one or all transitions take the tokens again that were put aside after a failure.
 
         Raises
         ------
@@ -292,8 +292,8 @@ class Net:
     def give_up(self) -> list[str]:
         """Release all firings in flight, and return their transitions; from any thread.
 
-        Coroutines are cancelled. Of threads, which cannot be stopped, the results count no more; the
-        transition waits until its thread has ended.
+        Coroutines are cancelled. Threads cannot be stopped: their results are ignored, and the transition
+        waits until its thread has ended.
         """
         return self.core.loop.call(self.core.execution.give_up)
 
@@ -308,24 +308,24 @@ class Net:
         Parameters
         ----------
         label : {"configure", "activate", "deactivate", "cleanup", "shutdown"}
-            What it is asked for.
+            The requested change.
 
         Raises
         ------
         DinerosError
-            It is not a managed node, or its state does not allow that.
+            It is not a managed node, or its state does not allow this change.
         """
         self.core.loop.call(lambda: self.core.change_state(label))
 
     def halt(self, reason: str = "halted by the program") -> None:
-        """Fire nothing more until `proceed`; tokens and signals still arrive."""
+        """Stop firing until `proceed`; tokens and signals still arrive."""
         self.core.loop.submit(lambda: self.core.execution.halt(reason, logging.INFO))
 
     def proceed(self) -> None:
-        """Fire again after a halt."""
+        """Continue firing after a halt."""
         self.core.loop.submit(self.core.execution.proceed)
 
-    # Signals and changes.
+    # Signals and observers.
 
     def signal(self, name: str) -> Signal:
         """Return an input signal, by id or name.
@@ -345,7 +345,7 @@ class Net:
         values : mapping of str to bool or str
             Id or name of a signal -> its value; the name of one if the signal has values.
         source : str
-            Where they come from, for the records.
+            Origin of the values, for the records.
 
         Raises
         ------
@@ -357,39 +357,40 @@ class Net:
         self.core.submit_signals(values, source)
 
     def new_source(self, name: str) -> Source:
-        """Return the counters of something that sets signals, which `inspect` shows from now on."""
+        """Return the counters of a signal source; `inspect` shows them from now on."""
         return self.core.new_source(name)
 
     def remove_source(self, source: Source) -> None:
-        """Show it no more."""
+        """Stop showing these counters."""
         self.core.remove_source(source)
 
     def on_change(self, callback: C) -> C:
-        """Have a function called after each change, on the node's thread; works as a decorator.
+        """Call a function after each change, on the node's thread; works as a decorator.
 
-        The function must be quick, since the net waits for it. What it raises is logged and changes nothing.
+        The function must return quickly, since the net waits for it. Its errors are logged and change
+        nothing.
         """
         self.core.add_callback(callback)
         return callback
 
     def remove_callback(self, callback: Callable[[Change], object]) -> None:
-        """Call a function of `on_change` no more."""
+        """Stop calling a function of `on_change`."""
         self.core.remove_callback(callback)
 
     @property
     def status(self) -> Status:
-        """How the node is, in short; at once, also while a handler blocks it. From any thread."""
+        """The status of the node; available at once from any thread, even while a handler blocks the node."""
         return self.core.status()
 
     def inspect(self) -> Inspection:
-        """Return what the net is in now; from any thread.
+        """Return a snapshot of the net; from any thread.
 
         It waits for a handler that blocks the node; `status` does not.
         """
         return self.core.loop.call(lambda: inspected(self.core))
 
     def count(self, place: str) -> int:
-        """Return how many tokens a place holds now; much quicker than `inspect`.
+        """Return the current number of tokens on a place; much faster than `inspect`.
 
         Raises
         ------
@@ -399,12 +400,12 @@ class Net:
         return self.core.engine.count(self.core.names.place(place))
 
     def wait_for(self, condition: Callable[[Inspection], bool], timeout: float | None = None) -> Inspection:
-        """Wait until a running net is in a state that fulfils a condition, and return it.
+        """Wait until the state of a running net fulfils a condition, and return that state.
 
         Raises
         ------
         TimeoutError
-            It did not happen within `timeout` seconds.
+            The condition was not fulfilled within `timeout` seconds.
         """
         end = None if timeout is None else time.monotonic() + timeout
         changed = threading.Event()
@@ -418,29 +419,29 @@ class Net:
                 left = None if end is None else end - time.monotonic()
                 if left is not None and left <= 0:
                     raise TimeoutError(f"the node {self.id} did not get there in {timeout:g} s")
-                # Not every change of state is told: a firing that goes in flight changes no marking.
+                # Not every change is notified: a firing that becomes in flight changes no marking.
                 changed.wait(POLL if left is None else min(left, POLL))
         finally:
             self.remove_callback(callback)
 
     @property
     def next_timer(self) -> float | None:
-        """When a delay or time-out of the net ends, by its clock; None without one."""
+        """Time when the next delay or time-out of the net ends, by its clock; None: there is none."""
         return self.core.loop.timers.next_time
 
     @property
     def deadline(self) -> float | None:
-        """By when some transition has to fire, by the net's clock; None if none has to."""
+        """Time by which some transition has to fire, by the net's clock; None: there is no such time."""
         return self.core.execution.timing.deadline
 
     def draw_times(self, source: random.Random) -> None:
-        """Draw uniformly from its interval when a transition fires, instead of taking the earliest time."""
+        """Draw firing times uniformly from the intervals, instead of taking the earliest times."""
         self.core.execution.timing.draws = source
 
     # Lifetime.
 
     def __enter__(self) -> Net:
-        """Run the net on a thread of its own, by itself: nothing is sent or received."""
+        """Run the net on its own thread, without a transport: nothing is sent or received."""
         self._runner = Runner(self.core)
         self._runner.start()
         return self

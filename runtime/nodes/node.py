@@ -1,4 +1,4 @@
-"""A node: a net that runs, joined to others by a transport and recorded by a recorder."""
+"""A node: a running net with a transport to other nodes and a recorder."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ class Node(Runner):
     net : Net
         The net; it belongs to this node from now on.
     transport : Transport, optional
-        Without one, tokens to be sent stay where they are and nothing arrives.
+        Without one, tokens to be sent stay on their places and nothing arrives.
     recorder : Recorder, optional
-        Without one, nothing is recorded.
+        Without one, there are no records.
     resume : SavedState, optional
-        What the node was in when it ended; by default it starts from the initial marking.
+        State from which the node continues; by default it starts from the initial marking.
     run : str
-        Goes into the ids of messages after the node's id, for receivers that outlive this run when it is not
-        resumed: ``NODE@RUN/PLACE/NUMBER``.
+        Part of the ids of messages, after the node's id: ``NODE@RUN/PLACE/NUMBER``. It is for receivers that
+        outlive this run if the run is not resumed.
     request_timeout : float, optional
         Seconds after which a request is recorded as timed out and sent again. By default only the transport
-        says so.
+        reports time-outs.
 
     Raises
     ------
     DinerosError
-        The net runs already, or does not fit what it is to continue from.
+        The net runs already, or does not fit the state from which it is to continue.
     """
 
     def __init__(

@@ -1,8 +1,9 @@
-"""Response times of callbacks while they run, and ticks of timers that were late or lost.
+"""Response times of callbacks at run time, and late or lost ticks of timers.
 
-A response time goes from the release of a callback, a strike of its timer or the arrival of its message, to
-its end. Which firings belong to one run is known by their tokens. A message that waited in the history of the
-middleware was released when the middleware received it, where the middleware tells that.
+A response time is measured from the release of a callback (the tick of its timer, or the arrival of its
+message) to the end of the callback. Tokens determine which firings belong to one run of a callback. If a
+message waited in the history of the middleware and the middleware reports this, the callback was released
+when the middleware received the message.
 """
 
 from __future__ import annotations
@@ -14,39 +15,39 @@ from typing import Any
 from dineros.runtime.nets.ports import CallbackPort, Ports
 
 LATE = 0.005
-"""Seconds, beside its jitter, after which a tick whose callback has not begun is late."""
+"""Seconds, in addition to its jitter, after which a tick is late if its callback has not begun."""
 _MOST_OPEN = 10_000
-"""Tokens of runs that have not ended; the oldest are forgotten."""
+"""Maximum number of tokens of unfinished runs; the oldest are removed."""
 
 _Key = tuple[str, object]
 
 
 @dataclass(slots=True)
 class ResponseTime:
-    """What was measured of a callback, in seconds, beside what its model declares.
+    """Measured times of a callback, in seconds, with the times that its model declares.
 
     Attributes
     ----------
     callback : str
         Its id.
     declared : tuple of (float, float or None), or None
-        Its duration: at least and at most.
+        Declared duration: minimum and maximum.
     period, jitter : float
-        Of its timer; no timer: 0.
+        Of its timer; without a timer: 0.
     runs : int
-        How many have ended.
+        Number of completed runs.
     mean, longest, greatest : float
-        Response times: of all, the longest since the last look, and the greatest of all.
+        Response times: the mean of all, the longest since the last look, and the longest of all.
     work : float
-        The greatest time in the transitions of one run.
+        The longest time spent in the transitions of one run.
     over : int
-        Runs whose time in transitions was longer than the declared duration.
+        Number of runs that spent more time in transitions than the declared duration.
     longest_run : float
-        The longest time in the transitions of one run since the last look.
+        The longest time in the transitions of one run, since the last look.
     late, lost : int
-        Ticks after which the callback began late, and ticks that came before the callback had begun.
+        Number of ticks whose callback began late, and of ticks before the previous callback had begun.
     lost_lately : int
-        Of these, since the last look.
+        Lost ticks since the last look.
     """
 
     callback: str
@@ -65,7 +66,7 @@ class ResponseTime:
     lost_lately: int = 0
 
     def note(self, response: float, work: float) -> None:
-        """Note a run that has ended."""
+        """Add a completed run."""
         self.runs += 1
         self.mean += (response - self.mean) / self.runs
         self.longest = max(self.longest, response)
@@ -85,16 +86,16 @@ class _Run:
 
 
 class Responses:
-    """Measures the callbacks of one node; on its thread, but for `struck`.
+    """Measures the callbacks of one node; on its thread, except for `struck`.
 
     Parameters
     ----------
     ports : Ports
-        The node's.
+        The ports of the node.
     clock : callable
-        Returns seconds.
+        Returns the time in seconds.
     waited : callable
-        Returns for how long the message that comes to a place now has waited in the middleware.
+        Returns how long the message that is put onto a place now has waited in the middleware.
     """
 
     def __init__(self, ports: Ports, clock: Callable[[], float], waited: Callable[[str], float]) -> None:
@@ -110,7 +111,7 @@ class Responses:
         self._struck: dict[str, float] = {}
 
     def struck(self, callback: str, moment: float, missed: int = 0) -> None:
-        """Note that a timer strikes, and how many strikes it has missed since the one before."""
+        """Record a tick of a timer, and the number of ticks missed since the previous one."""
         time = self.times.get(callback)
         if time is not None:
             lost = missed + (callback in self._struck)
@@ -119,7 +120,7 @@ class Responses:
             self._struck.setdefault(callback, moment)
 
     def note(self, event: str, fields: Mapping[str, Any]) -> None:
-        """Take what a node records."""
+        """Process a record of the node."""
         if event == "fire":
             self._fired(fields)
         elif event in ("take", "serve"):
@@ -169,7 +170,7 @@ class Responses:
             _bounded(self._open)[other] = run
 
     def forget_longest(self) -> None:
-        """Begin a new stretch for `ResponseTime.longest`."""
+        """Reset `ResponseTime.longest` of all callbacks."""
         for time in self.times.values():
             time.longest = time.longest_run = 0.0
             time.lost_lately = 0

@@ -1,7 +1,7 @@
-"""What runs a net: the transport that joins it to others, a recorder, and the loop that drives it.
+"""The runner of a net: its transport, its recorder, and the loop that drives it.
 
-The loop runs on a thread of its own (`start`, `stop`, or a ``with`` block), or whoever holds the node
-drives it by `open`, `step` and `close`: tests and simulations, where the same seed then gives the same run.
+The loop runs on its own thread (`start`, `stop`, or a ``with`` block). Or the caller drives the node by
+`open`, `step` and `close`, as tests and simulations do; then the same seed gives the same run.
 """
 
 from __future__ import annotations
@@ -37,31 +37,31 @@ from dineros.runtime.scheduling.watchdog import GivenUpError
 
 LOG = logging.getLogger("dineros.runtime")
 SETTLING = 1.5
-"""Seconds that handlers elsewhere, and messages on their way, have when a process of a node is to end."""
+"""Seconds for running handlers and messages under way when a node's process is to end."""
 
 QUIET = 0.1
-"""Seconds without anything to do after which a node counts as settled."""
+"""Idle time in seconds after which a node counts as settled."""
 
 PATIENCE = 2.0
-"""Seconds that a handler has to return when its node is to end; then its firing is released."""
+"""Seconds for a handler to return when its node is to end; then its firing is released."""
 
 
 class Runner(Arrivals):
     """Runs the core of a net, with a transport and a recorder; the receiver of its transport.
 
-    What arrives waits for its thread, and where places are full for room.
+    Messages wait for its thread and, if their places are full, for room.
 
     Parameters
     ----------
     core : Core
         It belongs to this runner from now on.
     transport, recorder, resume, run, request_timeout
-        As those of a `Node`.
+        As for `Node`.
 
     Raises
     ------
     DinerosError
-        The net runs already, or does not fit what it is to continue from.
+        The net runs already, or does not fit the state from which it is to continue.
     """
 
     def __init__(
@@ -100,25 +100,25 @@ class Runner(Arrivals):
 
     @property
     def ended_by(self) -> str | None:
-        """Why it does not run any more; None: it does, or has not begun."""
+        """Why it has stopped running; None: it runs, or has not begun."""
         return self._core.ended_by
 
     @property
     def failure(self) -> BaseException | None:
-        """What ended the loop before `stop`, such as a recorder that cannot write any more."""
+        """Error that ended the loop before `stop`, for example of a recorder that cannot write."""
         return self._core.failure
 
     @property
     def is_running(self) -> bool:
-        """Whether its own thread runs."""
+        """Whether its own thread is running."""
         return self._thread is not None and self._thread.is_alive()
 
     # Lifetime.
 
     def open(self) -> None:
-        """Record the start and join the channels; `step` drives the node from now on.
+        """Record the start and join the channels; then `step` drives the node.
 
-        Where that fails, the node is closed again.
+        If this fails, the node is closed again.
         """
         core = self._core
         if self._recorder is not None:
@@ -148,8 +148,9 @@ class Runner(Arrivals):
         self._execution.departures.check_by(self.exchange.traffic.checks, self._core.structure)
         self.exchange.begin()
         if self._is_resumed:
-            # What was sent when the node was killed, but not recorded any more, was sent before all that
-            # arrives now: it is sent and recorded first, so that the records are in the order of events.
+            # Messages sent but not recorded before the node was killed precede all messages that arrive now:
+            # they are
+            # sent and recorded first, so that the records are in the order of events.
             with self._loop:
                 self.exchange.depart()
         if isinstance(transport, Ticking):
@@ -157,18 +158,18 @@ class Runner(Arrivals):
             transport.start_timers()
 
     def step(self) -> bool:
-        """Do what came in, begin at most one firing, send what is due; return whether there was anything."""
+        """Handle arrivals, begin at most one firing, send what is due; return whether there was work."""
         with self._loop:
             return self.turn()
 
     def turn(self) -> bool:
-        """Do as `step` does, on the thread that has adopted the loop.
+        """Like `step`, on the thread that has adopted the loop.
 
-        It does not lock the loop, so that others can end the node while a handler blocks it.
+        It does not lock the loop, so that other threads can end the node while a handler blocks it.
         """
         try:
             return self._step()
-        except Exception as error:  # what is not recorded must not be built upon
+        except Exception as error:  # later steps must not depend on an unrecorded one
             self._fail(error)
             raise
 
@@ -185,7 +186,7 @@ class Runner(Arrivals):
         return did
 
     def hold_departures(self) -> None:
-        """Send nothing by itself from now on: a test sends by `send_one`, when its next step says so."""
+        """Disable automatic sending: a test calls `send_one` when its next step is to send."""
         with self._loop:
             self.exchange.hold_departures()
 
@@ -195,23 +196,23 @@ class Runner(Arrivals):
         Raises
         ------
         DinerosError
-            Nothing can depart from there, or the transport failed.
+            The place has no departure, or the transport failed.
         """
         with self._loop:
             self.exchange.send_one(channel, place)
 
     def lose_cancel(self, channel: str, place: str) -> None:
-        """Let the oldest request to cancel of a place find no goal, after `hold_departures`."""
+        """Drop the oldest cancel request of a place, after `hold_departures`."""
         with self._loop:
             self.exchange.lose_cancel(channel, place)
 
     def run_until_idle(self, limit: int = 1_000_000) -> int:
-        """Step until nothing is left to do now; return the number of steps.
+        """Step until there is nothing left to do; return the number of steps.
 
         Raises
         ------
         DinerosError
-            It is not idle after `limit` steps.
+            There is still work after `limit` steps.
         """
         for steps in range(limit):
             if not self.step():
@@ -223,7 +224,7 @@ class Runner(Arrivals):
         return self._loop.wait(timeout)
 
     def close(self, reason: str = "stopped") -> None:
-        """Leave the channels, give up firings in flight, record the end. Does nothing the second time."""
+        """Leave the channels, release firings in flight, record the end; a second call does nothing."""
         if not self._is_open:
             return
         self._is_open = False
@@ -245,7 +246,7 @@ class Runner(Arrivals):
                     self._recorder.close()
 
     def start(self) -> None:
-        """Run the node on a thread of its own; open it before, where it is not yet."""
+        """Run the node on its own thread; opens it first if needed."""
         if not self._is_open:
             self.open()
         self._is_ending = False
@@ -268,7 +269,7 @@ class Runner(Arrivals):
             loop.abandon()
 
     def _fail(self, error: BaseException) -> None:
-        # What a DinerosError says is enough: a full disk is not a fault of the program.
+        # The text of a DinerosError suffices: a full disk, for example, is not a fault of the program.
         trace = None if isinstance(error, DinerosError) else error
         LOG.critical("the node %s ends: %s", self._id, error, exc_info=trace)
         self._core.failure = error
@@ -276,19 +277,20 @@ class Runner(Arrivals):
         self._execution.halt(f"the node has ended: {error}")
 
     def settle(self, seconds: float) -> bool:
-        """Begin no firing, let those in flight end, take what still arrives; from another thread.
+        """Begin no new firing, and wait for firings in flight and arriving messages; from another thread.
 
-        What is not settled in time is not lost: a node that continues begins it again, or gets it again.
+        Unfinished work is not lost: a node that continues begins the firings again and gets the messages
+        again.
 
         Parameters
         ----------
         seconds : float
-            How long to wait, at most.
+            Maximum waiting time.
 
         Returns
         -------
         bool
-            Whether nothing is left to do.
+            Whether there is nothing left to do.
         """
         execution, loop = self._execution, self._loop
         loop.post(lambda: execution.halt("the node is to end", logging.DEBUG))
@@ -303,27 +305,26 @@ class Runner(Arrivals):
         return False
 
     def end(self) -> None:
-        """Have the thread end after the step it is in; `stop` waits for that."""
+        """Let the thread end after its current step; `stop` waits for that."""
         self._is_ending = True
         self._loop.post(lambda: None)
 
     def stop(self, reason: str = "stopped", patience: float = PATIENCE) -> None:
-        """End the thread after the step it is in, and close the node.
+        """End the thread after its current step, and close the node.
 
         Parameters
         ----------
         reason : str
-            Why, for the record.
+            Reason, for the record.
         patience : float
-            Seconds that a handler has to return; then its firing is released, and what it returns counts no
-            more.
+            Seconds for a handler to return; then its firing is released and its result is ignored.
 
         Raises
         ------
         DinerosError
-            The thread does not end, although no handler runs.
+            The thread does not end, although no handler is running.
         BaseException
-            What ended the loop before.
+            The error that ended the loop before.
         """
         self.end()
         if self._thread is not None and self._thread is not threading.current_thread():
@@ -334,24 +335,25 @@ class Runner(Arrivals):
             raise self._core.failure
 
     def await_end(self, join: Callable[[float], bool], patience: float = PATIENCE) -> bool:
-        """Wait until the thread of the node has ended, or cut it off where a handler keeps it.
+        """Wait until the thread of the node has ended; abandon it if a handler does not return.
 
         Parameters
         ----------
         join : callable
-            Waits so many seconds for the thread; returns whether it has ended.
+            Waits for the thread for this number of seconds; returns whether it has ended.
         patience : float
-            Seconds that a handler has to return.
+            Seconds for a handler to return.
 
         Returns
         -------
         bool
-            Whether it has ended; False: a handler is still on it, but nothing of the node any more.
+            Whether the thread has ended; False: only a handler still runs on it, which no longer affects the
+            node.
 
         Raises
         ------
         DinerosError
-            It does not end, although no handler runs.
+            It does not end, although no handler is running.
         """
         if join(patience):
             return True
@@ -364,7 +366,7 @@ class Runner(Arrivals):
         raise DinerosError(f"the node {self._id} does not end", hint="its transport or its disk may hang")
 
     def join(self, timeout: float | None = None) -> bool:
-        """Wait until the thread has ended by itself, by a failure; return whether it has."""
+        """Wait until the thread has ended because of a failure; return whether it has."""
         join(self._thread, timeout)
         return not self.is_running
 
@@ -376,13 +378,13 @@ class Runner(Arrivals):
         self.stop()
 
     def checkpoint(self) -> SavedState:
-        """Return all that is needed to continue from here; on the node's thread, or while it is stopped."""
+        """Return the state needed to continue from here; on the node's thread, or while it is stopped."""
         return self._core.save(self.exchange.save())
 
-    # What the transport calls, from any thread.
+    # Called by the transport, from any thread.
 
     def requests_wait(self, port: ServerPort) -> None:
-        """Have requests taken that the transport keeps."""
+        """Schedule taking the requests that the transport keeps."""
         self._post(self.exchange.servers[port].serve)
 
     def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
@@ -394,24 +396,24 @@ class Runner(Arrivals):
         return self.exchange.servers[port].knows(message_id)
 
     def response_arrived(self, port: ClientPort, message: Message) -> None:
-        """Have a response put on its place."""
+        """Schedule putting a response onto its place."""
         self._post(lambda: self.exchange.clients[port].responded(message))
 
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
-        """Have a request sent again."""
+        """Schedule sending a request again."""
         self._post(lambda: self.exchange.clients[port].failed(message_id, reason))
 
     def ticked(self, timer: TimerPort) -> None:
-        """Have the callback of a timer begin."""
+        """Schedule the callback of a timer."""
         moment = self._core.loop.clock()
         self._post(lambda: self._execution.timing.ticked(timer, moment))
 
     def action_event(self, port: ActionPort, event: ActionEvent) -> None:
-        """Have something done about a goal."""
+        """Schedule handling an event about a goal."""
         self._post(lambda: self.exchange.actions.take(port, event))
 
     def refused(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
-        """Have it counted that something came that is not a message."""
+        """Schedule counting received data that is not a valid message."""
         self._post(lambda: self.exchange.refuse(port, error))
 
     def signals_changed(self, values: Mapping[str, SignalSetting], source: str) -> None:
@@ -419,13 +421,13 @@ class Runner(Arrivals):
         self._core.submit_signals(values, source)
 
     def signal_expected(self, signal: str, expectation: Expectation) -> None:
-        """Have it noticed when nobody sets a signal."""
+        """Schedule watching whether a signal is set as expected."""
         self._core.signal(signal).stale_after(expectation.seconds, expectation.then)
 
     def source(self, name: str) -> Source:
-        """Return the counters of what sets signals."""
+        """Return the counters of a signal source."""
         return self._core.new_source(name)
 
     def remove_source(self, source: Source) -> None:
-        """Show it no more."""
+        """Stop showing these counters."""
         self._core.remove_source(source)

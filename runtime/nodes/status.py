@@ -1,4 +1,4 @@
-"""How a node is, in short: told from any thread at once, also while a handler blocks the node."""
+"""The status of a node: available at once from any thread, even while a handler blocks the node."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from typing import Literal
 from dineros.runtime.scheduling.watchdog import Blocked
 
 State = Literal["running", "halted", "blocked", "failed", "ended", "crashed"]
-"""``halted``: fires nothing until it is told to proceed; ``blocked``: a handler keeps it from all else;
-``failed``: its loop has ended by an error; ``ended``: it was told to end; ``crashed``: its process is gone,
-as its supervisor tells.
+"""``halted``: fires nothing until `proceed`; ``blocked``: a handler blocks the thread of the node;
+``failed``: its loop ended with an error; ``ended``: it was stopped; ``crashed``: its process has ended, as
+reported by its supervisor.
 """
 
 
 @dataclass(frozen=True)
 class ErrorReport:
-    """A firing that failed and changed nothing.
+    """A firing that failed; the marking is unchanged.
 
     Attributes
     ----------
     time : float
         Seconds since the epoch.
     transition, handler : str or None
-        Where.
+        The transition and the handler that failed.
     error : str
-        What happened.
+        The error, as text.
     policy : str or None
-        What was done about it.
+        The policy that was applied.
     """
 
     time: float
@@ -40,23 +40,23 @@ class ErrorReport:
 
 @dataclass(frozen=True)
 class Status:
-    """How a node is.
+    """The status of a node.
 
     Attributes
     ----------
     node : str
         Its id.
     time : float
-        When it was told, in seconds since the epoch.
+        Time of this status, in seconds since the epoch.
     state : {"running", "halted", "blocked", "failed", "ended", "crashed"}
     reason : str or None
         Why it does not run.
     error : ErrorReport or None
         The last failure of a firing.
     blocked : Blocked or None
-        The handler that blocks it, and where that is.
+        The handler that blocks it, with its position in the code.
     failures : int
-        How many firings have failed.
+        Number of failed firings.
     """
 
     node: str
@@ -68,5 +68,5 @@ class Status:
     failures: int = 0
 
     def json(self) -> str:
-        """Return it as JSON, as the topic ``~/state`` carries it; ASCII without NUL, which ROS would cut."""
+        """Return it as JSON for the topic ``~/state``; ASCII without NUL, at which ROS would cut the text."""
         return json.dumps(asdict(self))

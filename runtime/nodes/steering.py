@@ -1,4 +1,4 @@
-"""What those see and do who steer a node: how it is, what it could do now, its signals, and pausing it."""
+"""The interface to control a node: its status, its enabled transitions, its signals, and pausing it."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from dineros.runtime.nodes.inspection import outlook
 from dineros.runtime.nodes.net import Net
 
 PATIENCE = 0.5
-"""Seconds that a node has to show what it is in; a handler may keep it from that."""
+"""Seconds for a node to report its state; a handler may prevent that."""
 
 
 class SteeringError(DinerosError):
-    """Something that was asked for and cannot be had; nothing has changed."""
+    """A request could not be fulfilled; nothing has changed."""
 
 
 @dataclass(frozen=True)
 class Outlook:
-    """How a node is, and what it could do now.
+    """The status of a node, and what it could do now.
 
     Attributes
     ----------
     state : str
-        That of its `Status`; or ``starting``: its process does not answer yet; or ``silent``: it does not
-        answer any more.
+        As in its `Status`; or ``starting``: its process does not respond yet; or ``silent``: it no longer
+        responds.
     reason : str or None
         Why it does not run.
     signals : mapping of str to bool or str, or None
@@ -49,30 +49,30 @@ class Outlook:
 
 
 class Steerable(Protocol):
-    """A node that can be steered, wherever its process is."""
+    """A node that can be controlled, in this or another process."""
 
     def look(self) -> Outlook:
-        """Return how it is; soon, also where a handler blocks it."""
+        """Return its outlook; quickly, even while a handler blocks it."""
 
     def set_signals(self, values: Mapping[str, SignalSetting], source: str) -> None:
         """Set input signals at once, by id; none is set where that raises a `DinerosError`."""
 
     def pause(self, reason: str) -> None:
-        """Fire nothing more until `proceed`; tokens and signals still arrive."""
+        """Stop firing until `proceed`; tokens and signals still arrive."""
 
     def proceed(self) -> None:
-        """Fire again; raises a `SteeringError` where the state of a managed node does not let it fire."""
+        """Continue firing; raises `SteeringError` if the state of a managed node does not let it fire."""
 
 
 class SteeredNet:
-    """A net of this process; from any thread, but that one thread alone may `look`.
+    """A net of this process; from any thread, but only one thread may call `look`.
 
     Parameters
     ----------
     net : Net
         The net.
     may_fire : callable, optional
-        Whether the state that others gave the node lets it fire, besides that of its model's lifecycle.
+        Returns whether the node's external state lets it fire, in addition to the lifecycle of its model.
     """
 
     def __init__(self, net: Net, may_fire: Callable[[], bool] = lambda: True) -> None:
@@ -84,12 +84,12 @@ class SteeredNet:
         self._values = {signal.id: signal.values for signal in signals if signal.values}
 
     def look(self) -> Outlook:
-        """Return how it is; of a node that is busy, signals and transitions as they were last seen."""
+        """Return its outlook; for a busy node, with the last known signals and transitions."""
         status = self._net.status
         if status.state == "blocked":
             return Outlook(status.state, status.reason)
         core = self._net.core
-        if not core.loop.is_running:  # somebody steps it, or it has ended
+        if not core.loop.is_running:  # it is stepped by its owner, or has ended
             self._asked, self._seen = None, core.loop.call(lambda: outlook(core))
             return Outlook(status.state, status.reason, *self._seen, self._values)
         if self._asked is None:  # else it is still to answer: nothing piles up in its loop
@@ -103,11 +103,11 @@ class SteeredNet:
         self._net.set_signals(values, source)
 
     def pause(self, reason: str) -> None:
-        """Fire nothing more until `proceed`."""
+        """Stop firing until `proceed`."""
         self._net.halt(reason)
 
     def proceed(self) -> None:
-        """Fire again.
+        """Continue firing.
 
         Raises
         ------

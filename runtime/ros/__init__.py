@@ -1,1 +1,1 @@
-"""ROS 2 as a transport of the engine: nodes, messages, environment (guide: docs/ros2.md)."""
+"""ROS 2 as a transport of the engine: nodes, messages and environment (guide: docs/ros2.md)."""

@@ -1,9 +1,9 @@
-"""The manager of an application: brings its managed nodes up, one thing after the other, and ends.
+"""The manager of an application: configures and activates its managed nodes in order, then ends.
 
 ``python -m dineros.runtime.ros.bringup configure:/display activate:/display configure:/camera ...``
 
-A node that has come back in the state that it had is left in it. It ends with status 1 where a node is not
-there, or cannot be brought up.
+A restarted node that has restored its state keeps it. The exit status is 1 if a node is missing, or cannot be
+configured or activated.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from typing import Any
 from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 
 PATIENCE = 60.0
-"""Seconds that a node has to be there, and to answer."""
+"""Seconds for a node to become available and to respond."""
 
 ATTEMPTS = 5
-"""How often a node is asked that fails to be configured or activated."""
+"""Maximum number of attempts to configure or activate a node."""
 
 PAUSE = 1.0
-"""Seconds until it is asked again."""
+"""Seconds between attempts."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Bring nodes up as the arguments say."""
+    """Configure and activate nodes according to the arguments."""
     import rclpy
     from rclpy.executors import ExternalShutdownException
     from rclpy.utilities import ok
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0 if all(_bring(node, what, name) for what, name in steps) else 1
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
-    except RuntimeError:  # what rclpy raises where it is told to end within another call
+    except RuntimeError:  # raised by rclpy if the process is stopped during another call
         if ok():
             raise
         return 0
@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _bring(node: Any, what: str, name: str) -> bool:
-    """Ask a node for one thing, unless it has been asked before; return whether it has its state then."""
+    """Request one state change of a node, unless it has happened already; return whether it has happened."""
     from lifecycle_msgs.msg import Transition
     from lifecycle_msgs.srv import ChangeState, GetState
 
@@ -60,7 +60,7 @@ def _bring(node: Any, what: str, name: str) -> bool:
         print(f"the node {name} is not there", file=sys.stderr)
         return False
     if state.current_state.label not in STATES_BEFORE[what]:
-        return True  # it came back so, or has been told by others
+        return True  # restored after a restart, or changed by another manager
     for attempt in range(ATTEMPTS):
         time.sleep(PAUSE if attempt else 0)
         request = ChangeState.Request(transition=Transition(id=ids[what]))
@@ -73,7 +73,7 @@ def _bring(node: Any, what: str, name: str) -> bool:
 
 
 def _ask(node: Any, kind: Any, name: str, request: Any) -> Any:
-    """Return the answer of a service; None where there is none."""
+    """Return the response of a service; None: there is none."""
     import rclpy
 
     client = node.create_client(kind, name)

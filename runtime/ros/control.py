@@ -1,11 +1,11 @@
-"""What a node says of itself on ROS, and what people may tell it when it is halted.
+"""The status of a node on ROS, and services to control a halted node.
 
 ==============  ========================  ========================================================
 ``~/state``     ``std_msgs/msg/String``   its status as JSON, latched
 ``~/proceed``   ``std_srvs/srv/Trigger``  a halted node continues
 ``~/release``   ``std_srvs/srv/Trigger``  tokens that were put aside may be taken again; a halted
-                                          node gives up what it has in flight
-``~/describe``  ``std_srvs/srv/Trigger``  what it is, as JSON: places, transitions, ports, handlers
+                                          node releases its firings in flight
+``~/describe``  ``std_srvs/srv/Trigger``  its description as JSON: places, transitions, ports, handlers
 ==============  ========================  ========================================================
 """
 
@@ -25,11 +25,11 @@ from dineros.runtime.ros.channels.quality import reliable_quality
 from dineros.runtime.ros.process.session import LOG
 
 INACTIVE = "the node is not active"
-"""Why a managed node is halted that waits for being activated."""
+"""Reason of the halt of a managed node that is not active."""
 
 
 class Control:
-    """Topic and services of one node.
+    """The status topic and the services of one node.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ class Control:
     net : Net
         Its net.
     said : callable
-        Told each status that is published, from any thread.
+        Called with each published status, from any thread.
 
     Attributes
     ----------
     is_active : bool
-        Whether it may proceed; a managed node does so only while it is active.
+        Whether it may proceed; for a managed node, only while it is active.
     """
 
     def __init__(self, node: Any, net: Net, said: Callable[[Status], None] = lambda status: None) -> None:
@@ -57,7 +57,7 @@ class Control:
         self._services: list[Any] = []
 
     def open(self) -> None:
-        """Make topic and services, and say how the node is."""
+        """Create the topic and the services, and publish the status."""
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
         from rclpy.event_handler import PublisherEventCallbacks
         from std_msgs.msg import String
@@ -67,8 +67,9 @@ class Control:
             String,
             f"~/{STATE}",
             reliable_quality(is_kept=True),
-            # It offers all that can be asked for, so there is nothing to hear of; events cost time at each
-            # message of the node.
+            # Its quality of service matches every request, so there are no events to report; events cost time
+            # at
+            # each message of the node.
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
         )
         for name, answer in zip(CONTROLS, (self._proceed, self._release, self._describe), strict=True):
@@ -85,7 +86,7 @@ class Control:
         self._say()
 
     def _say(self) -> None:
-        """Publish the status where it is another one; from any thread."""
+        """Publish the status if it has changed; from any thread."""
         from std_msgs.msg import String
 
         with self._lock:
@@ -121,7 +122,7 @@ class Control:
         )
 
     def close(self) -> None:
-        """Take topic and services down."""
+        """Destroy the topic and the services."""
         with self._lock:
             self._net.core.on_status = None
             publisher, self._publisher = self._publisher, None

@@ -1,7 +1,7 @@
-"""What a node tells of how it fares: on ``/diagnostics`` once a period, and to Prometheus when asked.
+"""Publishes the health of a node: on ``/diagnostics`` once a period, and to Prometheus on request.
 
-It looks between two firings, on the node's thread, and puts messages together only while somebody listens.
-Nothing that goes wrong here ends the node.
+It checks the node between two firings, on the node's thread, and builds messages only while there are
+subscribers. No error here ends the node.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _FINE = ("running", "ended")
 
 
 class Diagnostics:
-    """Watches one node and says how it fares.
+    """Monitors one node and publishes its health.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Diagnostics:
     Attributes
     ----------
     latest : Health or None
-        What was seen last; read from any thread.
+        The last known health; read from any thread.
     """
 
     def __init__(self, node: Any, net: Net) -> None:
@@ -57,7 +57,7 @@ class Diagnostics:
         self.latest: Health | None = None
 
     def open(self) -> None:
-        """Look and tell from now on, as the node's parameters say."""
+        """Start monitoring, according to the node's parameters."""
         self._period = float(declare(self._node, DIAGNOSTICS_PERIOD))
         port = int(declare(self._node, METRICS_PORT))
         if self._period <= 0:
@@ -70,7 +70,7 @@ class Diagnostics:
         self._timer = self._net.core.loop.steady_timers.call_later(0.0, self._tick)
 
     def _make_publisher(self) -> Any:
-        """Return the publisher; None where the messages are not installed."""
+        """Return the publisher; None: the messages are not installed."""
         try:
             from diagnostic_msgs.msg import DiagnosticArray
         except ImportError:
@@ -78,22 +78,22 @@ class Diagnostics:
             return None
         from rclpy.event_handler import PublisherEventCallbacks
 
-        no_events = PublisherEventCallbacks(use_default_callbacks=False)  # they cost time at each message
+        no_events = PublisherEventCallbacks(use_default_callbacks=False)  # events cost time at each message
         return self._node.create_publisher(DiagnosticArray, TOPIC, 10, event_callbacks=no_events)
 
     def _tick(self) -> None:
-        """Look, tell, and look again after a period; on the node's thread."""
+        """Check, publish, and schedule the next check after a period; on the node's thread."""
         self._timer = self._net.core.loop.steady_timers.call_later(self._period, self._tick)
         try:
             self.latest = self._watch.look()
             self._publish(self.latest)
         except Exception:
-            if not self._has_failed:  # once: it would be so each period
+            if not self._has_failed:  # log it once, not in each period
                 LOG.exception("the node cannot tell how it fares")
             self._has_failed = True
 
     def said(self, status: Status) -> None:
-        """Tell at once that the status is another one; from any thread, also while a handler blocks it."""
+        """Publish a changed status at once; from any thread, even while a handler blocks the node."""
         latest = self.latest
         if latest is not None:
             try:
@@ -127,7 +127,7 @@ class Diagnostics:
         return message
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop monitoring."""
         self._timer.cancel()
         server, self._server = self._server, None
         if server is not None:
@@ -139,17 +139,17 @@ class Diagnostics:
 
 
 def parts_of(health: Health) -> Mapping[str, tuple[str, str, list[tuple[str, object]]]]:
-    """Return what is told of a node: part -> level, words, values; parts that say nothing are left out.
+    """Return the diagnostics of a node: part -> level, text, values; parts without content are left out.
 
     ========  =====================================================================
     state     its state, firings, failures, restarts, losses
     places    tokens of each place
-    queues    messages that waited, of as many as were proved to fit, and the topic
-    services  requests served, of as many instances, and how many wait
+    queues    messages that waited, the proved capacity, and the topic
+    services  requests served, instances, and requests that wait
     signals   value and age
     handlers  the longest and the mean time, and the budget
-    callbacks response times, time of a run beside its declared duration, late and lost ticks
-    waits     what waits for what, and for how long
+    callbacks response times, time of a run and its declared duration, late and lost ticks
+    waits     which part waits for what, and for how long
     ========  =====================================================================
     """
     words: dict[str, list[str]] = {}
@@ -194,7 +194,7 @@ def _signal(value: SignalSetting, age: float | None) -> str:
 
 
 def response_text(time: ResponseTime) -> str:
-    """Return what was measured of a callback, and what its model declares."""
+    """Return the measured times of a callback, and those that its model declares."""
     said = f"response {time.longest:.3g} s, mean {time.mean:.3g} s, greatest {time.greatest:.3g} s"
     said += f", run {time.work:.3g} s"
     if time.declared is not None:

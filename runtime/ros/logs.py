@@ -1,4 +1,4 @@
-"""What handlers and the engine log, among the logs of ROS: console, log files and ``/rosout``."""
+"""Forwards records of handlers and the engine to the logs of ROS: console, log files and ``/rosout``."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from dineros.runtime.ros.channels.parameters import LOG_LEVEL
 from dineros.runtime.ros.process.session import LOG, RosError
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
-"""Names of ROS's levels; their numbers are those of Python's."""
+"""Names of ROS's levels; their numbers are those of Python."""
 
 
 class RosHandler(logging.Handler):
-    """Passes records on to the logger of a ROS node, each under the place in the code where it was written.
+    """Passes records on to the logger of a ROS node, each with the code position where it was written.
 
-    What the engine and the root logger write, and a logger with the name of the node, goes to the node's
-    own logger; what comes from a logger ``camera`` goes to the child ``NODE.camera``.
+    Records of the engine, of the root logger and of a logger with the name of the node go to the node's own
+    logger; those of a logger ``camera`` go to the child ``NODE.camera``.
 
     Parameters
     ----------
@@ -31,10 +31,10 @@ class RosHandler(logging.Handler):
         super().__init__()
         from rclpy.impl.implementation_singleton import rclpy_implementation
 
-        # The methods of rclpy's loggers look for their caller, and find only this class.
+        # The methods of rclpy's loggers determine their caller, which would always be this class.
         self._log = rclpy_implementation.rclpy_logging_rcutils_log
         self._logger = node.get_logger()
-        # As long as there is such an object, /rosout takes what is logged under its name.
+        # While such an object exists, /rosout publishes what is logged under its name.
         self._children: dict[str, Any] = {}
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -48,7 +48,7 @@ class RosHandler(logging.Handler):
             self.handleError(record)
 
     def _named(self, name: str) -> Any:
-        """Return the ROS logger for a logger of Python."""
+        """Return the ROS logger of a Python logger."""
         if name in ("root", "dineros", self._logger.name) or name.startswith("dineros."):
             return self._logger
         if name not in self._children:
@@ -57,31 +57,31 @@ class RosHandler(logging.Handler):
         return self._children[name]
 
     def close(self) -> None:
-        """Let the children go."""
+        """Release the child loggers."""
         self._children.clear()
         super().close()
 
 
 @contextmanager
 def ros_logs(node: Any, level: str, arguments: Sequence[str] = (), package: str = "") -> Iterator[None]:
-    """Have a ROS node log all that is logged with Python's `logging`, as long as the block lasts.
+    """Forward all records of Python's `logging` to a ROS node's logs, while the block lasts.
 
     Parameters
     ----------
     node : rclpy.node.Node
         The node.
     level : str
-        The level from which on it logs, where the arguments of ROS do not tell; the parameter `log_level`
-        changes it while the node runs.
+        Minimum level to log if the arguments of ROS do not set it; the parameter `log_level` changes it while
+        the node runs.
     arguments : sequence of str
         The arguments of ROS; ``--log-level NODE.camera:=debug`` sets the level of the logger ``camera``.
-    package : str
+    Package of the handlers; it does not count as a library even if it is installed.
         The package of the handlers, which is not a library even where it is installed as one.
 
     Raises
     ------
     RosError
-        There is no such level.
+        The level is unknown.
     """
     from rclpy.logging import get_logger_effective_level, get_logging_severity_from_string
 
@@ -90,7 +90,7 @@ def ros_logs(node: Any, level: str, arguments: Sequence[str] = (), package: str 
     logger, told = node.get_logger(), _told_levels(arguments)
     if not any(not name or f"{logger.name}.".startswith(f"{name}.") for name in told):
         logger.set_level(get_logging_severity_from_string(level.upper()))
-    # Python asks its own loggers first, whether a record is worth making.
+    # Python's loggers decide first whether a record is created.
     for name in told:
         if name.startswith(f"{logger.name}."):
             for each in (name, name.removeprefix(f"{logger.name}.")):
@@ -106,7 +106,7 @@ def ros_logs(node: Any, level: str, arguments: Sequence[str] = (), package: str 
 
 
 def _obey_parameter(node: Any, logger: Any) -> Callable[[], None]:
-    """Log from another level on when the parameter is set; return what ends that."""
+    """Apply the parameter `log_level` when it is set; return a function that ends this."""
     from rcl_interfaces.msg import SetParametersResult
     from rclpy.logging import get_logging_severity_from_string
 
@@ -135,7 +135,7 @@ def _obey_parameter(node: Any, logger: Any) -> Callable[[], None]:
 
 
 def _told_levels(arguments: Sequence[str]) -> list[str]:
-    """Return the loggers whose levels the arguments of ROS tell; empty: that of all others."""
+    """Return the loggers whose levels the ROS arguments set; an empty name: the default level."""
     found, words, is_ros = [], iter(arguments), False
     for word in words:
         if word in ("--ros-args", "--"):
@@ -146,5 +146,5 @@ def _told_levels(arguments: Sequence[str]) -> list[str]:
 
 
 def _writable(text: str) -> str:
-    """Return a text in which what C and UTF-8 cannot carry is escaped."""
+    """Return a text in which characters that C or UTF-8 cannot represent are escaped."""
     return text.encode("utf-8", "backslashreplace").decode().replace("\0", "\\x00")

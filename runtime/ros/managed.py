@@ -1,15 +1,15 @@
-"""Managed nodes (ROS 2 design, "Managed nodes"): others decide when a node opens its channels and fires.
+"""Managed nodes (ROS 2 design, "Managed nodes"): a manager decides when a node opens channels and fires.
 
 ===========  ==========================================================================
-configure    makes the net, opens its channels and journal; nothing fires yet
+configure    creates the net, opens its channels and journal; nothing fires yet
 activate     the net fires
-deactivate   the net fires nothing more; tokens and signals still arrive
+deactivate   the net stops firing; tokens and signals still arrive
 cleanup      closes the channels and the journal
 ===========  ==========================================================================
 
-So it is for a node whose model knows no lifecycle. Where the model has one, its net fires while it is
-inactive, too, unless it pauses; what it publishes then is lost, as lifecycle publishers lose it. Each change
-is a step of its journal, and a node that continues comes back in the state that it had.
+This applies to a node whose model has no lifecycle. If the model has one, its net also fires while the node
+is inactive, unless it pauses; messages published then are lost, as with lifecycle publishers. Each state
+change is a record of its journal, and a restarted node restores its state.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from dineros.runtime.ros.running import RosNode
 
 
 def make_managed_node(name: str, **options: Any) -> Any:
-    """Return an rclpy node with a life cycle, which drives the node that `manage` tells how to make."""
+    """Return an rclpy lifecycle node; it drives a node made by the function given to `manage`."""
     from rclpy.impl.implementation_singleton import rclpy_implementation
     from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
@@ -37,15 +37,15 @@ def make_managed_node(name: str, **options: Any) -> Any:
         make: Callable[[], RosNode]
 
         def manage(self, make: Callable[[], RosNode]) -> None:
-            """Make nodes in this way."""
+            """Create nodes with this function."""
             self.make = make
 
         def work(self) -> float | None:
-            """Let the net do what it can, where there is one."""
+            """Let the net do its work, if there is one."""
             return None if self.running is None else self.running.work()
 
         def finish(self) -> None:
-            """Close what is open."""
+            """Close the node, if it is open."""
             running, self.running = self.running, None
             if running is not None:
                 running.close("stopped")
@@ -74,7 +74,7 @@ def make_managed_node(name: str, **options: Any) -> Any:
             return super().on_activate(state)
 
         def on_deactivate(self, state: Any) -> Any:
-            """Let the net fire nothing more."""
+            """Let the net stop firing."""
             assert self.running is not None
             self.running.control.is_active = False
             if not self._change(self.running, "deactivate", "active"):
@@ -92,7 +92,7 @@ def make_managed_node(name: str, **options: Any) -> Any:
             return success
 
         def _LifecycleNodeMixin__change_state(self, transition: int) -> Any:  # noqa: N802
-            """Refuse what the state does not allow: rclpy would raise an error, and answer nobody."""
+            """Refuse a change that the state does not allow; rclpy would raise an error and not respond."""
             try:
                 return super()._LifecycleNodeMixin__change_state(transition)  # type: ignore[misc]
             except RCLError as error:
@@ -100,7 +100,7 @@ def make_managed_node(name: str, **options: Any) -> Any:
                 return failure
 
         def come_back(self, state: str) -> None:
-            """Have the state that the node had when its process ended."""
+            """Restore the state that the node had when its process ended."""
             if state in ("inactive", "active"):
                 self.trigger_configure()  # type: ignore[no-untyped-call]
             if state == "active":
@@ -108,7 +108,7 @@ def make_managed_node(name: str, **options: Any) -> Any:
 
         @staticmethod
         def _change(running: RosNode, label: str, before: str) -> bool:
-            """Change the state of the net, unless it comes back with it; tell whether it has one."""
+            """Change the state of the net, unless it restores it; return whether it has a lifecycle."""
             core = running.net.core
             if core.structure.ports.is_managed and core.state == before:
                 core.change_state(label)

@@ -1,8 +1,8 @@
-"""Metrics of a node for Prometheus: its text format, served on 127.0.0.1.
+"""Metrics of a node for Prometheus, in its text format, served on 127.0.0.1.
 
-The format is a line for each value (Prometheus, "Exposition formats", version 0.0.4), so that it is written
-here: the library ``prometheus_client`` would be one more thing on the robot, and counts a second time what
-the node counts already. Python's web server is imported only where a port is asked for.
+The format has one line for each value (Prometheus, "Exposition formats", version 0.0.4), so it is written
+here: the library ``prometheus_client`` would be another dependency on the robot, and count a second time what
+the node counts already. Python's web server is imported only if a port is configured.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from dineros.runtime.ros.process.session import LOG
 HOST = "127.0.0.1"
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 PATIENCE = 5.0
-"""Seconds that somebody who asks has to send the question."""
+"""Time limit for a client to send its request, in seconds."""
 
 MOST_CONNECTIONS = 32
-"""At a time; a further one ends the oldest."""
+"""Maximum number of connections; a further one closes the oldest."""
 
 Sample = tuple[str, str, str, dict[str, str], float]
 """Name, type, help, labels, value."""
 
 
 def metrics_text(node: str, health: Health | None) -> str:
-    """Return what is known of a node in Prometheus' text format.
+    """Return the metrics of a node in Prometheus' text format.
 
     Parameters
     ----------
     node : str
         Its name in ROS, a label of each value.
     health : Health or None
-        How it fares; None: it has not looked yet, and there is nothing to tell.
+        Its health; None: there was no check yet, and there are no metrics.
     """
     lines: list[str] = []
     told: set[str] = set()
@@ -101,7 +101,7 @@ def _samples(health: Health) -> Iterator[Sample]:
         if time.period:
             yield "late_ticks_total", "counter", "Ticks whose callback began late.", labels, time.late
             yield "lost_ticks_total", "counter", "Ticks that were lost.", labels, time.lost
-    # Several may wait for the same thing: the one that has waited longest is told.
+    # Several parts may wait for the same thing: the longest wait is reported.
     waits: dict[tuple[str, str, str], float] = {}
     for wait in health.waits:
         key = wait.element, wait.kind, wait.on
@@ -121,14 +121,14 @@ def _escaped(text: str) -> str:
 
 
 class MetricsServer:
-    """Answers ``GET /metrics`` on 127.0.0.1, on threads of its own.
+    """Serves ``GET /metrics`` on 127.0.0.1, on its own threads.
 
     Parameters
     ----------
     port : int
-        Where it listens.
+        Port to listen on.
     text : callable
-        Returns what it answers; from any thread.
+        Returns the response; from any thread.
     """
 
     def __init__(self, port: int, text: Callable[[], str]) -> None:
@@ -138,7 +138,7 @@ class MetricsServer:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Listen; where that is impossible, it is logged, and the node continues without."""
+        """Start listening; if that fails, the error is logged and the node continues without metrics."""
         from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
         text, names = self._text, {f"{host}:{self._port}" for host in (HOST, "localhost")}
@@ -148,7 +148,7 @@ class MetricsServer:
             timeout = PATIENCE
 
             def do_GET(self) -> None:
-                # A page of somebody else's, whose name leads to this machine, is not to read it.
+                # A web page whose host name points to this machine must not read it (DNS rebinding).
                 if self.headers.get("Host", "") not in names:
                     self.send_error(403)
                 elif self.path.partition("?")[0] != "/metrics":
@@ -172,7 +172,7 @@ class MetricsServer:
                 if len(connections) > MOST_CONNECTIONS:
                     oldest = next(iter(connections))
                     connections.pop(oldest, None)
-                    with contextlib.suppress(OSError):  # its thread ends then
+                    with contextlib.suppress(OSError):  # then its thread ends
                         oldest.shutdown(socket.SHUT_RDWR)
                 super().process_request(request, client_address)
 
@@ -195,7 +195,7 @@ class MetricsServer:
         self._thread.start()
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         server, self._server = self._server, None
         if server is not None:
             server.shutdown()

@@ -1,10 +1,10 @@
-"""The process of one node on ROS 2: what generated packages and `dineros run` start.
+"""The process of one node on ROS 2, started by generated packages and by `dineros run`.
 
 ``python -m dineros.runtime.ros.node_main NODE.rtm.xmi [--handlers FILE_OR_MODULE] [--lifecycle] [--ros-args
 ...]``
 
-It ends with status 0 when it is told to end (SIGINT, SIGTERM), 1 when its node fails, and 2 when it cannot
-start. Told to end, it does so within five seconds, whatever its handlers do.
+The exit status is 0 if the process was stopped (SIGINT, SIGTERM), 1 if its node failed, and 2 if it cannot
+start. After a signal, it ends within five seconds, even if a handler does not return.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from dineros.runtime.ros.running import RosNode
 LOG = logging.getLogger("dineros.runtime")
 
 Register = Callable[[Net], None]
-"""Gives a net its handlers."""
+"""Registers the handlers of a net."""
 
 
 def run_node(
@@ -56,18 +56,18 @@ def run_node(
     settings: Sequence[str] = (),
     lifecycle: bool = False,
 ) -> int:
-    """Run a node until the process is told to end.
+    """Run a node until the process is stopped.
 
     Parameters
     ----------
     model : rtm.RuntimeModel
         The runtime model.
     register : callable
-        Gives the net its handlers, before it starts.
+        Registers the handlers of the net, before it starts.
     arguments : sequence of str, optional
         The command line, for ROS: remappings and parameters; by default that of the process.
     source, settings : str and sequence of str
-        The system model's file, and how it was changed by ``--set``, for the journal.
+        The system model's file, and the settings of ``--set``, for the journal.
     lifecycle : bool
         Whether it is a managed node, which opens its channels when it is configured and fires while it is
         active; so is a node whose model has a lifecycle.
@@ -75,7 +75,7 @@ def run_node(
     Returns
     -------
     int
-        The exit status: 0, 1 where the node failed, 2 where it could not start.
+        The exit status: 0; 1 if the node failed; 2 if it could not start.
     """
     logging.basicConfig(format=FORMAT)
     origin = {"source": source, "settings": settings}
@@ -134,7 +134,7 @@ def _run(
 
 
 def _last_state(model: rtm.RuntimeModel, session: Session) -> str:
-    """Return the state that a managed node had when its process ended; nothing where it begins again."""
+    """Return the state of a managed node when its process ended; empty if it does not continue."""
     folder = str(declare(session.node, JOURNAL))
     if not folder or not bool(declare(session.node, RESUME)):
         return ""
@@ -152,7 +152,7 @@ def _work(
     state: str,
     line: Line | None,
 ) -> None:
-    """Have a node work until the process is told to end, or the node fails."""
+    """Run a node until the process is stopped, or the node fails."""
     if lifecycle:
         session.node.manage(make)
         session.node.come_back(state)
@@ -187,7 +187,7 @@ def _make_node(
     *,
     is_again: bool,
 ) -> RosNode:
-    """Make the node as its parameters say; a managed node that is configured again continues."""
+    """Create the node according to its parameters; a managed node that is configured again continues."""
     seed = int(declare(session.node, SEED))
     folder = str(declare(session.node, JOURNAL))
     resume = bool(declare(session.node, RESUME)) or is_again
@@ -201,18 +201,18 @@ def _make_node(
         recorder, checkpoint = resume_journal(Path(folder), net.id, **origin)
     elif folder:
         recorder = JournalRecorder(Path(folder), net.id, **origin)
-    # Receivers that outlive this process must not take its messages for those of an earlier one.
+    # Receivers that outlive this process must not confuse its messages with those of an earlier process.
     run = "" if checkpoint is not None else uuid.uuid4().hex[:8]
     return RosNode(net, recorder, resume=checkpoint, run=run, session=session)
 
 
 def _register(register: Register, net: Net) -> None:
-    """Give a net its handlers.
+    """Register the handlers of a net.
 
     Raises
     ------
     HandlerFileError
-        They cannot be imported, or fail while they are registered.
+        They cannot be imported, or their registration fails.
     """
     try:
         register(net)
@@ -229,12 +229,12 @@ def _register(register: Register, net: Net) -> None:
 
 
 def _is_of_developers(frame: traceback.FrameSummary) -> bool:
-    """Return whether a frame is neither of this module nor of Python's import."""
+    """Return whether a frame belongs neither to this module nor to Python's import system."""
     return frame.filename not in (__file__, importlib.__file__) and not frame.filename.startswith("<")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node of a file; what follows ``--ros-args`` is for ROS."""
+    """Run the node in a file; arguments after ``--ros-args`` are for ROS."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     at = given.index("--ros-args") if "--ros-args" in given else len(given)
     parser = argparse.ArgumentParser(prog="python -m dineros.runtime.ros.node_main", description=__doc__)
@@ -255,7 +255,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return load_handler_file(options.handlers)
 
     def register(net: Net) -> None:
-        """Load the handlers where what they log is heard already."""
+        """Load the handlers once logging is set up."""
         if options.handlers is not None:
             handlers().configure(net)
 

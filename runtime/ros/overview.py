@@ -1,7 +1,7 @@
-"""A running application as its nodes tell of it on ``/diagnostics``: what `dineros top` shows.
+"""A running application according to the ``/diagnostics`` of its nodes, as shown by `dineros top`.
 
-Anybody may publish there, so all of it is data: what is not a node of ours is passed over, texts are cut and
-cannot steer a terminal, and no more than `MOST` nodes are kept.
+Any program may publish there, so the data is untrusted: status messages of other programs are skipped, texts
+are shortened and freed of control characters, and at most `MOST` nodes are kept.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from dineros.runtime.ros.diagnostics import TOPIC
 from dineros.runtime.ros.process.session import Session
 
 MOST = 1000
-"""Nodes that are kept."""
+"""Maximum number of nodes."""
 
 LONGEST = 300
-"""Characters of a text that are kept."""
+"""Maximum length of a text, in characters."""
 
 LARGEST = 1e15
-"""The largest number that is believed."""
+"""Largest number that is plausible."""
 
 _PARTS = ("state", "places", "queues", "services", "signals", "handlers", "callbacks", "waits")
 _NAME = re.compile(rf"(/[\w/]{{1,255}}): ({'|'.join(_PARTS)})")
@@ -53,7 +53,7 @@ class DiagnosticStatus(Protocol):
 
 @dataclass(frozen=True)
 class Waiting:
-    """What a part of a node waits for: a client, say, for a service, and whose that is, where it is known."""
+    """What a part of a node waits for, for example a client for a service, and the node that serves it."""
 
     element: str
     kind: str
@@ -64,20 +64,20 @@ class Waiting:
 
 @dataclass
 class NodeView:
-    """What a node has told last.
+    """The last reported state of a node.
 
     Attributes
     ----------
     name, application : str
         Its name in ROS, and the id of its system model.
     level : int
-        The worst of its parts: 0 fine, 1 a warning, 2 an error.
+        The worst level of its parts: 0 OK, 1 warning, 2 error.
     heard : float
-        When, by the machine's clock.
+        When it was received, by the machine's clock.
     parts : dict
         Part -> its values; see `dineros.runtime.ros.diagnostics.parts_of`.
     said : dict of str to str
-        Part -> what is wrong with it, in words.
+        Part -> description of its problem.
     """
 
     name: str
@@ -98,12 +98,12 @@ class NodeView:
 
     @property
     def lost(self) -> int:
-        """Messages that were lost."""
+        """Number of lost messages."""
         return int(sum(self.count(name) for name in self.parts.get("state", {}) if name.startswith("lost ")))
 
     @property
     def fullest(self) -> tuple[int, int, str] | None:
-        """Messages that waited in the queue that was fullest, its capacity, and its place."""
+        """For the fullest queue: the messages that waited, its capacity, and its place."""
         found = [
             (int(_number(fill[1])), int(_number(fill[2])), place)
             for place, text in self.parts.get("queues", {}).items()
@@ -113,7 +113,7 @@ class NodeView:
 
     @property
     def slowest(self) -> tuple[float, str] | None:
-        """The longest response time since the last message, in seconds, and the callback that had it."""
+        """The longest response time in the last message, in seconds, and its callback."""
         found = [
             (seconds, callback)
             for callback, text in self.parts.get("callbacks", {}).items()
@@ -123,18 +123,18 @@ class NodeView:
 
     @property
     def tokens(self) -> dict[str, int]:
-        """Places that hold tokens."""
+        """Places with tokens, with their number."""
         places = self.parts.get("places", {})
         return {place: int(count) for place, text in places.items() if (count := _number(text)) >= 1}
 
 
 class Overview:
-    """What is known of all nodes; from any thread.
+    """The last reported states of all nodes; from any thread.
 
     Parameters
     ----------
     clock : callable
-        Returns seconds.
+        Returns the time in seconds.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -143,7 +143,7 @@ class Overview:
         self._nodes: dict[str, NodeView] = {}
 
     def take(self, statuses: Iterable[DiagnosticStatus]) -> None:
-        """Take in what came in one message: all that its node has to say."""
+        """Process one message, which has all parts of its node."""
         found: dict[str, NodeView] = {}
         for status in statuses:
             named = _NAME.fullmatch(status.name)
@@ -165,17 +165,17 @@ class Overview:
                     self._nodes[name] = view
 
     def nodes(self) -> list[NodeView]:
-        """Return what is known, by name."""
+        """Return the nodes, sorted by name."""
         with self._lock:
             return [self._nodes[name] for name in sorted(self._nodes)]
 
     def silent(self, view: NodeView) -> float:
-        """Return for how many seconds a node has said nothing."""
+        """Return the seconds since the last message of a node."""
         return max(0.0, self._clock() - view.heard)
 
 
 def waits_of(nodes: Iterable[NodeView]) -> dict[str, list[Waiting]]:
-    """Return what the nodes wait for, by their names; who serves a service is looked up among them."""
+    """Return what the nodes wait for, by their names; the servers of services are found among them."""
     views = list(nodes)
     serving = {service: view.name for view in views for service in view.parts.get("services", {})}
     found: dict[str, list[Waiting]] = {}
@@ -189,45 +189,45 @@ def waits_of(nodes: Iterable[NodeView]) -> dict[str, list[Waiting]]:
 
 
 def circle_of(waits: Mapping[str, list[Waiting]]) -> list[str]:
-    """Return nodes each of which waits for the next one, and the last for the first; empty: there are none.
+    """Return nodes each of which waits for the next, and the last one for the first; empty: no circle.
 
-    They need not stand still: each of them may have other things to do.
+    This need not be a deadlock: each of them may have other things to do.
     """
     on = {name: {each.node for each in found if each.node is not None} for name, found in waits.items()}
     try:
         TopologicalSorter(on).prepare()
     except CycleError as error:
         circle: list[str] = error.args[1]
-        return circle[:0:-1]  # the sorter names predecessors, and the first one twice
+        return circle[:0:-1]  # the sorter returns predecessors, with the first one repeated
     return []
 
 
 def _number(text: str) -> float:
-    """Return a number that a node tells; 0 if the text is none, negative, or implausibly large."""
+    """Return a number from a node's text; 0 if it is invalid, negative, or implausibly large."""
     try:
         number = float(text)
     except ValueError:
         return 0.0
-    return number if 0 <= number <= LARGEST else 0.0  # not a number fulfils neither
+    return number if 0 <= number <= LARGEST else 0.0  # false for NaN
 
 
 def _plain(text: str) -> str:
-    """Return a text that is short and steers no terminal."""
+    """Return a text shortened and without control characters."""
     return "".join(each if each.isprintable() else "?" for each in text[:LONGEST])
 
 
 class DiagnosticsListener:
-    """Hears ``/diagnostics``, on a thread of its own, as long as the block lasts.
+    """Subscribes to ``/diagnostics``, on its own thread, while the block lasts.
 
     Parameters
     ----------
     overview : Overview
-        Takes in what is heard.
+        Gets the messages.
 
     Raises
     ------
     RosError
-        ROS is not there, or has no package diagnostic_msgs.
+        ROS is not available, or has no package diagnostic_msgs.
     """
 
     def __init__(self, overview: Overview) -> None:

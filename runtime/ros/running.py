@@ -1,6 +1,6 @@
-"""A node that runs on ROS 2: its net reacts on the thread that runs the ROS callbacks.
+"""A node that runs on ROS 2: its net fires on the thread that runs the ROS callbacks.
 
-A message that arrives is answered by that thread, without waiting for another one to wake up.
+So this thread can react to a message without waking up another thread.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from dineros.runtime.ros.diagnostics import Diagnostics
 from dineros.runtime.ros.process.session import Session
 
 SLICE = 0.002
-"""Seconds that a busy net may continue before ROS callbacks have their turn."""
+"""Maximum time in seconds that a busy net works before ROS callbacks run."""
 
 
 class RosNode:
@@ -31,27 +31,27 @@ class RosNode:
     net : Net
         The net.
     recorder : Recorder, optional
-        Without one, nothing is recorded.
+        Without one, there are no records.
     resume : SavedState, optional
-        What the node was in when it ended.
+        Saved state from which the node continues.
     run : str
-        Goes into the ids of messages, see `Node`.
+        Part of the ids of messages, see `Node`.
     arguments : sequence of str
-        What ROS is to know: ``["--ros-args", "-r", "__ns:=/cell", "-p", "signals.Red:=true"]``.
+        Arguments for ROS: ``["--ros-args", "-r", "__ns:=/cell", "-p", "signals.Red:=true"]``.
     domain : int, optional
         The ROS domain; by default that of the environment.
     session : Session, optional
-        The ROS node to use, not started yet; by default one with the name and namespace of the model.
+        The ROS node to use, not started yet; by default one with the name and namespace in the model.
 
     Attributes
     ----------
     steered : SteeredNet
-        The net for those who steer it.
+        Controls the net.
 
     Raises
     ------
     RosError
-        ROS 2 is not there, or refuses a name or an argument.
+        ROS 2 is not available, or refuses a name or an argument.
     """
 
     def __init__(
@@ -89,16 +89,16 @@ class RosNode:
         self._is_adopted = False
         self.diagnostics = Diagnostics(self.session.node, net)
         self.control = Control(self.session.node, net, self.diagnostics.said)
-        # Of a node whose model has a lifecycle, the net itself knows in which states it fires.
+        # If the model has a lifecycle, the net itself knows the states in which it fires.
         self.steered = SteeredNet(net, lambda: ports.is_managed or self.control.is_active)
 
     @property
     def failure(self) -> BaseException | None:
-        """What ended the node before `stop`."""
+        """Error that ended the node before `stop`."""
         return self.session.failure
 
     def open(self) -> None:
-        """Join the channels; whoever runs the session's callbacks calls `work` between them."""
+        """Join the channels; the thread that runs the session's callbacks calls `work` between them."""
         self._loop.wake_by(self._wake)
         self.node.open()
         try:
@@ -110,7 +110,7 @@ class RosNode:
         self._loop.begin()
 
     def work(self) -> float | None:
-        """Let the net do what it can; return the seconds until its next timer."""
+        """Let the net do its work; return the seconds until its next timer."""
         if not self._is_adopted:
             self._loop.adopt()
             self._is_adopted = True
@@ -118,7 +118,7 @@ class RosNode:
         while turn():
             if time.monotonic() > end:
                 return 0.0
-        return self._loop.steady_timers.seconds_left  # simulated time continues by a message, which wakes it
+        return self._loop.steady_timers.seconds_left  # simulated time advances by a message, which wakes it
 
     def close(self, reason: str = "stopped") -> None:
         """Leave the channels and record the end; the session continues."""
@@ -131,12 +131,12 @@ class RosNode:
             self.diagnostics.close()
 
     def _wake(self) -> None:
-        """Have what other threads post done at once, not only after the next ROS callback."""
+        """Let actions of other threads run at once, not only after the next ROS callback."""
         if not self.session.is_own_thread:
             self.session.wake()
 
     def start(self) -> None:
-        """Join the channels and run, on a thread of its own."""
+        """Join the channels and run on its own thread."""
         try:
             self.open()
         except BaseException:
@@ -145,7 +145,7 @@ class RosNode:
         self.session.start(self.work)
 
     def stop(self, reason: str = "stopped") -> None:
-        """End the thread, leave the channels, record the end, take the ROS node down."""
+        """End the thread, leave the channels, record the end, destroy the ROS node."""
         self.await_end()
         try:
             self.close(reason)
@@ -153,7 +153,7 @@ class RosNode:
             self.session.close()
 
     def await_end(self) -> None:
-        """Let what continues end, then the thread; where a handler keeps it, its firing is released.
+        """Wait for firings in flight, then for the thread; the firing of a stuck handler is released.
 
         Raises
         ------
@@ -179,7 +179,7 @@ class RosNode:
 
 
 def _last_seen(checkpoint: SavedState) -> dict[str, dict[str, int]]:
-    """Return the greatest number that each subscriber has had of each sender."""
+    """Return, for each subscriber and sender, the greatest number received."""
     found = {port: dict(senders) for port, senders in checkpoint["seen"].items()}
     for port, senders in checkpoint.get("seen_apart", {}).items():
         for sender, ranges in senders.items():

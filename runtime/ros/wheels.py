@@ -1,8 +1,8 @@
-"""The wheels of ROS 2 Jazzy, as pip installs them: made ready for building interface packages with colcon.
+"""Prepares the wheels of ROS 2 Jazzy, as installed by pip, for building interface packages with colcon.
 
-ROS 2's own installation brings a ``setup.bash``; the wheels bring none, and their CMake files name the Python
-headers of the machine that built them, which CMake refuses. ``python -m dineros.runtime.ros.wheels`` puts
-those of this Python in, writes the set-up scripts, and prints the path of the one that shells source.
+A regular installation of ROS 2 has a ``setup.bash``. The wheels have none, and their CMake files contain the
+paths of Python headers on the build machine, which CMake refuses. ``python -m dineros.runtime.ros.wheels``
+inserts the paths of this Python, writes the set-up scripts, and prints the path of the script to source.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.atomic import write_atomically
 
 SETUP = "setup.sh"
-"""The script for every shell; those of `SETUPS` hold the same."""
+"""The script for every shell; the scripts in `SETUPS` have the same content."""
 SETUPS = tuple(f"{kind}.{shell}" for kind in ("setup", "local_setup") for shell in ("sh", "bash", "zsh"))
-"""The scripts' names as ROS 2 has them: colcon looks for ``local_setup`` wherever AMENT_PREFIX_PATH leads."""
+"""Names of the scripts in ROS 2: colcon searches ``local_setup`` in the folders of AMENT_PREFIX_PATH."""
 
 _FOREIGN_NUMPY = re.compile(r"/opt/python/cp\d+-cp\d+/lib/python3\.\d+/site-packages/numpy/\w+/include")
 _FOREIGN_PYTHON = re.compile(r"/opt/python/cp\d+-cp\d+/include/python3\.\d+")
 
-# POSIX shell, so that sh, bash and zsh read the same; sourced twice, it adds nothing twice.
+# POSIX shell, so that sh, bash and zsh can read it; sourcing it twice adds nothing twice.
 _SCRIPT = """\
 # Written by: python -m dineros.runtime.ros.wheels
 # Source this before colcon: the ROS 2 that pip installed into this folder.
@@ -42,13 +42,13 @@ unset -f _dineros_prepend
 
 
 def prefix_of_wheels() -> Path | None:
-    """Return the folder that holds the wheels of ROS 2; None where ROS 2 came in another way."""
+    """Return the folder of the wheels of ROS 2; None: ROS 2 was installed in another way."""
     prefix = Path(sys.prefix)
     return prefix if (prefix / "share/ament_index").is_dir() else None
 
 
 def mend_paths(prefix: Path) -> list[Path]:
-    """Put this Python's header folders into the CMake files of the wheels below a folder.
+    """Insert this Python's header folders into the CMake files of the wheels below a folder.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def mend_paths(prefix: Path) -> list[Path]:
     Returns
     -------
     list of Path
-        The files that changed; none when all was well.
+        The changed files; empty if all were correct.
     """
     changed = []
     for file in sorted(prefix.glob("share/*/cmake/*.cmake")):
@@ -80,10 +80,10 @@ def _numpy_headers() -> str:
 
 
 def setup_script(prefix: Path) -> str:
-    """Return the script that a shell sources to build and run with the wheels below a folder.
+    """Return the set-up script for building and running with the wheels below a folder.
 
-    It sets what ROS 2's own ``setup.bash`` does, and, in a virtual environment, the variable by which CMake
-    finds its Python and no newer one of the machine (CMake manual, FindPython3).
+    It sets the same variables as ROS 2's own ``setup.bash`` and, in a virtual environment, the variable by
+    which CMake finds its Python instead of a newer one of the system (CMake manual, FindPython3).
     """
     libraries = [prefix / "lib", *sorted(Path(sysconfig.get_path("purelib")).glob("ros_*.libs"))]
     lines = [f"export VIRTUAL_ENV={shlex.quote(str(prefix))}"] if (prefix / "pyvenv.cfg").is_file() else []
@@ -99,7 +99,7 @@ def setup_script(prefix: Path) -> str:
 
 
 def write_setups(prefix: Path) -> Path:
-    """Write the set-up scripts where they are not there yet, and return the one for every shell.
+    """Write the set-up scripts that do not exist yet, and return the one for every shell.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def write_setups(prefix: Path) -> Path:
 
 
 def main() -> int:
-    """Make the wheels of the Python that runs this ready; return the exit status."""
+    """Prepare the wheels of the running Python; return the exit status."""
     prefix = prefix_of_wheels()
     if prefix is None:
         return 0

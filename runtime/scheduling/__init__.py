@@ -1,1 +1,1 @@
-"""What runs on which thread and when: the loop of a node, its timers, threads for long work, the watchdog."""
+"""Threads and times: the loop of a node, its timers, threads for long work, and the watchdog."""

@@ -1,4 +1,4 @@
-"""The one thread on which a node changes: what other threads want done waits here for its turn."""
+"""The loop of a node's thread, the only thread that changes the node; other threads queue actions here."""
 
 from __future__ import annotations
 
@@ -17,22 +17,20 @@ T = TypeVar("T")
 class Loop:
     """A queue of actions for the node's thread, and its timers.
 
-    A node either runs on a thread of its own (`begin`, `adopt`, `abandon`), or is stepped by whoever holds it
-    (``with loop``).
+    A node either runs on its own thread (`begin`, `adopt`, `abandon`), or its owner steps it (``with loop``).
 
     Parameters
     ----------
     clock : callable
         Returns the time in seconds; it never goes back.
     steady : callable, optional
-        Returns the seconds of the machine, where the clock is that of a simulation which others drive, and
-        which may stand still. Whoever has such a clock calls `run_actions` when it continues; `wait` does
-        not.
+        Returns the machine's time in seconds, if `clock` is the time of an external simulation, which may
+        stand still. The owner of such a clock calls `run_actions` when its time advances; `wait` does not.
 
     Attributes
     ----------
     timers, steady_timers : Timers
-        Those that go by the clock, and those that go by the machine's: the same where the clock is that.
+        Timers by `clock` and by the machine's time; the same object without `steady`.
     """
 
     def __init__(
@@ -51,31 +49,31 @@ class Loop:
 
     @property
     def is_running(self) -> bool:
-        """Whether a thread of its own runs it."""
+        """Whether it runs on its own thread."""
         return self._thread is not None
 
     @property
     def has_actions(self) -> bool:
-        """Whether something waits to be done, timers aside; from any thread."""
+        """Whether actions wait, not counting timers; from any thread."""
         return bool(self._inbox)
 
     def post(self, action: Callable[[], None]) -> None:
-        """Have something done soon, on the node's thread; from any thread."""
+        """Queue an action for the node's thread; from any thread."""
         self._inbox.append(action)
-        if self._is_waiting:  # set before `wait` looks into the inbox, so that none is missed
+        if self._is_waiting:  # set before `wait` reads the inbox, so that no action is missed
             self._wake.set()
         if (waker := self._waker) is not None:
             waker()
 
     def wake_by(self, waker: Callable[[], None] | None) -> None:
-        """Have a function called after each `post`, on the thread that posts; None: none any more.
+        """Call a function after each `post`, on the posting thread; None: stop calling one.
 
-        For a node whose thread waits for other things as well, and so does not `wait` here.
+        For a node whose thread also waits for other things and therefore does not `wait` here.
         """
         self._waker = waker
 
     def submit(self, action: Callable[[], None]) -> None:
-        """Have something done now if nothing else continues, soon otherwise; from any thread."""
+        """Run an action now if the node is idle, else soon on the node's thread; from any thread."""
         if self._thread is None and self._lock.acquire(blocking=False):
             try:
                 if not self._depth and not self._inbox:
@@ -87,9 +85,9 @@ class Loop:
         self.post(action)
 
     def ask(self, function: Callable[[], T]) -> Future[T]:
-        """Return what will hold what a function finds on the node's thread; from any thread.
+        """Return a future for the result of a function on the node's thread; from any thread.
 
-        Nothing ever comes of it where the thread ends before it is the function's turn.
+        If the thread ends before it has called the function, the future never gets a result.
         """
         future: Future[T] = Future()
 
@@ -103,7 +101,7 @@ class Loop:
         return future
 
     def call(self, function: Callable[[], T]) -> T:
-        """Return what a function finds on the node's thread; from any thread."""
+        """Return the result of a function on the node's thread; from any thread."""
         if self._thread is None or self._thread == threading.get_ident():
             with self._lock:
                 return function()
@@ -114,12 +112,12 @@ class Loop:
             except TimeoutError:
                 if future.done():
                     raise
-                if not self.is_running:  # it has ended meanwhile
+                if not self.is_running:  # it has ended in the meantime
                     with self._lock:
                         return function()
 
     def __enter__(self) -> Loop:
-        """Begin a step; steps of other threads wait."""
+        """Begin a step; steps on other threads wait."""
         self._lock.acquire()
         self._depth += 1
         return self
@@ -129,7 +127,7 @@ class Loop:
         self._lock.release()
 
     def run_actions(self) -> bool:
-        """Do all that waits and all timers that are due; return whether there was something."""
+        """Run all queued actions and due timers; return whether there were any."""
         inbox = self._inbox
         did = bool(inbox)
         while inbox:
@@ -141,7 +139,7 @@ class Loop:
         return did
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait for something to do, a timer included; False: there was none in `timeout` seconds."""
+        """Wait for an action or a timer; False: there was none within `timeout` seconds."""
         end = None if timeout is None else self.clock() + timeout
         self._wake.clear()
         self._is_waiting = True
@@ -160,15 +158,15 @@ class Loop:
         return bool(self._inbox) or (due is not None and due <= self.clock())
 
     def begin(self) -> None:
-        """Let the node's thread do things from now on; it is still to `adopt` the loop."""
+        """Reserve the loop for the node's own thread, which has yet to `adopt` it."""
         with self._lock:
             self._thread = 0
 
     def adopt(self) -> None:
-        """Let the calling thread be the node's own."""
+        """Make the calling thread the node's own thread."""
         self._thread = threading.get_ident()
 
     def abandon(self) -> None:
-        """Let it be nobody's thread again."""
+        """Release the loop from its thread."""
         with self._lock:
             self._thread = None

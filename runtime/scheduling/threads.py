@@ -1,4 +1,4 @@
-"""Waiting for threads."""
+"""Waits for threads to end."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import threading
 
 
 def join(thread: threading.Thread | None, timeout: float | None = None) -> None:
-    """Wait until a thread has ended, if there is one, and Ctrl-C has not interrupted its start.
+    """Wait until a thread has ended, if there is one and its start was not interrupted by Ctrl-C.
 
     Parameters
     ----------
     thread : threading.Thread or None
         Not the current one.
     timeout : float, optional
-        Seconds, at most.
+        Maximum waiting time, in seconds.
     """
     if thread is not None and thread.is_alive():
         thread.join(timeout)

@@ -1,4 +1,4 @@
-"""Things to do later, on the thread of the node's loop."""
+"""Timers: actions at a later time, on the thread of the node's loop."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 
 class Timer:
-    """Something to do at a time; without an action, nothing."""
+    """An action at a time; without an action, nothing happens."""
 
     __slots__ = ("action",)
 
@@ -16,12 +16,12 @@ class Timer:
         self.action = action
 
     def cancel(self) -> None:
-        """Do nothing when the time comes."""
+        """Cancel the action."""
         self.action = None
 
 
 IDLE = Timer()
-"""What stands where there is nothing to wait for."""
+"""Placeholder for a timer that is not set."""
 
 
 class Timers:
@@ -44,7 +44,7 @@ class Timers:
         return self._clock()
 
     def call_later(self, delay: float, action: Callable[[], None]) -> Timer:
-        """Do something after a delay in seconds."""
+        """Call an action after a delay in seconds."""
         timer = Timer(action)
         heapq.heappush(self._queue, (self._clock() + delay, next(self._numbers), timer))
         return timer
@@ -55,19 +55,19 @@ class Timers:
 
     @property
     def next_time(self) -> float | None:
-        """When the next timer is due, by the clock; None without one."""
+        """Time of the next timer, by the clock; None: there is none."""
         while self._queue and self._queue[0][2].action is None:
             heapq.heappop(self._queue)
         return self._queue[0][0] if self._queue else None
 
     @property
     def seconds_left(self) -> float | None:
-        """Seconds until the next timer is due; None without one."""
+        """Seconds until the next timer; None: there is none."""
         due = self.next_time
         return None if due is None else max(0.0, due - self._clock())
 
     def run_due(self) -> bool:
-        """Do all that is due; return whether something was."""
+        """Run all timers that are due; return whether there were any."""
         did = False
         while (time := self.next_time) is not None and time <= self._clock():
             action = heapq.heappop(self._queue)[2].action

@@ -1,8 +1,8 @@
-"""The watchdog: what of the developers' code runs on the node's thread, since when, and where it is.
+"""The watchdog: which code of the developers runs on the node's thread, since when, and where it is.
 
-While a plain handler runs, its node does nothing else. A thread of its own looks from time to time whether
-one has run for too long, and says so, once, with the handler's stack. A node that is to end need not wait for
-it either: `Watchdog.give_up` cuts it off from the node.
+While a plain handler runs, its node does nothing else. A separate thread checks periodically whether a
+handler has run for too long, and reports it once, with the handler's stack. A node that is to end need not
+wait for the handler: `Watchdog.give_up` detaches it from the node.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from dineros.runtime.scheduling.threads import join
 
 LOG = logging.getLogger("dineros.runtime")
 LIMIT = 10.0
-"""Seconds after which a handler that blocks its node is named, where nobody says otherwise."""
+"""Default time in seconds after which a handler that blocks its node is reported."""
 
 _LONGEST_PERIOD = 1.0
 _SHORTEST_PERIOD = 0.02
@@ -33,26 +33,26 @@ R = TypeVar("R")
 
 
 class GivenUpError(BaseException):
-    """A handler returned to a node that has not waited for it; nothing of the node may be touched any more.
+    """A handler returned after its node has stopped waiting for it; it must not use the node any more.
 
-    No `Exception`: nobody but the node's loop catches it.
+    It is not an `Exception`, so that only the node's loop catches it.
     """
 
 
 @dataclass(frozen=True)
 class Blocked:
-    """Code of the developers that keeps a node from doing anything else.
+    """Code of the developers that blocks the node's thread.
 
     Attributes
     ----------
     transition : str or None
-        Whose handler it is; None: the selection, or a callback of `Net.on_change`.
+        The transition of the handler; None: the selection, or a callback of `Net.on_change`.
     handler : str
         Its name.
     since : float
-        When it was called, in seconds since the epoch.
+        Time of the call, in seconds since the epoch.
     stack : str
-        Where it was when the watchdog looked, as in a traceback.
+        Its position when the watchdog checked, as a traceback.
     """
 
     transition: str | None
@@ -65,10 +65,10 @@ class Blocked:
 
 
 class _Call(NamedTuple):
-    """A call under way; `outer` is the one from within which it was made.
+    """A call under way; `outer` is the call from within which it was made.
 
-    Whoever takes the item out of `thread` decides how it ends: the thread that it runs on, when it returns,
-    or who gives it up. Taking it out is one step, so that no lock is needed at each call.
+    The thread that takes the item out of `thread` decides how the call ends: the thread that runs it, when it
+    returns, or the thread that gives it up. Taking the item is atomic, so that calls need no lock.
     """
 
     transition: str | None
@@ -84,14 +84,14 @@ class Watchdog:
     Parameters
     ----------
     name : str
-        The node's, for its messages.
+        Name of the node, for messages.
     on_change : callable
-        Called when a call is found to block the node, and when that is over; from any thread.
+        Called when a call is found to block the node, and when that has ended; from any thread.
 
     Attributes
     ----------
     limit : float or None
-        Seconds that a call may take; None: as long as it wants.
+        Seconds that a call may take; None: unlimited.
     blocked : Blocked or None
         The call that has taken longer.
     """
@@ -106,12 +106,12 @@ class Watchdog:
         self._thread: threading.Thread | None = None
 
     def call(self, function: Callable[[A], R], argument: A, handler: str, transition: str | None = None) -> R:
-        """Call a function on the node's thread, and return what it returns.
+        """Call a function on the node's thread, and return its result.
 
         Raises
         ------
         GivenUpError
-            The node has not waited for it.
+            The node has stopped waiting for it.
         """
         if self._thread is None and self.limit is not None:
             self._start()
@@ -132,22 +132,22 @@ class Watchdog:
         self._on_change()
 
     def give_up(self) -> tuple[str | None, str] | None:
-        """Cut the call that runs now off from the node: its thread ends when it returns.
+        """Detach the running call from the node: its thread ends when the call returns.
 
         Returns
         -------
         tuple of str or None
-            Transition and name of what was given up; None: no call runs.
+            Transition and name of the abandoned call; None: no call is running.
         """
         while (innermost := self._call) is not None:
             if _taken(innermost.thread):
                 break
-            if self._call is innermost:  # it returns just now: its thread is between two steps
+            if self._call is innermost:  # it is returning at this moment
                 time.sleep(0)
         else:
             return None
         call = innermost.outer
-        while call is not None:  # these have not returned either
+        while call is not None:  # the outer calls have not returned either
             _taken(call.thread)
             call = call.outer
         self._call = None
@@ -155,7 +155,7 @@ class Watchdog:
         return innermost.transition, innermost.handler
 
     def close(self) -> None:
-        """End the thread; the next `call` starts another one."""
+        """End the watching thread; the next `call` starts a new one."""
         thread, self._thread = self._thread, None
         if thread is not None:
             self._closing.set()
@@ -170,12 +170,12 @@ class Watchdog:
         self._thread.start()
 
     def look(self, known: _Call | None) -> _Call | None:
-        """Report the call that runs now where it has run for too long and is not the one known already.
+        """Report the running call if it has run for too long and was not reported yet.
 
         Returns
         -------
         _Call or None
-            The one that is known now.
+            The call that has been reported.
         """
         call, limit = self._call, self.limit
         if call is None or call is known or limit is None or monotonic() < call.begun + limit:
@@ -185,7 +185,7 @@ class Watchdog:
 
     @property
     def period(self) -> float:
-        """Seconds until the next look: soon enough to tell in time, and no cost to speak of."""
+        """Seconds between checks: short enough to report in time, long enough to cost little."""
         limit = _LONGEST_PERIOD if self.limit is None else self.limit / 4
         return min(_LONGEST_PERIOD, max(_SHORTEST_PERIOD, limit))
 
@@ -195,7 +195,7 @@ class Watchdog:
             return
         blocked = Blocked(call.transition, call.handler, time.time() - seconds, _stack_of(running[0]))
         self.blocked = blocked
-        if not call.thread:  # it has returned meanwhile, and may not have seen that it was found
+        if not call.thread:  # it has returned meanwhile, perhaps before it was marked as blocked
             self.blocked = None
             return
         LOG.error(
@@ -209,7 +209,7 @@ class Watchdog:
 
 
 def _taken(item: list[int]) -> bool:
-    """Take the only item out of a list; return whether it was there."""
+    """Remove the only item of a list; return whether it was there."""
     try:
         item.pop()
     except IndexError:
@@ -218,7 +218,7 @@ def _taken(item: list[int]) -> bool:
 
 
 def _watch(watched: weakref.ref[Watchdog], closing: threading.Event) -> None:
-    """Look from time to time, until the watchdog is closed; or gone, with a node that nobody closed."""
+    """Check periodically until the watchdog is closed, or was garbage-collected with a node never closed."""
     known: _Call | None = None
     period = _SHORTEST_PERIOD
     while not closing.wait(period):
@@ -226,11 +226,11 @@ def _watch(watched: weakref.ref[Watchdog], closing: threading.Event) -> None:
         if watchdog is None:
             return
         known, period = watchdog.look(known), watchdog.period
-        del watchdog  # which this thread must not keep alive
+        del watchdog  # this thread must not keep it alive
 
 
 def _stack_of(thread: int) -> str:
-    """Return the stack of a thread, from the developers' function on."""
+    """Return the stack of a thread, beginning with the developers' function."""
     frame = sys._current_frames().get(thread)
     if frame is None:
         return ""

@@ -1,4 +1,4 @@
-"""Where long handlers run: coroutines on one event loop of their own, functions on a thread each."""
+"""Threads for long handlers: one event loop for all coroutines, and one thread for each function."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 from dineros.runtime.scheduling.threads import join
 
-if TYPE_CHECKING:  # it takes a while to import, and most nodes have no coroutines
+if TYPE_CHECKING:  # a slow import that most nodes do not need
     import asyncio
 
 PATIENCE = 1.0
-"""Seconds that cancelled coroutines have for tidying up when the node ends."""
+"""Seconds for the cleanup of cancelled coroutines when the node ends."""
 
 Done = Callable[[Any, BaseException | None], None]
-"""Told the result, or the exception, when the handler has ended; from any thread."""
+"""Called with the result, or the exception, when the handler has ended; from any thread."""
 
 _Outcome = tuple[Any, BaseException | None]
 
 
 class Workers:
-    """Starts the event loop when the first coroutine comes."""
+    """Runs coroutines and functions; the first coroutine starts the event loop."""
 
     def __init__(self) -> None:
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -29,7 +29,7 @@ class Workers:
         self._tasks: set[asyncio.Task[_Outcome]] = set()
 
     def start_coroutine(self, make: Callable[[], Awaitable[Any]], done: Done) -> Callable[[], None]:
-        """Run an awaitable; return what cancels it."""
+        """Run an awaitable; return a function that cancels it."""
         import asyncio
 
         loop = self._started()
@@ -38,11 +38,11 @@ class Workers:
         async def run() -> _Outcome:
             try:
                 return await make(), None
-            except (KeyboardInterrupt, SystemExit) as error:  # would end the event loop
+            except (KeyboardInterrupt, SystemExit) as error:  # they would end the event loop
                 return None, error
 
         def finish(over: asyncio.Task[_Outcome]) -> None:
-            """Tell what became of it, also where it was cancelled before its first step."""
+            """Report the result, even if the task was cancelled before its first step."""
             self._tasks.discard(over)
             if over.cancelled():
                 done(None, asyncio.CancelledError())
@@ -65,7 +65,7 @@ class Workers:
         return cancel
 
     def start_thread(self, function: Callable[[], Any], name: str, done: Done) -> Callable[[], None]:
-        """Run a function on a thread; what is returned does nothing, since a thread cannot be stopped."""
+        """Run a function on a thread; the result cancels nothing, since a thread cannot be stopped."""
 
         def run() -> None:
             try:
@@ -80,7 +80,7 @@ class Workers:
         return lambda: None
 
     def close(self) -> None:
-        """Cancel all coroutines and end the event loop. Threads continue until they return by themselves."""
+        """Cancel all coroutines and end the event loop. Threads continue until they return."""
         loop, thread = self._loop, self._thread
         if loop is None or thread is None:
             return

@@ -1,1 +1,1 @@
-"""Ports as publishers, subscriptions, clients and servers of ROS."""
+"""The ports of a node as publishers, subscriptions, clients and servers of ROS."""

@@ -1,10 +1,10 @@
-"""Action clients of rclpy that ask again: goals with ids of their own, cancels, results, feedback.
+"""Action clients of rclpy that resend: goals with chosen ids, cancel requests, results, feedback.
 
-`rclpy.action.ActionClient` sends once and waits forever, and a server that dies is forgotten with what it
-owes. Here a goal is sent with an id that its client has chosen, and the node is told where nobody answers. A
-server that knows a goal already refuses it when it comes again; so whoever is refused asks for the result,
-too: only a goal that the server does not know is refused in truth. The result is asked for again when the
-status of the goal says that it has ended, and from time to time.
+`rclpy.action.ActionClient` sends a goal once and waits without limit; if the server dies, the goal is lost.
+Here the client chooses the id of a goal, and the node is notified if no server answers, so that it can send
+the goal again. A server refuses a repeated goal that it knows already. So after a refusal, the client asks
+for the result, too: the goal is really refused only if the server does not know it. The result is requested
+again when the status of the goal says that it has ended, and periodically.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ from dineros.runtime.ros.process.clocks import Alarm
 from dineros.runtime.ros.process.session import LOG
 
 FIRST_LOOK, LAST_LOOK = 0.05, 0.5
-"""Seconds between looks for a server that is not there yet: the first, doubled up to the last."""
+"""Seconds between checks for a missing server: the first delay, doubled up to the second."""
 
 RESULT_DELAY = 0.3
-"""Seconds after which the result of a goal that has ended is asked for again."""
+"""Seconds after which the result of an ended goal is requested again."""
 
 LONGEST_PERIOD = 60.0
-"""Seconds between two questions for a result, at most."""
+"""Maximum time in seconds between two requests for a result."""
 
 KEPT_GOALS = 16
-"""Goals that have ended and whose late feedback is handed on."""
+"""Number of ended goals whose late feedback is still delivered."""
 
 
 @dataclass(eq=False)
@@ -52,15 +52,16 @@ class _Goal:
     Attributes
     ----------
     is_sent, is_accepted, is_refused : bool
-        How far it is: refused goals wait to hear whether the server knows them all the same.
+        Progress of the goal; a refused goal waits for the result request, which shows whether the server
+        knows it.
     deadline : float or None
-        When somebody must have answered.
+        Time by which an answer must have arrived.
     look : float
-        Seconds until the next look for the server, while it is not sent.
+        Seconds until the next check for the server, while the goal is not sent.
     ask, period : float
-        When the result is asked for again, and how long after that once more.
+        Time of the next result request, and the delay after that one.
     cancel : float or None
-        When the request to cancel is sent; None: there is none, or it is answered.
+        Time by which the cancel request is repeated; None: there is none, or it has been answered.
     """
 
     message: Message
@@ -84,9 +85,9 @@ class GoalClient:
     port : ActionClientPort
         Its port.
     codecs : ActionCodecs
-        The action's class, and the codecs of its parts.
+        The action's class, and the codecs of its messages.
     receiver : Receiver
-        Told what becomes of goals.
+        Receives the events of goals.
     timeout : float
         Seconds that an answer may take.
     """
@@ -110,10 +111,10 @@ class GoalClient:
         self._client = _client_class()(node, codecs.interface, port, self)
         self._alarm: Alarm | None = Alarm(node, self._look)
 
-    # What the net asks for.
+    # Called by the net.
 
     def send(self, message: Message, *, is_accepted: bool = False) -> None:
-        """Send a goal, now or when the server is there, or follow one that was accepted before."""
+        """Send a goal once the server is available, or follow a goal that was accepted before."""
         with self._lock:
             goal = self._goals.get(message.id)
             if goal is None:
@@ -125,7 +126,7 @@ class GoalClient:
             self._look_in_time(goal)
 
     def cancel(self, goal: str) -> None:
-        """Ask to cancel a goal, until somebody answers."""
+        """Ask to cancel a goal, repeatedly until the server answers."""
         with self._lock:
             known = self._goals.get(goal)
             if known is not None:
@@ -133,7 +134,7 @@ class GoalClient:
                 self._look_in_time(known)
 
     def _go_on(self, goal: _Goal) -> None:
-        """Send a goal, or ask for its result, if the server is there."""
+        """Send a goal, or ask for its result, if the server is available."""
         if not self._client.server_is_ready():
             return
         goal.is_sent = True
@@ -153,17 +154,17 @@ class GoalClient:
         if self._client.server_is_ready():
             self._client.ask_to_cancel(goal.message.id)
 
-    # Time.
+    # Timers.
 
     def _look_in_time(self, goal: _Goal) -> None:
-        """Have the alarm go off when there is something to do for a goal, if not before."""
+        """Set the alarm to the next time at which a goal needs an action, unless it is earlier already."""
         now = time.monotonic()
         times = [goal.deadline, goal.ask, goal.cancel, None if goal.is_sent else now + goal.look]
         if self._alarm is not None:
             self._alarm.set(min((each for each in times if each is not None), default=None))
 
     def _look(self) -> None:
-        """Do what is due."""
+        """Perform all actions that are due."""
         with self._lock:
             if self._alarm is None:
                 return
@@ -184,7 +185,7 @@ class GoalClient:
             reason = "no answer" if goal.is_sent else "there is no server"
             goal.deadline = None
             if goal.is_accepted:
-                goal.deadline = now + self._timeout  # it is looked for, and nothing else can be done
+                goal.deadline = now + self._timeout  # only checks for the server remain to be done
             else:
                 self._tell(GoalFailed(goal.message.id, f"{reason} in {self._timeout:g} s"))
         if goal.is_sent and goal.ask is not None and now >= goal.ask:
@@ -192,10 +193,10 @@ class GoalClient:
         if goal.cancel is not None and now >= goal.cancel:
             self._ask_to_cancel(goal)
 
-    # What the server says; on a thread of the executor.
+    # Called when the server answers, on a thread of the executor.
 
     def answered(self, id: str, accepted: bool) -> None:
-        """Learn that the server has answered a goal."""
+        """Handle the server's answer to a goal."""
         with self._lock:
             goal = self._goals.get(id)
             if goal is None or goal.is_accepted:
@@ -212,12 +213,12 @@ class GoalClient:
         self._tell(GoalAnswered(goal.message.id, True))
 
     def status(self, id: str, status: int) -> None:
-        """Learn how far the server is with a goal."""
+        """Handle the status that the server reports for a goal."""
         with self._lock:
             goal = self._goals.get(id)
             if goal is None or status == self._unknown:
                 return
-            if goal.is_refused:  # it came twice
+            if goal.is_refused:  # a repeated goal
                 self._accept(goal)
             if status in self._ends and goal.is_accepted:
                 soon = time.monotonic() + RESULT_DELAY
@@ -225,7 +226,7 @@ class GoalClient:
             self._look_in_time(goal)
 
     def result(self, id: str, status: int, result: Any) -> None:
-        """Learn how a goal has ended, or that the server does not know it."""
+        """Handle the result of a goal, or the response that the server does not know it."""
         with self._lock:
             goal = self._goals.get(id)
             if goal is None:
@@ -240,7 +241,7 @@ class GoalClient:
             elif outcome is not None:
                 try:
                     data = self._codecs.decode_result(result)
-                except Exception as error:  # ROS raises what it likes
+                except Exception as error:  # ROS may raise any exception
                     LOG.error("the result of %s cannot be read: %s", self._port.action, error)
                     data = {}
                 self._forget(goal)
@@ -253,7 +254,7 @@ class GoalClient:
             del self._ended[next(iter(self._ended))]
 
     def canceled(self, id: str, accepted: bool) -> None:
-        """Learn whether a goal will be canceled."""
+        """Handle the answer to a cancel request."""
         with self._lock:
             goal = self._goals.get(id)
             if goal is not None and goal.cancel is not None:
@@ -261,7 +262,7 @@ class GoalClient:
                 self._tell(CancelAnswered(id, accepted))
 
     def heard(self, id: str, feedback: Any) -> None:
-        """Learn of feedback on a goal of this or of another client."""
+        """Handle feedback on a goal of this or of another client."""
         if id in self._goals or id in self._ended:
             try:
                 number, data = self._codecs.decode_feedback(feedback)
@@ -274,7 +275,7 @@ class GoalClient:
         self._receiver.action_event(self._port, event)
 
     def close(self) -> None:
-        """Take the client down; nothing is told any more."""
+        """Destroy the client; no further events are reported."""
         with self._lock:
             self._goals.clear()
             self._ended.clear()
@@ -285,12 +286,12 @@ class GoalClient:
 
 
 def _client_class() -> Any:
-    """Return the class of clients; rclpy is imported when there is one only."""
+    """Return the class of clients; rclpy is imported only if there is one."""
     from action_msgs.srv import CancelGoal
     from rclpy.action.client import ActionClient
     from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
-    action_client: Any = ActionClient  # it has no types
+    action_client: Any = ActionClient  # without type hints
 
     class Client(action_client):  # type: ignore[misc]
         def __init__(self, node: Any, interface: Any, port: ActionClientPort, owner: GoalClient) -> None:
@@ -325,11 +326,11 @@ def _client_class() -> Any:
         def _note(self, kind: str, number: int, id: str) -> None:
             asked = self._asked[kind]
             asked[number] = id
-            while len(asked) > 1000:  # those that nobody has answered
+            while len(asked) > 1000:  # requests without a response
                 del asked[next(iter(asked))]
 
         def _answered(self, kind: str, taken_data: Any) -> Iterator[tuple[str, Any]]:
-            """Yield the goal that an answer is about, and the answer; nothing where nobody asked."""
+            """Yield the goal to which a response belongs, and the response; nothing for unknown requests."""
             if kind in taken_data:
                 number, response = taken_data[kind]
                 id = self._asked[kind].pop(int(getattr(number, "sequence_number", number)), None)
@@ -337,7 +338,7 @@ def _client_class() -> Any:
                     yield id, response
 
         async def execute(self, taken_data: Any) -> None:
-            """Hand over what came; feedback first, since a result may come with it."""
+            """Deliver arrivals, feedback first: a result may have arrived with it."""
             owner = self._owner
             if "feedback" in taken_data:
                 message = taken_data["feedback"]

@@ -1,8 +1,9 @@
-"""An action server of rclpy that answers when the net has an answer, and continues after a restart.
+"""An action server of rclpy that answers when the net answers, and continues after a restart.
 
-`rclpy.action.ActionServer` wants to know at once whether it accepts a goal, and runs a body for each. Here a
-goal waits for its answer until a slot of the net is free, and its slot is the body: so what rclpy calls only
-hands over what came. The state machine of goals, the status topic and how long results are kept are rcl's.
+`rclpy.action.ActionServer` must know at once whether it accepts a goal, and runs a function for each goal.
+Here, a goal waits for its answer until a slot of the net is free, and the slot executes it; the callbacks of
+rclpy only deliver requests. The state machine of goals, the status topic and the lifetime of results are
+those of rcl.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from dineros.runtime.ros.conversion.codecs import ActionCodecs
 from dineros.runtime.ros.process.session import LOG
 
 KEPT_ASKS = 64
-"""Requests for a result that wait for it, of one goal: the last ones."""
+"""Maximum number of waiting requests for the result of one goal; the last ones are kept."""
 
 
 class GoalServer:
@@ -34,9 +35,9 @@ class GoalServer:
     port : ActionServerPort
         Its port.
     codecs : ActionCodecs
-        The action's class, and the codecs of its parts.
+        The action's class, and the codecs of its messages.
     receiver : Receiver
-        Told of goals and of requests to cancel them.
+        Receives goals and cancel requests.
     """
 
     def __init__(self, node: Any, port: ActionServerPort, codecs: ActionCodecs, receiver: Receiver) -> None:
@@ -54,20 +55,20 @@ class GoalServer:
         self._is_canceling = GoalStatus.STATUS_CANCELING
         self._node = node
         self._lock = threading.Lock()
-        self._waiting: dict[bytes, list[Any]] = {}  # headers of those who ask for a result
+        self._waiting: dict[bytes, list[Any]] = {}  # headers of clients that wait for a result
         self._results: dict[bytes, Any] = {}
         self._is_open = True
         self._server = _server_class()(node, codecs.interface, port, self)
 
-    # What rclpy hands over.
+    # Called by rclpy.
 
     def asked(self, header: Any, request: Any) -> None:
-        """Hand a goal over."""
+        """Deliver a goal."""
         goal = text_of(request.goal_id)
         answer = partial(self._answer, header, request.goal_id)
         try:
             data = self._codecs.goal.decode(request.goal).data
-        except Exception as error:  # ROS raises what it likes
+        except Exception as error:  # ROS may raise any exception
             self._receiver.refused(self._port, error)
             answer(False)
             return
@@ -75,7 +76,7 @@ class GoalServer:
             self._receiver.action_event(self._port, GoalArrived(Message(goal, data), answer))
 
     def asked_to_cancel(self, header: Any, request: Any) -> None:
-        """Hand a request to cancel over: of one goal, of all, or of those accepted before some time."""
+        """Deliver a cancel request: for one goal, for all, or for those accepted before some time."""
         response = self._server.cancelable(request)
         named = text_of(request.goal_info.goal_id)
         goals = [text_of(info.goal_id) for info in response.goals_canceling]
@@ -88,7 +89,7 @@ class GoalServer:
             self._receiver.action_event(self._port, CancelArrived(goals, answer))
 
     def asked_for_result(self, header: Any, request: Any) -> None:
-        """Answer with a result, when there is one."""
+        """Respond with a result, as soon as there is one."""
         goal = bytes(request.goal_id.uuid)
         with self._lock:
             result = self._results.get(goal)
@@ -98,20 +99,20 @@ class GoalServer:
                 del waiting[:-KEPT_ASKS]
                 return
         if result is None:
-            result = self._parts.GetResultService.Response()  # its status is that of unknown goals
+            result = self._parts.GetResultService.Response()  # the default status is that of unknown goals
         self._server.respond("result", header, result)
 
     def expired(self, goals: Sequence[bytes]) -> None:
-        """Forget results that have been kept for long enough."""
+        """Remove results whose time has expired."""
         with self._lock:
             for goal in goals:
                 self._results.pop(goal, None)
                 self._waiting.pop(goal, None)
 
-    # What the net answers.
+    # Called by the net.
 
     def _answer(self, header: Any, goal_id: Any, accepted: bool) -> None:
-        """Tell a client whether its goal is accepted; from the thread of the net."""
+        """Send the answer to a goal to its client; from the thread of the net."""
         if not self._is_open:
             return
         response = self._parts.SendGoalService.Response()
@@ -142,7 +143,7 @@ class GoalServer:
             LOG.error("a request to cancel goals of %s is not answered: %s", self._port.action, error)
 
     def restore(self, goals: Sequence[KnownGoal]) -> None:
-        """Know the goals of an earlier life again."""
+        """Restore the goals from before a restart."""
         for goal in goals:
             id = bytes_of(goal.message.id)
             self._server.accepted(ros_id(id))
@@ -157,7 +158,7 @@ class GoalServer:
         self._server.publish_feedback(bytes_of(goal), self._codecs.encode_feedback(goal, number, data))
 
     def finish(self, goal: str, outcome: OutcomeKind, data: Data) -> None:
-        """End a goal, and answer those who ask for its result."""
+        """End a goal, and respond to the clients that wait for its result."""
         id = bytes_of(goal)
         event, status = self._ends[outcome]
         response = self._parts.GetResultService.Response()
@@ -171,25 +172,25 @@ class GoalServer:
             self._server.respond("result", header, response)
 
     def close(self) -> None:
-        """Take the server down."""
+        """Destroy the server."""
         self._is_open = False
         self._server.destroy()
 
 
 class _Handle(NamedTuple):
-    """A goal that rcl knows; when it was accepted."""
+    """A goal registered in rcl, with the time when it was accepted."""
 
     goal: Any
     stamp: Any
 
 
 def _server_class() -> Any:
-    """Return the class of servers; rclpy is imported when there is one only."""
+    """Return the class of servers; rclpy is imported only if there is one."""
     from action_msgs.msg import GoalInfo, GoalStatus
     from rclpy.action.server import ActionServer, GoalEvent, RCLError, ServerGoalHandle
     from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
-    action_server: Any = ActionServer  # it has no types
+    action_server: Any = ActionServer  # without type hints
 
     class Server(action_server):  # type: ignore[misc]
         def __init__(self, node: Any, interface: Any, port: ActionServerPort, owner: GoalServer) -> None:
@@ -239,14 +240,14 @@ def _server_class() -> Any:
                 return self._handle.process_cancel_request(request, kind)
 
         def accepted(self, goal_id: Any) -> _Handle:
-            """Have rcl know a goal; one that it knows stays as it is."""
+            """Register a goal in rcl; if it is known, nothing changes."""
             goal = bytes(goal_id.uuid)
             if goal not in self._known:
                 info = GoalInfo(goal_id=goal_id, stamp=self._node.get_clock().now().to_msg())
                 with self._lock:
                     handle = ServerGoalHandle(self, info, None)
                 self._known[goal] = _Handle(handle, info.stamp)
-                self._goal_handles[goal] = handle  # rcl asks how many there are
+                self._goal_handles[goal] = handle  # rcl asks for their number
             return self._known[goal]
 
         def begin(self, goal: bytes) -> None:
@@ -270,7 +271,7 @@ def _server_class() -> Any:
                 handle.goal.publish_feedback(feedback)
 
         def respond(self, kind: str, header: Any, response: Any) -> None:
-            """Answer a client that sent a goal, asked to cancel some, or asked for a result."""
+            """Respond to a client that sent a goal, a cancel request or a result request."""
             try:
                 getattr(self._handle, f"send_{kind}_response")(header, response)
             except RCLError:

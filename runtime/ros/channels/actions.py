@@ -1,4 +1,4 @@
-"""The actions of a ROS node: both ends of goals, through `rclpy.action`."""
+"""The action clients and action servers of a ROS node, through `rclpy.action`."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ class GoalCarrier:
         self._goal_codecs: dict[ActionPort, ActionCodecs] = {}
 
     def open_goals(self, node: Any, ports: Ports, codecs: Codecs, receiver: Receiver, timeout: float) -> None:
-        """Make clients and servers.
+        """Create clients and servers.
 
         Parameters
         ----------
         node : rclpy.node.Node
             The ROS node.
         ports : Ports
-            Theirs.
+            Ports with the actions.
         codecs : Codecs
-            Of all ports.
+            Codecs of all ports.
         receiver : Receiver
-            Told of goals.
+            Receives the events of goals.
         timeout : float
-            Seconds that an answer to a goal or a request to cancel may take.
+            Seconds that the answer to a goal or a cancel request may take.
 
         Raises
         ------
@@ -64,12 +64,12 @@ class GoalCarrier:
                 self._goal_clients[client] = GoalClient(node, client, found, receiver, timeout)
 
     def check_goal(self, port: ActionPort, part: str) -> Check | None:
-        """Return what raises for data that cannot be sent: for a server, of the part that is named."""
+        """Return a function that raises for data that cannot be sent; `part` names the part of a server."""
         codec = getattr(self._goal_codecs[port], part or "goal")
         return None if codec is None else codec.check
 
     def close_goals(self) -> None:
-        """Take clients and servers down."""
+        """Destroy clients and servers."""
         ends: list[GoalClient | GoalServer] = [*self._goal_clients.values(), *self._goal_servers.values()]
         for end in ends:
             end.close()
@@ -77,15 +77,15 @@ class GoalCarrier:
         self._goal_servers.clear()
 
     def restore_goals(self, port: ActionServerPort, goals: Sequence[KnownGoal]) -> None:
-        """Know the goals of an earlier life again."""
+        """Restore the goals from before a restart."""
         self._goal_servers[port].restore(goals)
 
     def send_goal(self, port: ActionClientPort, message: Message) -> None:
-        """Send a goal, as soon as its server is there; that nobody answers is told to the receiver."""
+        """Send a goal once its server is available; the receiver is notified if there is no answer."""
         self._goal_clients[port].send(message)
 
     def follow_goal(self, port: ActionClientPort, message: Message) -> None:
-        """Ask for the result of a goal of an earlier life."""
+        """Ask for the result of a goal that was sent before a restart."""
         self._goal_clients[port].send(message, is_accepted=True)
 
     def cancel_goal(self, port: ActionClientPort, goal: str) -> None:
@@ -97,5 +97,5 @@ class GoalCarrier:
         self._goal_servers[port].feedback(goal, number, data)
 
     def finish_goal(self, port: ActionServerPort, goal: str, outcome: OutcomeKind, data: Data) -> None:
-        """End a goal, and send its result to those who ask for it."""
+        """End a goal, and send its result to the clients that wait for it."""
         self._goal_servers[port].finish(goal, outcome, data)

@@ -1,9 +1,9 @@
-"""Says on ROS what nodes cannot say themselves: that their process is gone.
+"""Publishes on ROS that the process of a node has ended, which the node itself cannot do.
 
-A supervisor starts it where a node has failed: ``python -m dineros.runtime.ros.channels.announcer``, and
-writes a line of JSON for each thing to say: ``{"topic": "/cell/arm/state", "text": "..."}``. It is latched
-until a line without ``text`` takes it back, because the node runs again and speaks for itself, or until the
-input ends.
+A supervisor starts ``python -m dineros.runtime.ros.channels.announcer`` after a node has failed, and writes
+one line of JSON for each announcement: ``{"topic": "/cell/arm/state", "text": "..."}``. The text is latched
+until a line without ``text`` withdraws it, because the node runs again and publishes its own state, or until
+the input ends.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from dineros.runtime.ros.channels.quality import reliable_quality
 from dineros.runtime.ros.process.session import Session
 
 _PATIENCE = 2.0
-"""Seconds that those who listen have to get the last word."""
+"""Seconds for subscribers to receive the last message."""
 
 
 def announce(lines: Iterable[str], session: Session) -> None:
-    """Do as the lines say, until there are no more."""
+    """Publish and withdraw according to the lines, until there are no more."""
     from rclpy.duration import Duration
     from std_msgs.msg import String
 
@@ -47,8 +47,8 @@ def announce(lines: Iterable[str], session: Session) -> None:
 
 
 def main() -> int:
-    """Announce what stdin says; return the exit status."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the end of the input ends it
+    """Publish according to stdin; return the exit status."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends at the end of its input
     try:
         session = Session(f"dineros_supervisor_{os.getpid()}")
     except DinerosError as error:

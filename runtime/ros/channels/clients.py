@@ -1,10 +1,10 @@
-"""The clients of a node: the requests under way, each with a time-out.
+"""The service clients of a ROS node: requests under way, each with a time-out.
 
-A request whose server never answers would leave a future that never completes: the queues of a busy server
-drop requests, and nobody is told. Here the node is told, and asks again with the same id. What it asked
-before stands: the response to any of its attempts counts, and the first that comes is handed on at once, also
-while the node pauses before it asks again. A server that takes longer than the time-out would never get its
-response through otherwise, where it knows nothing of ids.
+If a server never responds, the future of rclpy never completes: queues of a busy server drop requests without
+notice. Here the node is notified of the time-out, and sends the request again with the same id. Earlier
+attempts stay valid: the first response to any attempt is delivered at once, even while the node waits before
+the next attempt. Otherwise a server without ids that takes longer than the time-out could never deliver its
+response.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from dineros.runtime.ros.process.clocks import Alarm
 from dineros.runtime.ros.process.session import LOG, RosError
 
 FIRST_LOOK, LAST_LOOK = 0.05, 0.5
-"""Seconds between looks for a server that is not there yet: the first, doubled up to the last.
+"""Seconds between checks for a missing server: the first delay, doubled up to the second.
 
-ROS tells rclpy of no services that come.
+ROS does not notify rclpy of new services.
 """
 
 KEPT_ATTEMPTS = 64
-"""Attempts of a request whose responses count: the first one, and the last ones."""
+"""Attempts of a request whose responses are accepted: the first one, and the last ones."""
 
 
 @dataclass(eq=False)
@@ -40,11 +40,11 @@ class _PendingCall:
     Attributes
     ----------
     deadline : float or None
-        When its time is over; None: it is, and the node knows.
+        Time of the time-out; None: it has timed out, and the node was notified.
     attempts : list
-        The futures of its responses.
+        The futures of the responses, one for each attempt.
     look : float
-        Seconds until the next look for its server; 0: it has been sent since it was last asked for.
+        Seconds until the next check for its server; 0: the current attempt has been sent.
     """
 
     message: Message
@@ -66,16 +66,16 @@ class _RosClient:
 class Clients:
     """The service clients of a ROS node.
 
-    Nothing wakes the node while no request is under way.
+    While no request is under way, they never wake the node.
 
     Parameters
     ----------
     node : rclpy.node.Node
         The ROS node.
     receiver : Receiver
-        Told of responses and time-outs.
+        Receives responses and time-outs.
     timeout : float
-        Seconds that a request may take.
+        Time-out of a request, in seconds.
     """
 
     def __init__(self, node: Any, receiver: Receiver, timeout: float) -> None:
@@ -87,14 +87,14 @@ class Clients:
         self._alarm: Alarm | None = None
 
     def add(self, port: ClientPort, codecs: Codecs) -> Codec:
-        """Make the client of a port, and return the codec of its requests.
+        """Create the client of a port, and return the codec of its requests.
 
         Raises
         ------
         RosError
-            ROS refuses its name.
+            ROS refuses its service name.
         InterfaceError
-            Its interface is not installed, or does not fit the model.
+            The interface is not installed, or does not fit the model.
         """
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
@@ -117,7 +117,7 @@ class Clients:
         return requests
 
     def request(self, port: ClientPort, message: Message) -> None:
-        """Send a request, now or when its server is there; once more if it is under way."""
+        """Send a request once its server is available; if it is under way, send it again."""
         client = self._clients[port.channel, port.client]
         now = time.monotonic()
         with self._lock:
@@ -128,7 +128,7 @@ class Clients:
         self._look_in_time(call, now)
 
     def forget(self, port: ClientPort, message_id: str) -> None:
-        """Wait for the response to a request no longer."""
+        """Stop waiting for the response to a request."""
         client = self._clients[port.channel, port.client]
         with self._lock:
             call = client.calls.pop(message_id, None)
@@ -161,11 +161,11 @@ class Clients:
         if response.id not in ("", call.message.id):
             self._receiver.request_failed(client.port, call.message.id, "the response has another id")
             return
-        # Servers that know nothing of DiNeROS give no ids back; the future knows which request it was.
+        # Servers without DiNeROS return no ids; the future identifies the request.
         self._receiver.response_arrived(client.port, Message(response.id or call.message.id, response.data))
 
     def _look_in_time(self, call: _PendingCall, now: float) -> None:
-        """Have the alarm go off when there is something to do for a request, if not before."""
+        """Set the alarm to the next time at which a request needs an action, unless it is earlier already."""
         due = call.deadline
         if due is not None and call.look:
             due = min(due, now + call.look)
@@ -174,7 +174,7 @@ class Clients:
                 self._alarm.set(due)
 
     def _look(self) -> None:
-        """Send what waited for a server, tell of what took too long; then sleep as long as possible."""
+        """Send requests that waited for a server, report time-outs; then sleep as long as possible."""
         now = time.monotonic()
         with self._lock:
             if self._alarm is not None:
@@ -199,7 +199,7 @@ class Clients:
             return [(client, call) for client in self._clients.values() for call in client.calls.values()]
 
     def _tell(self, client: _RosClient, call: _PendingCall, reason: str) -> None:
-        """Tell the node that the time of a request is over; a response still counts."""
+        """Report the time-out of a request to the node; a later response is still accepted."""
         with self._lock:
             if client.calls.get(call.message.id) is not call:
                 return
@@ -208,12 +208,12 @@ class Clients:
         self._receiver.request_failed(client.port, call.message.id, reason)
 
     def _forget(self, client: _RosClient, call: _PendingCall) -> None:
-        """Wait for no response to a request any more."""
+        """Stop waiting for any response to a request."""
         for future in call.attempts:
             client.entity.remove_pending_request(future)
 
     def close(self) -> None:
-        """Take the clients down; nothing is told any more."""
+        """Destroy the clients; no further events are reported."""
         with self._lock:
             for client in self._clients.values():
                 client.calls.clear()

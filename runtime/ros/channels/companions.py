@@ -1,13 +1,14 @@
-"""Ids for messages of existing ROS types: announced on a companion topic, since they have no field for one.
+"""Ids for messages of existing ROS types: announced on a companion topic, since the types have no id field.
 
-The companion of a topic ``/fleet/arrivals`` is ``/fleet/arrivals/_messages``, that of a service ``/power``
-is ``/power/_requests``; ROS hides names with an underscore. Whoever sends a message announces it there first:
-its id, and the message itself as it is serialised. Programs that know nothing of DiNeROS see the same
-messages as ever, each once.
+The companion of a topic ``/fleet/arrivals`` is ``/fleet/arrivals/_messages``, that of a service ``/power`` is
+``/power/_requests``; ROS hides names with an underscore. A sender first announces a message on the companion
+topic, with its id and the serialised message, and then sends it. Programs without DiNeROS receive the same
+messages as without companions, each once.
 
-Subscribers of DiNeROS take the announced messages, which are kept for them and come again like messages of a
-type of its own, and pass over the copies on the topic itself; what nobody has announced, a stranger sent.
-Servers take the requests themselves, since the response goes back to them, with the ids that were announced.
+Subscribers of DiNeROS take the announced messages, which are kept and repeated for them like messages of a
+generated type, and skip the copies on the topic itself; a message without announcement comes from another
+program. Servers take the requests themselves, since the response goes back to the sender, and assign the
+announced ids.
 """
 
 from __future__ import annotations
@@ -31,21 +32,21 @@ from dineros.runtime.ros.process.clocks import steady_timer
 Result = TypeVar("Result")
 
 MESSAGES, REQUESTS = COMPANIONS
-"""Last part of the names of companions, of topics and of services."""
+"""Last part of the names of companions: of topics and of services."""
 
 SHORT_PATIENCE, LONG_PATIENCE = 0.2, 5.0
-"""Seconds that a message waits for its announcement: where strangers send, too, and where all announce."""
+"""Seconds that a message waits for its announcement: if other programs send too, and if all announce."""
 
 PERIOD = 0.05
-"""Seconds between looks at messages that wait."""
+"""Seconds between checks of waiting messages."""
 
 
 class AnnouncementError(DinerosError):
-    """What came on a companion topic announces nothing."""
+    """A message on a companion topic is not a valid announcement."""
 
 
 class Announcement(NamedTuple):
-    """What is said of a message.
+    """The announcement of a message.
 
     Attributes
     ----------
@@ -54,8 +55,8 @@ class Announcement(NamedTuple):
     content : bytes
         The message, serialised.
     number : int
-        Which message of its sender it is on the topic or service itself, from 1; 0: nothing follows there, it
-        was sent before.
+        Number of the message among those of its sender on the topic or service itself, from 1; 0: it is not
+        sent there now, because it was sent before.
     """
 
     id: str
@@ -74,7 +75,7 @@ def read_announcement(text: str) -> Announcement:
     Raises
     ------
     AnnouncementError
-        It is none.
+        The text is not a valid announcement.
     """
     try:
         match decode_json(text):
@@ -86,7 +87,7 @@ def read_announcement(text: str) -> Announcement:
 
 
 class Announcer:
-    """Announces the messages of a publisher or client. It is made before that is: nobody hears it earlier.
+    """Announces the messages of a publisher or client, and must be created before it.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ class Announcer:
     name : str
         The companion topic.
     limit : int
-        The limit of the queue that it accompanies.
+        The limit of the queue to which it belongs.
     """
 
     def __init__(self, node: Any, name: str, limit: int) -> None:
@@ -108,14 +109,14 @@ class Announcer:
         self._sent = 0
 
     def send(self, id: str, ros_message: Any, send: Callable[[Any], Result]) -> Result:
-        """Announce a message, and send it."""
+        """Announce a message, then send it with `send`."""
         self._announce(id, ros_message, self._sent + 1)
         result = send(ros_message)
-        self._sent += 1  # as the middleware counts: what it refuses has no number
+        self._sent += 1  # counts like the middleware: a refused message has no number
         return result
 
     def send_again(self, id: str, ros_message: Any) -> None:
-        """Say what was sent before: to those who hear announcements."""
+        """Announce a message that was sent before; only receivers of announcements get it."""
         self._announce(id, ros_message, 0)
 
     def _announce(self, id: str, ros_message: Any, number: int) -> None:
@@ -123,19 +124,19 @@ class Announcer:
         self._publisher.publish(self._interface(data=announcement.text()))
 
     def close(self) -> None:
-        """Take it down."""
+        """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
 
 class Arrival(NamedTuple):
-    """A message of the topic or service itself, and what `Listener` hands on with it."""
+    """A message of the topic or service itself, with the data that `Listener` passes on."""
 
     message: Message
     more: Any
 
 
 class Listener:
-    """Hears what is announced to a subscriber or server. It is made before that is: it misses nothing.
+    """Receives the announcements for a subscriber or server. Create it first, so that it misses none.
 
     Parameters
     ----------
@@ -144,24 +145,24 @@ class Listener:
     name : str
         The companion topic.
     limit : int
-        The limit of the queue that it accompanies.
+        The limit of the queue to which it belongs.
     interface : class
-        Of the messages.
+        Class of the messages.
     codec : Codec
         Decodes them.
     senders : callable
-        Tells how many there are on the topic or service itself.
+        Returns the number of senders on the topic or service itself.
     announced : callable
-        Called with each message that is announced, with what ROS says of its announcement, and whether
-        nothing follows on the topic or service itself.
+        Called with each announced message, with ROS's information about the announcement, and whether no
+        message follows on the topic or service itself.
     known : callable
-        Called with each message that comes itself, now with its id, and what came with it.
+        Called with each message of the topic or service that was announced, now with its id, and its data.
     strange : callable
-        Called with each message that nobody has announced, and what came with it.
+        Called with each message that was not announced, and its data.
     refused : callable
-        Called with what is wrong with an announcement.
+        Called with the error of an invalid announcement.
     group : rclpy.callback_groups.CallbackGroup, optional
-        Of all that calls it, one at a time.
+        Callback group of all these calls, which are made one at a time.
 
     Attributes
     ----------
@@ -191,7 +192,7 @@ class Listener:
 
         self._node, self._name, self._interface, self._decode = node, name, interface, codec.decode
         self._deserialise, self._senders = deserialize_message, senders
-        self._gone: type[Exception] = InvalidHandle  # what it says once it is closed
+        self._gone: type[Exception] = InvalidHandle  # raised after it was closed
         self._announced, self._strange, self._refused = announced, strange, refused
         depth = companion_depth(limit)
         self._recognition: Recognition[Arrival] = Recognition(
@@ -212,7 +213,7 @@ class Listener:
             id, content, number = read_announcement(announcement.data)
             parse_id(id)
             data = self._decode(self._deserialise(content, self._interface)).data
-        except Exception as error:  # anybody can say anything, and ROS raises what it likes
+        except Exception as error:  # announcements are untrusted, and ROS may raise any exception
             self._refused(error)
             return
         self._announced(Message(id, data), info, not number)
@@ -220,31 +221,31 @@ class Listener:
             self._recognition.announced(content_of(data, number), int(info["source_timestamp"]), id)
 
     def arrived(self, ros_message: Any, sent: int, number: int, more: Any) -> None:
-        """Take a message of the topic or service itself.
+        """Receive a message of the topic or service itself.
 
         Parameters
         ----------
         ros_message : object
             The message.
         sent : int
-            When it was sent, in nanoseconds.
+            Time of sending, in nanoseconds.
         number : int
-            Which one of its sender it is, from 1.
+            Its number among the messages of its sender, from 1.
         more : object
-            What comes with it.
+            Data passed on with the message.
         """
         arrival = Arrival(self._decode(ros_message), more)
         if self._recognition.is_idle and not self._subscription.get_publisher_count():
-            self._strange(arrival.message, more)  # nobody announces anything here
+            self._strange(arrival.message, more)  # no sender announces messages here
             return
         content = content_of(arrival.message.data, number)
-        self._catch_up()  # that of a sender that was killed must not take the place of its own
+        self._catch_up()  # the announcement of a killed sender must not be used for this message
         if not self._recognition.recognise(content, sent, arrival):
             self._recognition.hold(content, sent, arrival)
             self._look_later()
 
     def _catch_up(self) -> None:
-        """Hear what has been announced, and the executor has not come to yet."""
+        """Process announcements that have arrived but that the executor has not delivered yet."""
         subscription = self._subscription
         with suppress(self._gone), subscription.handle:
             while (taken := subscription.handle.take_message(subscription.msg_type, False)) is not None:
@@ -274,7 +275,7 @@ class Listener:
             timer.cancel()
 
     def close(self) -> None:
-        """Hear no more; what waits for its announcement comes no more."""
+        """Stop receiving; messages that wait for an announcement are discarded."""
         if self._timer is not None:
             self._node.destroy_timer(self._timer)
             self._timer = None

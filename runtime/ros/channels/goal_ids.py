@@ -1,4 +1,4 @@
-"""The ids of goals: texts in the net, bytes in tables, messages in ROS."""
+"""Conversions of goal ids: texts in the net, bytes in tables, messages in ROS."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any
 
 
 def text_of(goal_id: Any) -> str:
-    """Return a goal's id as the net has it.
+    """Return a goal id as text.
 
     Parameters
     ----------
     goal_id : unique_identifier_msgs.msg.UUID
-        As a message has it.
+        The id in a message.
     """
     return str(uuid.UUID(bytes=bytes(goal_id.uuid)))
 
@@ -23,7 +23,7 @@ def bytes_of(goal: str) -> bytes:
 
 
 def ros_id(goal: bytes) -> Any:
-    """Return a goal's id as messages have it."""
+    """Return a goal id as a ROS message."""
     from unique_identifier_msgs.msg import UUID
 
     return UUID(uuid=list(goal))

@@ -1,9 +1,10 @@
-"""A topic of which every reliable publisher is heard, and the last value of those that keep it.
+"""A topic with all reliable publishers, including the last value of transient-local ones.
 
-ROS joins a subscription and a publisher only where the publisher offers what the subscription requests: one
-that requests transient local, to get what was published before, does not match a publisher with the default
-quality of service. So there is a volatile subscription for all, and one for what transient-local publishers
-have kept, from the start: they may be gone soon. What they publish live comes by both, and counts once.
+ROS connects a subscription only to publishers that offer the requested quality of service. A subscription
+that requests transient local, to get earlier messages, does not match a publisher with the default quality.
+So there are two subscriptions from the start: a volatile one for all publishers, and one for the kept
+messages of transient-local publishers, which may end soon. New messages of the latter arrive at both and
+count once.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any
 from dineros.runtime.ros.channels.quality import reliable_quality
 
 KEPT = 128
-"""Messages that are remembered, so that none counts twice; more than both histories hold."""
+"""Number of messages remembered to detect copies; more than both histories hold."""
 
 
 class LatchedTopic:
@@ -40,9 +41,10 @@ class LatchedTopic:
         self._heard = heard
         self._lock = threading.Lock()
         self._messages: dict[tuple[int, int], None] = {}
-        self._newest = 0  # when the last message that came by the volatile subscription was sent
-        # That most publishers do not match the second one is as it should be, and nothing to warn of; what
-        # else there is to say of a publisher, the first one says. Events cost time at each message.
+        self._newest = 0  # sending time of the last message of the volatile subscription
+        # Most publishers do not match the second subscription, which is expected and needs no warning; the
+        # first one
+        # reports other problems of a publisher. Events cost time at each message.
         no_events = SubscriptionEventCallbacks(use_default_callbacks=False)
         self._subscriptions = [
             node.create_subscription(interface, topic, self._arrived_live, reliable_quality()),
@@ -62,7 +64,7 @@ class LatchedTopic:
         self._arrived(message, info, is_live=False)
 
     def _arrived(self, message: Any, info: Any, *, is_live: bool) -> None:
-        """Hand a message on, unless it or a later one came by the other subscription."""
+        """Deliver a message, unless the other subscription has delivered it or a later one."""
         sent = int(info["source_timestamp"])
         key = sent, int(info["publication_sequence_number"])
         with self._lock:
@@ -76,7 +78,7 @@ class LatchedTopic:
             self._heard(message)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._subscriptions.clear()

@@ -21,15 +21,15 @@ class Parameter:
     name : str
         Its name in ROS.
     default : bool, int, float or str
-        Its value where nobody sets it; the type of all its values.
+        Its default value, which also determines the type.
     description : str
         What it does.
     least, most : int or float, optional
         Its range, for numbers.
     is_any : bool
-        Whether a value of another type is taken as well.
+        Whether values of other types are accepted, too.
     is_fixed : bool
-        Whether it can be set at the start only.
+        Whether it can be set only at the start.
     """
 
     name: str
@@ -123,7 +123,7 @@ def stale_parameters(signals: Mapping[str, Sequence[str]]) -> dict[str, tuple[Pa
 
 
 def subscriber_parameters(channels: Iterable[str]) -> dict[str, Parameter]:
-    """Return the parameter for the expected subscribers of each published topic, by the channel's id."""
+    """Return the parameter for the number of expected subscribers of each published topic, by channel id."""
     return {
         id: Parameter(
             f"expected_subscribers.{name}",
@@ -154,12 +154,12 @@ def period_parameters(timers: Iterable[tuple[str, float]]) -> dict[str, Paramete
 def declare(node: Any, parameter: Parameter) -> Any:
     """Declare a parameter of a ROS node and return its value.
 
-    An integer is taken for a number: `5` for `5.0`, as nobody writes the point on a command line.
+    An integer is accepted for a floating-point number: `5` for `5.0`, as usual on a command line.
 
     Raises
     ------
     RosError
-        It was given a value that is out of range or of another type.
+        Its value is out of range or of another type.
     """
     from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
     from rclpy.exceptions import InvalidParameterTypeException, ParameterException
@@ -194,7 +194,7 @@ def declare(node: Any, parameter: Parameter) -> Any:
 
 
 def _integer(node: Any, parameter: Parameter) -> float | None:
-    """Return the integer that a parameter was given where it takes numbers; None: it does not, or was not."""
+    """Return the integer value of a floating-point parameter; None: its value is not an integer."""
     from rcl_interfaces.msg import ParameterDescriptor
 
     if not isinstance(parameter.default, float):

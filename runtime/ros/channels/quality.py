@@ -1,7 +1,7 @@
-"""Quality of service: what the model says of a port, as rclpy wants it.
+"""Quality of service of a port as rclpy needs it.
 
-The limit of a queue is the depth of the history that ROS keeps. Where it is full ROS overwrites the oldest
-message, the paper's queue drops the newest: as many tokens are lost, but not the same ones.
+The limit of a queue is the depth of its ROS history. A full ROS history overwrites the oldest message, the
+paper's queue drops the newest one: the number of lost tokens is the same, but not the tokens.
 """
 
 from __future__ import annotations
@@ -18,36 +18,36 @@ from dineros.metamodel.ros_names import resource_names, snake_case
 from dineros.runtime.nets.ports import PublisherPort, SubscriberPort
 
 SENDER_LIMIT = 256
-"""Senders whose messages are counted, those heard last."""
+"""Number of senders whose messages are counted; the most recent ones are kept."""
 
 SKIP_LIMIT = 1 << 20
-"""Messages that can be told lost at a restart of their publisher: greater gaps have been forged."""
+"""Maximum plausible number of messages lost at a restart of their publisher; larger gaps are forged ids."""
 
 SERVICE_DEPTH = 100
-"""Requests that wait for a callback, which takes them at once; ROS's 10 would lose some of a burst."""
+"""Requests that wait for their callback, which takes them at once; ROS's default of 10 would lose bursts."""
 
 KEPT_BY_PUBLISHERS = 10
-"""Messages that a publisher is taken to keep where its subscriber keeps fewer: ROS's depth by default."""
+"""Assumed history depth of a publisher whose subscriber's history is smaller: the default of ROS."""
 
 
 def most_known(limit: int, seen: Mapping[str, int]) -> int:
-    """Return how many messages that a subscriber has seen in an earlier life are sent to it again, at most.
+    """Return the most messages, already received before a restart, that are sent to a subscriber again.
 
-    Publishers that continue send what they keep, as they cannot know what was taken. All of it comes at once,
-    so that a history of the port's depth would lose what is new for what is known.
+    Publishers that continue send all messages that they keep, since they do not know which were received.
+    These arrive at once, so a history of only the port's depth would lose new messages to known ones.
 
     Parameters
     ----------
     limit : int
-        Depth of the subscriber's history; how deep those of its publishers are is not known here.
+        Depth of the subscriber's history; the depths of its publishers are not known here.
     seen : mapping of str to int
-        Of each sender, the number of the last message.
+        For each sender, the number of its last message.
     """
     return sum(min(number, max(limit, KEPT_BY_PUBLISHERS)) for number in seen.values())
 
 
 def topic_quality(port: PublisherPort | SubscriberPort, known: int = 0) -> Any:
-    """Return the QoS profile of a port; its history has room for messages that are known, besides."""
+    """Return the QoS profile of a port; its history has additional room for known messages."""
     from rclpy.duration import Duration
     from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 
@@ -60,7 +60,7 @@ def topic_quality(port: PublisherPort | SubscriberPort, known: int = 0) -> Any:
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=max(1, port.limit + known),
-        # The model's words are ROS's, in another case.
+        # The values of the model are those of ROS, written differently.
         reliability=ReliabilityPolicy[snake_case(quality.reliability).upper()],
         durability=DurabilityPolicy[snake_case(quality.durability).upper()],
         liveliness=LivelinessPolicy[snake_case(quality.liveliness).upper()],
@@ -71,7 +71,7 @@ def topic_quality(port: PublisherPort | SubscriberPort, known: int = 0) -> Any:
 def overriding_options(port: PublisherPort | SubscriberPort) -> Any:
     """Let parameters such as ``qos_overrides.TOPIC.publisher_PLACE.depth`` change the quality of a port.
 
-    All of it that matters for whether it matches others, and what else the model says of it.
+    This covers all policies that decide whether two ends match, and the others that the model sets.
     """
     from rclpy.qos import QoSPolicyKind as Kind
     from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -89,14 +89,14 @@ def overriding_options(port: PublisherPort | SubscriberPort) -> Any:
 
 
 def reliable_quality(depth: int = 10, *, is_kept: bool = False) -> Any:
-    """Return the QoS profile of a topic or service on which nothing is lost on the way.
+    """Return the QoS profile of a topic or service that loses no message in transit.
 
     Parameters
     ----------
     depth : int
-        Of its history; the usual one is that of ROS.
+        Depth of its history; by default that of ROS.
     is_kept : bool
-        Whether who comes later gets what was published before.
+        Whether late subscribers get earlier messages.
     """
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
@@ -105,41 +105,43 @@ def reliable_quality(depth: int = 10, *, is_kept: bool = False) -> Any:
 
 
 def companion_depth(limit: int) -> int:
-    """Return the depth of a companion topic: what waits on the topic itself is always announced."""
+    """Return the depth of a companion topic, sufficient for all messages that wait on the topic itself."""
     return 2 * max(1, limit) + 16
 
 
 class LossCounter:
-    """Counts the messages of a topic that did not come.
+    """Counts the lost messages of a topic.
 
-    Each publisher numbers its messages from 1, and rclpy tells the number; whose message it is tells its id.
-    What was sent before this node came, or while it was down, is lost to it as well.
+    Each publisher numbers its messages from 1, and rclpy reports the number; the id of a message identifies
+    its sender. Messages sent before this node started, or while it was down, also count as lost.
 
-    Ids are only text, and anybody can publish. So what an id says is believed as far as it fits: there are
-    no more senders than publishers, the numbers of a sender's ids keep step with those of its publisher,
-    and a sender whose earlier publisher continues has not begun again.
+    Ids are untrusted text, since any program can publish. So an id is believed only as far as it is
+    plausible: there are no more senders than publishers, the numbers in a sender's ids advance with those of
+    its publisher, and a sender whose earlier publisher continues has not restarted.
 
     Parameters
     ----------
     seen : mapping of str to int, optional
-        Of each sender (a message's id without its number), the number of the last message of an earlier life.
+        For each sender (a message id without its number), the number of its last message before a restart.
     """
 
     def __init__(self, seen: Mapping[str, int] | None = None) -> None:
-        # Of each sender: its publisher's number of the last message, that of the id, the highest of its ids.
+        # For each sender: the publisher's number of its last message, the number in that id, its highest
+        # number.
         self._last: dict[str, tuple[int, int, int]] = {
             sender: (0, number, number) for sender, number in (seen or {}).items()
         }
         self._heard: dict[str, None] = {}
-        # Of senders that seem to have begun again: the numbers of their earlier publishers.
+        # For senders that seem to have restarted: the numbers of their earlier publishers.
         self._before: dict[str, tuple[int, int]] = {}
         self._contested: dict[str, None] = {}
 
     def lost_at_restart(self, message_id: str, sequence: int) -> int:
-        """Return how many messages of a publisher that began again are missing before this one.
+        """Return how many messages of a restarted publisher are missing before this one.
 
-        It publishes again what its queue held, so that its ids continue without a gap, unless more was under
-        way than the queue holds. To be asked before `lost_before`, which counts the gaps of its numbers.
+        The publisher sends the messages in its queue again, so its ids continue without a gap, unless more
+        messages were under way than the queue holds. Call it before `lost_before`, which counts gaps of its
+        numbers.
         """
         with contextlib.suppress(MessageIdError):
             sender, number = parse_id(message_id) or ("", 0)
@@ -157,12 +159,12 @@ class LossCounter:
         Parameters
         ----------
         message_id : str
-            Its id; empty where the publisher gives none.
+            Its id; empty if the publisher gives none.
         sequence : int
             Its number among the messages of its publisher.
         publishers : callable
-            Tells how many publishers there are: without ids, several cannot be told apart, and nothing is
-            counted; and there are no more senders.
+            Returns the number of publishers. Without ids, several publishers cannot be distinguished, so
+            nothing is counted; and there cannot be more senders than publishers.
         """
         try:
             sender, number = parse_id(message_id) or ("", 0)
@@ -170,9 +172,9 @@ class LossCounter:
             return 0
         is_known = sender in self._last
         last, last_number, highest = self._last.pop(sender, (0, 0, 0))
-        # A publisher that began again may send again what came before. What keeps step with neither it nor
-        # its
-        # predecessor is another one that uses its ids.
+        # A restarted publisher may send earlier messages again. A message that fits neither this publisher
+        # nor its
+        # predecessor comes from another one that uses its ids.
         is_step = sequence <= last or not last or number - last_number == sequence - last
         self._contest(sender, sequence, number, (last, last_number))
         self._last[sender] = (sequence, number, max(highest, number) if is_step else highest)
@@ -187,14 +189,14 @@ class LossCounter:
             return missing if last and publishers() == 1 else 0
         skipped = number - highest - 1
         if not is_step or (missing > skipped and (last or not is_known)):
-            return 0  # a publisher counts what it numbers: this is another one that uses its ids
+            return 0  # a publisher counts its messages: another one uses its ids
         if not is_known and len(self._heard) > publishers():
-            return 0  # a publisher has one sender: some of them are made up
-        # A publisher that began again counts again, and may be ahead of its predecessor; the ids continue.
+            return 0  # a publisher has one sender: some senders are forged
+        # A restarted publisher counts from 1, and may be ahead of its predecessor; the ids continue.
         return max(0, min(missing, skipped))
 
     def _contest(self, sender: str, sequence: int, number: int, last: tuple[int, int]) -> None:
-        """Note a sender that seems to have begun again, and one whose earlier publisher still continues."""
+        """Record a sender that seems to have restarted, and one whose earlier publisher still continues."""
         before = self._before.get(sender)
         if before is not None and sequence - before[0] == number - before[1] > 0:
             del self._before[sender]
@@ -204,26 +206,27 @@ class LossCounter:
 
 
 class FillMeter:
-    """Tells how full the history of a subscription was, which rclpy cannot be asked for.
+    """Determines the fill level of a subscription's history, which rclpy does not report.
 
-    With each message comes when the middleware received it. Those that were taken after that moment waited
+    Each message has the time when the middleware received it. Messages taken after that time were waiting
+    when it arrived. So the fill level is known exactly, but only afterwards.
     when it came, so that the fill is known exactly, if only in hindsight.
 
     Parameters
     ----------
     depth : int
-        Of the history.
+        Depth of the history.
     """
 
     def __init__(self, depth: int) -> None:
         self._taken: deque[int] = deque(maxlen=max(1, depth))
         self._most = 0
         self.waited = 0.0
-        """Seconds that the message that was taken last had waited."""
+        """Seconds that the message taken last had waited."""
 
     def took(self, received: int) -> None:
-        """Note that a message is taken now which was received then, in nanoseconds since the epoch."""
-        if received <= 0:  # a middleware that does not say
+        """Record that a message is taken now; `received`: its arrival, in nanoseconds since the epoch."""
+        if received <= 0:  # the middleware does not report it
             return
         self.waited = max(0.0, (time.time_ns() - received) / 1e9)
         waiting = 1 + len(self._taken) - bisect_right(self._taken, received)
@@ -232,6 +235,6 @@ class FillMeter:
             self._most = min(waiting, self._taken.maxlen or waiting)
 
     def most_since(self) -> int:
-        """Return how many messages waited at a time, at most, since this was asked last."""
+        """Return the most messages that waited at once since the last call."""
         most, self._most = self._most, 0
         return most

@@ -1,8 +1,8 @@
-"""Which messages of an existing ROS type were announced with an id, and which a stranger sent.
+"""Matches messages of an existing ROS type to their announcements, which have the ids.
 
-Whoever announces a message says which of its messages it is, as the middleware counts, and sends it right
-afterwards. Both tell when they were sent, by the clock of their sender: messages of equal content and number
-that are far apart are different ones, and those close together, of two senders, can stand for each other.
+An announcement contains the number of its message, as the middleware counts, and is sent right before it.
+Both have a time stamp of the sender's clock. Messages of equal content and number with distant times are
+different messages; with close times, from two senders, they are interchangeable.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from typing import Generic, NamedTuple, TypeVar
 from dineros.runtime.nets.ports import Data
 
 WINDOW = 2_000_000_000
-"""Nanoseconds between an announcement and its message, at most: a sender that was suspended in between."""
+"""Maximum time in nanoseconds from an announcement to its message: the sender may be suspended in between."""
 
 ANNOUNCEMENT_LIMIT = 1024
-"""Announcements whose messages have not come that are kept, at least."""
+"""Minimum number of announcements kept without their messages."""
 
 HELD_LIMIT = 1024
-"""Messages that wait for their announcement; strangers' are what comes beyond."""
+"""Maximum number of messages that wait for announcements; further ones count as not announced."""
 
 Item = TypeVar("Item")
 
 
 def content_of(data: Data, number: int) -> bytes:
-    """Return what is equal for messages of equal content that have the same number, each of its sender."""
+    """Return a key that is equal for messages of equal content and number, from any senders."""
     return hashlib.blake2b(json.dumps([number, data], sort_keys=True).encode(), digest_size=16).digest()
 
 
@@ -47,23 +47,23 @@ class _Held(NamedTuple, Generic[Item]):
 
 
 class Recognition(Generic[Item]):
-    """Tells the messages that come which of them were announced, and which were not.
+    """Finds out which arriving messages were announced.
 
-    The announcement of a message comes another way: mostly before it, at times after it. So a message that is
-    not known waits for a while; those of strangers keep their order.
+    The announcement of a message arrives on another topic, usually before the message, sometimes after it. So
+    a message without announcement waits for a while; messages that remain without one keep their order.
 
     Parameters
     ----------
     known : callable
-        Called with a message, or what stands for it, and its id.
+        Called with an announced message, or an object for it, and its id.
     strange : callable
-        Called with a message that nobody has announced.
+        Called with a message that was not announced.
     patience : callable
-        Tells how many seconds a message may wait for its announcement.
+        Returns how many seconds a message may wait for its announcement.
     limit : int
-        Announcements to keep, at least.
+        Minimum number of announcements to keep.
     clock : callable
-        Tells the time in seconds.
+        Returns the time in seconds.
     """
 
     def __init__(
@@ -92,11 +92,11 @@ class Recognition(Generic[Item]):
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing waits: no message, and no announcement."""
+        """Whether neither a message nor an announcement waits."""
         return not self._held and not self._announcements
 
     def announced(self, content: bytes, sent: int, id: str) -> None:
-        """Note an announcement, whose message may have come before it."""
+        """Record an announcement; its message may have arrived before."""
         nearest = min(
             (held for held in self._held if held.content == content),
             key=lambda held: abs(held.sent - sent),
@@ -121,7 +121,7 @@ class Recognition(Generic[Item]):
         return found
 
     def recognise(self, content: bytes, sent: int, item: Item) -> bool:
-        """Hand on a message that was announced; return whether it was."""
+        """Deliver a message that was announced; return whether it was."""
         number = min(
             self._by_content.get(content, ()),
             key=lambda number: abs(self._announcements[number].sent - sent),
@@ -133,12 +133,12 @@ class Recognition(Generic[Item]):
         return True
 
     def hold(self, content: bytes, sent: int, item: Item) -> None:
-        """Let a message wait for its announcement, if there can be one."""
+        """Let a message wait for its announcement, if one is possible."""
         self._held.append(_Held(content, sent, self._clock(), item))
         self.look()
 
     def look(self) -> None:
-        """Hand on those messages as strangers' that have waited long enough, in their order."""
+        """Deliver messages that have waited long enough as not announced, in order."""
         while self._held and (
             len(self._held) > HELD_LIMIT or self._clock() >= self._held[0].since + self._patience()
         ):

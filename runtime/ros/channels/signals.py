@@ -1,4 +1,4 @@
-"""The signals of a node in ROS: topics, services and parameters that set them, one by one or together."""
+"""Input signals in ROS: topics, services and parameters that set them, one by one or together."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from dineros.runtime.ros.channels.quality import reliable_quality
 from dineros.runtime.ros.process.session import RosError
 
 TOGETHER = f"~/{SIGNALS}"
-"""The topic that sets several signals at once, by JSON in a ``std_msgs/msg/String``: ``{"Red": true}``."""
+"""Topic that sets several signals in one step, by JSON in a ``std_msgs/msg/String``: ``{"Red": true}``."""
 
 WANTED = f"~/{SIGNALS_WANTED}"
-"""The latched topic on which a node that starts, or continues, asks for its signals: a JSON list of names."""
+"""Latched topic on which a starting or restarted node requests its signals: a JSON list of names."""
 
 
 class RosSignals:
-    """What sets the signals of a node in ROS, for as long as it is open.
+    """Sets the signals of a node from ROS while it is open.
 
     Parameters
     ----------
@@ -35,12 +35,12 @@ class RosSignals:
     signals : sequence of SignalPort
         The signals.
     receiver : Receiver
-        Whose signals they are.
+        The node with the signals.
 
     Raises
     ------
     RosError
-        A parameter has a value that it cannot have.
+        A parameter has an invalid value.
     """
 
     def __init__(self, node: Any, signals: Sequence[SignalPort], receiver: Receiver) -> None:
@@ -137,7 +137,7 @@ class RosSignals:
         self._closing.append(LatchedTopic(node, String, TOGETHER, heard).close)
 
     def _ask(self, node: Any, names: Sequence[str]) -> None:
-        """Tell whatever feeds the signals that all are wanted: they may have changed meanwhile."""
+        """Request all signals from their sources: they may have changed while the node was down."""
         from std_msgs.msg import String
 
         publisher = node.create_publisher(String, WANTED, reliable_quality(is_kept=True))
@@ -155,7 +155,7 @@ class RosSignals:
         self._source.accept()
 
     def close(self) -> None:
-        """Take the topics and services down; no signal is set any more."""
+        """Destroy the topics and services; no signal is set any more."""
         self._is_open = False
         for close in reversed(self._closing):
             close()

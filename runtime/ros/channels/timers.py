@@ -1,8 +1,7 @@
-"""The timers of a node's callbacks: those of rclpy, on the clock of the ROS node.
+"""The timers of a node's callbacks, as timers of rclpy on the clock of the ROS node.
 
-A timer of rclpy whose callback comes late continues at the next multiple of its period, and what it has
-missed is gone. Its callback only tells the node; whether the node has begun the one before is for the node to
-know.
+A timer of rclpy whose callback is late continues at the next multiple of its period; missed ticks are lost.
+The callback only notifies the node; the node knows whether it has begun the previous callback.
 """
 
 from __future__ import annotations
@@ -25,12 +24,12 @@ class RosTimers:
     timers : sequence of TimerPort
         The timers of its callbacks.
     ticked : callable
-        Told of each tick.
+        Called at each tick.
 
     Raises
     ------
     RosError
-        A parameter has a value that is not a period.
+        A parameter is not a valid period.
     """
 
     def __init__(self, node: Any, timers: Sequence[TimerPort], ticked: Callable[[TimerPort], None]) -> None:
@@ -41,7 +40,7 @@ class RosTimers:
         self._entities: list[Any] = []
 
     def start(self) -> None:
-        """Tick from now on."""
+        """Start the timers."""
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
         for timer, period in self._periods.items():
@@ -49,7 +48,7 @@ class RosTimers:
             self._entities.append(self._node.create_timer(period, tick, callback_group=group))
 
     def close(self) -> None:
-        """Tick no more."""
+        """Stop the timers."""
         for entity in self._entities:
             self._node.destroy_timer(entity)
         self._entities.clear()

@@ -1,7 +1,7 @@
 """A node's channels on ROS 2: topics, services and signals through rclpy.
 
-Callbacks hand over what came and return at once. A service's response is sent when the net has one, from
-whichever thread: as many requests are under way as the net has server instances.
+Callbacks deliver their data and return at once. The response of a service is sent when the net has one, from
+any thread: there can be as many requests under way as the net has server instances.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ from dineros.runtime.ros.process.session import LOG, Session, made_in_ros
 
 @dataclass(frozen=True)
 class _Outlet:
-    """A publisher, and what announces its messages where they have no field for an id."""
+    """A publisher, with the announcer of its messages if their type has no id field."""
 
     encode: Callable[[Message], Any]
     publisher: Any
@@ -60,17 +60,18 @@ class _Outlet:
 
 
 class RclpyTransport(GoalCarrier):
-    """Joins a node to ROS 2.
+    """Connects a node to ROS 2.
 
     Parameters
     ----------
     session : Session
         The ROS node to use; it stays open when the transport closes.
     seen : mapping, optional
-        What the node received in an earlier life, as in a checkpoint: ``CHANNEL/PLACE`` -> sender -> number.
+        Messages that the node received before a restart, as in a checkpoint: ``CHANNEL/PLACE`` -> sender ->
+        number.
     announces : bool
-        Whether messages of existing types get ids, which costs as much as the messages. A node that records
-        nothing sends none a second time, so that nobody needs them.
+        Whether messages of existing types get ids, which doubles the number of messages sent. A node without
+        a journal never sends a message again, so it needs no ids.
     """
 
     def __init__(
@@ -95,12 +96,12 @@ class RclpyTransport(GoalCarrier):
         self._meters: dict[SubscriberPort, FillMeter] = {}
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
-        """Make publishers, subscriptions, clients and services; wait for the subscribers that are expected.
+        """Create publishers, subscriptions, clients and services; wait for the expected subscribers.
 
         Raises
         ------
         RosError
-            ROS is not there or refuses a name, a quality of service or a parameter.
+            ROS is not available, or refuses a name, a quality of service or a parameter.
         InterfaceError
             A ROS interface is not installed, or does not fit the model.
         """
@@ -201,11 +202,11 @@ class RclpyTransport(GoalCarrier):
         group: Any,
         depth: int,
     ) -> Callable[[Any, Mapping[str, Any]], None]:
-        """Listen to what publishers announce; return what takes the messages of the topic.
+        """Listen to announcements of publishers; return the function that takes the messages of the topic.
 
-        Under the paper's rules, the announced messages are taken, which are kept for longer. Under those of
-        ROS 2, it is the topic's own, whose history has the depth of the model; they are only told by what is
-        announced.
+        Under the paper's rules, the announced messages are taken, since they are kept longer. Under the rules
+        of ROS 2, the messages of the topic itself are taken, whose history has the depth of the model;
+        announcements only provide their ids.
         """
         node, receiver = self._node, self._receiver
         topic, counter = node.resolve_topic_name(port.topic), LossCounter()
@@ -316,7 +317,7 @@ class RclpyTransport(GoalCarrier):
         service.send_response = keep
 
     def _await_subscribers(self, ports: Ports) -> None:
-        """Wait for the subscribers that are expected; they would never get what was published before."""
+        """Wait for the expected subscribers; a later subscriber would miss messages published before."""
         node = self._node
         limit = float(declare(node, DISCOVERY_TIMEOUT))
         parameters = subscriber_parameters(port.channel for port in ports.publishers)
@@ -336,12 +337,12 @@ class RclpyTransport(GoalCarrier):
         return int(self._publishers[port.channel, port.place].publisher.get_subscription_count())
 
     def start_timers(self) -> None:
-        """Let the timers tick; before, the node could not have begun their callbacks."""
+        """Start the timers; before this, the node could not begin their callbacks."""
         assert self._timers is not None
         self._timers.start()
 
     def publish(self, port: PublisherPort, message: Message) -> bool:
-        """Publish a message; ROS overwrites the oldest of a full queue, and the subscribers see the gap."""
+        """Publish a message; a full queue of ROS overwrites its oldest, and subscribers detect the gap."""
         outlet = self._publishers[port.channel, port.place]
         ros_message = outlet.encode(message)
         if outlet.announcer is None:
@@ -351,7 +352,7 @@ class RclpyTransport(GoalCarrier):
         return True
 
     def publish_again(self, port: PublisherPort, message: Message) -> None:
-        """Publish a message that was published before, for those who can tell by its id."""
+        """Publish a message that was published before, for receivers that recognise copies by the id."""
         outlet = self._publishers[port.channel, port.place]
         if outlet.announcer is not None:
             outlet.announcer.send_again(message.id, outlet.encode(message))
@@ -359,33 +360,33 @@ class RclpyTransport(GoalCarrier):
             outlet.publisher.publish(outlet.encode(message))
 
     def request(self, port: ClientPort, message: Message) -> None:
-        """Ask a service, as soon as it is there; a time-out is told to the receiver."""
+        """Send a request once its server is available; the receiver is notified of a time-out."""
         assert self._clients is not None
         self._clients.request(port, message)
 
     def forget(self, port: ClientPort, message_id: str) -> None:
-        """Wait for the response to a request no longer."""
+        """Stop waiting for the response to a request."""
         assert self._clients is not None
         self._clients.forget(port, message_id)
 
     def most_waiting(self, port: SubscriberPort) -> int:
-        """Return how full the history of a subscription was, at most, since this was asked last."""
+        """Return the most messages that waited at once in a subscription's history since the last call."""
         meter = self._meters.get(port)
         return 0 if meter is None else meter.most_since()
 
     def waited(self, port: SubscriberPort) -> float:
-        """Return for how many seconds the message that was taken last had waited in its history."""
+        """Return how many seconds the message taken last had waited in its history."""
         meter = self._meters.get(port)
         return 0.0 if meter is None else meter.waited
 
     def check(self, port: Port, part: str = "") -> Check | None:
-        """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
+        """Return a function that raises for data outside the ranges of the mapped ROS fields."""
         if isinstance(port, ActionPort):
             return self.check_goal(port, part)
         return self._checks[port]
 
     def close(self) -> None:
-        """Take the channels down; the receiver is called no more."""
+        """Destroy the channels; the receiver is not called any more."""
         self._is_open = False
         if self._clients is not None:
             self._clients.close()

@@ -1,1 +1,1 @@
-"""Tokens as ROS messages and back."""
+"""Conversion of tokens to ROS messages and back."""

@@ -1,4 +1,4 @@
-"""Which ROS interfaces the ports of a node use, and how tokens become their messages."""
+"""The ROS interfaces of a node's ports, and the conversion of tokens to their messages."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ from dineros.runtime.ros.conversion.messages import (
 
 @dataclass(frozen=True)
 class ActionCodecs:
-    """How the goals, results and feedback of an action become messages.
+    """Converts the goals, results and feedback of an action to messages and back.
 
     Attributes
     ----------
     interface : class
         The action's class.
     goal : Codec
-        Of goals.
+        Codec of goals.
     result, feedback : Codec or None
-        Of results and feedback; None: the node has no place for them.
+        Codecs of results and feedback; None: the node has no place for them.
     has_numbers : bool
-        Whether feedback has a number, as that of generated actions.
+        Whether feedback has a number, as in generated actions.
     """
 
     interface: Any
@@ -56,7 +56,7 @@ class ActionCodecs:
         return self.interface.Result() if self.result is None else self.result.encode(Message(goal, data))
 
     def decode_result(self, ros_message: Any) -> Data:
-        """Return what a result carries."""
+        """Return the data of a result message."""
         return {} if self.result is None else self.result.decode(ros_message).data
 
     def encode_feedback(self, goal: str, number: int, data: Data) -> Any:
@@ -68,7 +68,7 @@ class ActionCodecs:
         return made
 
     def decode_feedback(self, ros_message: Any) -> tuple[int, Data]:
-        """Return number and data of feedback."""
+        """Return number and data of a feedback message."""
         number = int(ros_message.number) if self.has_numbers else 0
         return number, {} if self.feedback is None else self.feedback.decode(ros_message).data
 
@@ -79,7 +79,7 @@ class Codecs:
     Parameters
     ----------
     ports : Ports
-        Model, token types and ports.
+        Model, token types and ports of the node.
     """
 
     def __init__(self, ports: Ports) -> None:
@@ -87,7 +87,7 @@ class Codecs:
         self._made: dict[str, tuple[Any, TokenCodec]] = {}
 
     def _token(self, place: str) -> tuple[Any, TokenCodec]:
-        """Return the class of the messages that the tokens of a place are, and their codec."""
+        """Return the message class for the tokens of a place, and their codec."""
         model, token_type = self._ports.model, self._ports.type_at(place)
         name = token_interface(model, token_type)
         if name not in self._made:
@@ -101,7 +101,7 @@ class Codecs:
         Raises
         ------
         InterfaceError
-            It is not installed, or does not fit the model.
+            The interface is not installed, or does not fit the model.
         """
         if port.type is None or port.type == self._ports.type_at(port.place).ros:
             return self._token(port.place)
@@ -114,7 +114,7 @@ class Codecs:
         Raises
         ------
         InterfaceError
-            It is not installed, or does not fit the model.
+            The interface is not installed, or does not fit the model.
         """
         if isinstance(port, ClientPort):
             request, response = port.request, port.response
@@ -137,7 +137,7 @@ class Codecs:
         Raises
         ------
         InterfaceError
-            It is not installed, or does not fit the model.
+            The interface is not installed, or does not fit the model.
         """
         if isinstance(port, ActionClientPort):
             goal, feedback = port.goal, port.feedback

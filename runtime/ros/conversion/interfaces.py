@@ -1,4 +1,4 @@
-"""Finding the Python classes of ROS interfaces by their names."""
+"""Loads the Python classes of ROS interfaces by name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dineros.metamodel.token_types.installed import COMMON, how_to_install
 
 
 class InterfaceError(DinerosError):
-    """A ROS interface is not there, or is not what the model needs."""
+    """A ROS interface is missing, or does not fit the model."""
 
 
 def load_interface(name: str) -> Any:
@@ -19,7 +19,7 @@ def load_interface(name: str) -> Any:
     Parameters
     ----------
     name : str
-        Such as ``std_msgs/msg/String``.
+        For example ``std_msgs/msg/String``.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def load_interface(name: str) -> Any:
             f"the package {package} has no {kind} {type_name}", hint=near_matches(type_name, known)
         )
     try:
-        # Loads the C library, which fails where the dynamic linker was not told of its folder.
+        # Loads the C library, which fails if the dynamic linker does not know its folder.
         found.__class__.__import_type_support__()
     except Exception as error:
         raise InterfaceError(

@@ -1,7 +1,7 @@
-"""Tokens as messages of existing ROS interfaces: the model maps their fields to those of tokens.
+"""Tokens as messages of existing ROS interfaces: the model maps fields of messages to fields of tokens.
 
-So a net talks to nodes that know nothing of it. Fields that no mapping names keep the interface's default on
-the way out, and the token's default on the way in. Messages have no field for an id: `companions` tell it.
+So a net can communicate with nodes without DiNeROS. Unmapped fields have the interface's default in sent
+messages, and the token's default in received ones. Messages have no id field; `companions` transfers the ids.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dineros.runtime.ros.conversion.messages import finite
 _INTEGERS = {f"{sign}int{size}": (sign, size) for sign in ("", "u") for size in (8, 16, 32, 64)}
 _KINDS = {"boolean": "boolean", "float": "number", "double": "number", "string": "text", "wstring": "text"}
 _KINDS |= dict.fromkeys(_INTEGERS, "integer") | {"octet": "octet"}
-# What carries what without loss of meaning; a number goes into an integer rounded.
+# Conversions without loss of meaning; a number is rounded if it is stored as an integer.
 _CARRIED = {("integer", "number"), ("number", "integer")}
 _SEQUENCE = re.compile(r"sequence<(.+?)(?:, (\d+))?>")
 _ARRAY = re.compile(r"(.+)\[(\d+)\]")
@@ -31,7 +31,7 @@ class ConversionError(InterfaceError):
 
 
 class _Step(NamedTuple):
-    """Part of a path: a field, perhaps an element of it, and what makes new elements."""
+    """A step of a path: a field, its index if it is an element, and a function that makes new elements."""
 
     name: str
     element: int | None
@@ -39,7 +39,7 @@ class _Step(NamedTuple):
 
 
 class _Type(NamedTuple):
-    """The type of a ROS field: of its elements, how many there are, and at most how many."""
+    """The type of a ROS field: the type of its elements, their fixed number, and their maximum number."""
 
     element: str
     is_list: bool
@@ -48,30 +48,30 @@ class _Type(NamedTuple):
 
 
 class _Path(NamedTuple):
-    """How to come to a field of a message; the last step is the field itself."""
+    """The path to a field of a message; the last step is the field itself."""
 
     steps: tuple[_Step, ...]
     type: _Type
 
 
 class MappedCodec:
-    """Converts tokens and messages of an existing ROS interface.
+    """Converts between tokens and messages of an existing ROS interface.
 
     Parameters
     ----------
     interface : class
-        The message's class, or that of a request or response.
+        Class of the message, or of a request or response.
     name : str
-        Name of the interface, for people.
+        Name of the interface, for messages.
     mappings : sequence of FieldMapping
-        Those of this part of the interface.
+        The mappings of this part of the interface.
     token_type : TokenType
-        What tokens carry.
+        Type of the tokens.
 
     Raises
     ------
     InterfaceError
-        A mapping names no field of the interface, or a field that cannot carry the token's field.
+        A mapping names a field that does not exist, or that cannot carry the token's field.
     """
 
     def __init__(
@@ -123,7 +123,7 @@ class MappedCodec:
                 raise ConversionError(f"{field.name} cannot be sent: {error}") from None
 
     def decode(self, ros_message: Any) -> Message:
-        """Return a ROS message as a token without id."""
+        """Return the token of a ROS message, without an id."""
         data = dict(self._defaults)
         for field, path, _ in self._mapped:
             value = _get(ros_message, path)
@@ -133,7 +133,7 @@ class MappedCodec:
 
 
 def _path(interface: Any, name: str, text: str) -> _Path:
-    """Find the field that a path such as ``poses[0].position.x`` names."""
+    """Return the path to the field in a text such as ``poses[0].position.x``."""
     steps = []
     names = text.split(".")
     for position, part in enumerate(names):
@@ -195,7 +195,7 @@ def _carries(type_: _Type, field: FieldType) -> bool:
 
 
 def _set(message: Any, path: _Path, value: Any) -> None:
-    """Put a value where a path leads, making the elements of sequences on the way."""
+    """Set the field at a path; missing elements of sequences are created."""
     *before, last = path.steps
     for step in before:
         inner = getattr(message, step.name)
@@ -219,7 +219,7 @@ def _lengthen(elements: Any, step: _Step) -> None:
 
 
 def _get(message: Any, path: _Path) -> Any:
-    """Return the value where a path leads; None where a sequence is shorter than that."""
+    """Return the value at a path; None: a sequence on the path is too short."""
     for step in path.steps:
         message = getattr(message, step.name)
         if step.element is not None:
@@ -230,7 +230,7 @@ def _get(message: Any, path: _Path) -> Any:
 
 
 def _converted(value: Value, type_: _Type, name: str) -> Any:
-    """Return the value of a token's field as a ROS field has it."""
+    """Return the value of a token's field as the value of a ROS field."""
     if not type_.is_list:
         return _value(value, type_.element, name)
     assert isinstance(value, list)
@@ -240,12 +240,12 @@ def _converted(value: Value, type_: _Type, name: str) -> Any:
 
 
 def _value(value: Value, ros_type: str, name: str) -> Any:
-    """Return a token's value as a ROS type has it; the message classes themselves check nothing."""
+    """Return a token's value as a value of a ROS type; the message classes themselves check nothing."""
     base, _, bound = ros_type.partition("<")
     kind = _KINDS[base]
     if kind == "text":
         limit = bound.rstrip(">").lstrip("=")
-        # Bounds count what the middleware stores: bytes of UTF-8, or units of UTF-16.
+        # Bounds are in units that the middleware stores: bytes of UTF-8, or units of UTF-16.
         length = len(str(value).encode("utf-16-le")) // 2 if base == "wstring" else len(str(value).encode())
         if limit and length > int(limit):
             unit = "characters" if base == "wstring" else "bytes"

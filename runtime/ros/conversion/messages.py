@@ -1,8 +1,8 @@
-"""Tokens as messages: of the interface package that is generated from the model, or installed ones.
+"""Tokens as messages: of the interface package generated from the model, or of installed packages.
 
-Every field of the token type is a field of the message. Generated messages have one more, the message's id;
-so have services whose tokens are installed messages. Values were checked before they come here: what a node
-sends by its engine, what it receives by the typed message.
+Each field of the token type is a field of the message. Generated messages also have the message's id; so have
+services whose tokens are installed messages. Values are already checked: values to send by the engine,
+received values by the typed message.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ ARRAY_CODES |= {"float32": "f", "float64": "d"}
 
 
 class Codec(Protocol):
-    """Turns messages of the net into ROS messages and back.
+    """Converts messages of the net to ROS messages and back.
 
     Attributes
     ----------
     check : callable or None
-        Raises an error for data that no ROS message can carry; None: every token can be sent.
+        Raises an error for data that no ROS message can carry; None: all tokens can be sent.
     """
 
     @property
@@ -61,16 +61,16 @@ def action_interface(model: str, channel: str) -> str:
 
 
 class TokenCodec:
-    """Converts tokens and their messages.
+    """Converts between tokens and their messages.
 
     Parameters
     ----------
     interface : class
         The message's class.
     model : str
-        Id of the system model, whose package holds the entries of maps.
+        Id of the system model; its package has the messages for entries of maps.
     token_type : TokenType
-        What tokens carry.
+        Type of the tokens.
     """
 
     def __init__(self, interface: Any, model: str, token_type: TokenType) -> None:
@@ -89,7 +89,7 @@ class TokenCodec:
         self._encoders = [(field.name, name, _encoder(field, model)) for field, name in fields]
         self._decoders = [(field.name, name, _decoder(field)) for field, name in fields]
 
-    check = None  # the fields of the message are those of the token
+    check = None  # message and token have the same fields
 
     def encode(self, message: Message) -> Any:
         """Return a token as a ROS message."""
@@ -103,7 +103,7 @@ class TokenCodec:
         return made
 
     def decode(self, ros_message: Any) -> Message:
-        """Return a ROS message as a token; that of an installed message has no id."""
+        """Return the token of a ROS message; an installed message has no id."""
         data: dict[str, Value] = {}
         for field, name, convert in self._decoders:
             value = getattr(ros_message, name)
@@ -112,10 +112,10 @@ class TokenCodec:
 
 
 class PartCodec:
-    """Converts tokens and the parts of a generated service or action.
+    """Converts between tokens and the parts of a generated service or action.
 
-    Each part holds a token. That of a service has the id where the token has none, as installed messages;
-    that of an action has none, since its goal has one.
+    Each part contains a token. A part of a service has an id if its token has none, because it is an
+    installed message; a part of an action has none, since the goal has an id.
 
     Parameters
     ----------
@@ -123,6 +123,7 @@ class PartCodec:
         The class of the part, such as the request or the feedback.
     token : TokenCodec
         Converts what it holds.
+    Converts the token in the part.
     """
 
     def __init__(self, interface: Any, token: TokenCodec) -> None:
@@ -133,7 +134,7 @@ class PartCodec:
     check = None
 
     def encode(self, message: Message) -> Any:
-        """Return a token as a part."""
+        """Return the part for a token."""
         made = self._interface()
         made.token = self._token.encode(message)
         if self._has_id:
@@ -141,15 +142,15 @@ class PartCodec:
         return made
 
     def decode(self, ros_message: Any) -> Message:
-        """Return a part as a token."""
+        """Return the token of a part."""
         message = self._token.decode(ros_message.token)
         return Message(ros_message.message_id, message.data) if self._has_id else message
 
 
 def finite(value: float) -> float:
-    """Return a number that a token can carry: the largest one for infinity, 0 if it is not a number.
+    """Return a number that a token can carry: the largest one for infinity, 0 for NaN.
 
-    Sensors say "nothing within reach" with infinity; JSON, and so a journal, cannot.
+    Sensors report "nothing in range" as infinity, which JSON, and therefore a journal, does not have.
     """
     if math.isfinite(value):
         return value
@@ -205,7 +206,7 @@ def _decoder(field: FieldType) -> _Conversion | None:
         return lambda value: {entry.key: single(entry.value) for entry in value}
     if field.kind != "list":
         return single
-    # Arrays of the standard library and of numpy both have `tolist`; those of bool, str and others are lists.
+    # Arrays of the standard library and of numpy have `tolist`; those of bool, str and others are lists.
     if single is None:
         return lambda value: value.tolist() if hasattr(value, "tolist") else list(value)
     return lambda value: [single(each) for each in (value.tolist() if hasattr(value, "tolist") else value)]

@@ -1,11 +1,11 @@
-"""An executor that does not pay at each message for what hardly ever happens.
+"""An executor without the cost of rare events at each message.
 
-rclpy puts together again what it waits for at each callback, and looks at each of its parts after it; what
-tells of publishers and subscribers that do not fit takes most of that time, since each of them has two such
-parts. All that follows from it is a warning in the log, which may come a little later.
+rclpy rebuilds its set of entities to wait for at each callback, and checks each of them afterwards. Most of
+that time is spent on events about publishers and subscriptions with incompatible quality of service, since
+each of them has two such events. Their only effect is a warning in the log, which may come a little later.
 
-After each callback rclpy wakes the executor, for other threads that may wait for the callback's group; where
-there is one thread, it wakes itself, and all is put together a second time for nothing.
+After each callback, rclpy wakes the executor for other threads that may wait for the callback's group. With a
+single thread, it wakes itself, and the set is rebuilt a second time for nothing.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from typing import Any
 from dineros.runtime.ros.process.clocks import steady_timer
 
 PERIOD = 2.0
-"""Seconds between two looks for misfits."""
+"""Seconds between two checks for incompatible qualities of service."""
 
 
 def calm_executor(context: Any) -> Any:
-    """Return a single-threaded executor that waits for misfits only while `hears_misfits` is set.
+    """Return a single-threaded executor that waits for incompatibility events only if `hears_misfits` is set.
 
-    Events that the developers have callbacks of their own for are always waited for.
+    It always waits for events for which the developers have registered their own callbacks.
     """
     from rclpy.event_handler import EventHandler
     from rclpy.executors import SingleThreadedExecutor
@@ -33,7 +33,7 @@ def calm_executor(context: Any) -> Any:
         hears_misfits = False
 
         def can_execute(self, entity: Any) -> bool:
-            """Return whether to wait for something."""
+            """Return whether to wait for an entity."""
             if type(entity) is EventHandler and not self.hears_misfits and _only_warns(entity):
                 return False
             return bool(can_execute(self, entity))
@@ -44,7 +44,7 @@ def calm_executor(context: Any) -> Any:
 
 
 def _spare_own_wakes(executor: Any) -> None:
-    """Let the thread that spins, once it is noted as `spinner`, wake it no more: it looks anyway."""
+    """Prevent the spinning thread, once set as `spinner`, from waking itself: it checks anyway."""
     executor.spinner = None
     guard = getattr(executor, "_guard", None)
     if guard is None:  # another version of rclpy
@@ -59,12 +59,12 @@ def _spare_own_wakes(executor: Any) -> None:
 
 
 def _only_warns(handler: Any) -> bool:
-    """Return whether an event has the callback that rclpy gives those who give none."""
+    """Return whether an event has the default callback of rclpy."""
     return getattr(handler.callback, "__module__", "") == "rclpy.event_handler"
 
 
 class Misfits:
-    """Looks from time to time for publishers and subscribers that do not fit.
+    """Checks periodically for publishers and subscriptions with incompatible quality of service.
 
     Parameters
     ----------
@@ -83,15 +83,15 @@ class Misfits:
         self.are_due = True
 
     def look(self) -> None:
-        """Let rclpy warn of all that is known now; on the thread that spins, when they `are_due`."""
+        """Let rclpy warn of all known incompatibilities; on the spinning thread, if they `are_due`."""
         self.are_due = False
         self._executor.hears_misfits = True
         try:
-            for _ in list(self._node.waitables):  # a callback each, if there is one at all
+            for _ in list(self._node.waitables):  # one callback each, if any
                 self._executor.spin_once(0.0)
         finally:
             self._executor.hears_misfits = False
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop checking."""
         self._node.destroy_timer(self._timer)

@@ -1,4 +1,4 @@
-"""The time that a node's net goes by: the machine's, or that of a simulation."""
+"""The time of a node's net: the machine's time, or that of a simulation."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ USE_SIM_TIME = "use_sim_time"
 
 
 class Clocks(TypedDict):
-    """What tells a net's time, and the machine's where that is another one, in seconds."""
+    """The clock of a net and, if different, that of the machine; both return seconds."""
 
     clock: Callable[[], float]
     steady: Callable[[], float] | None
 
 
 def clocks_of(node: Any) -> Clocks:
-    """Return what tells a net's time.
+    """Return the clocks of a net.
 
-    With the parameter `use_sim_time`, it is the time that passes on ``/clock``: firing intervals, time-outs
-    of handlers and delays all go by it. Where that goes back, as for a simulation that begins again, no time
-    has passed.
+    With the parameter `use_sim_time`, its time is that of ``/clock``: firing intervals, time-outs of handlers
+    and delays use it. If that time goes back, for example because the simulation restarts, the net's time
+    stands still.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def clocks_of(node: Any) -> Clocks:
 
 
 def hold_time_source(node: Any) -> None:
-    """Refuse to change `use_sim_time` later: what waits already waits for a time of the clock it began with.
+    """Refuse later changes of `use_sim_time`: running timers use the clock with which they began.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def hold_time_source(node: Any) -> None:
 
 
 def steady_timer(node: Any, seconds: float, action: Callable[[], None], group: Any = None) -> Any:
-    """Return a timer that goes by the machine's clock, also in a simulation.
+    """Return a timer with the machine's clock, even in a simulation.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def steady_timer(node: Any, seconds: float, action: Callable[[], None], group: A
     action : callable
         Called each time.
     group : rclpy.callback_groups.CallbackGroup, optional
-        By default one of its own.
+        By default a group of its own.
     """
     from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
     from rclpy.clock import Clock
@@ -85,14 +85,14 @@ def steady_timer(node: Any, seconds: float, action: Callable[[], None], group: A
 
 
 class Alarm:
-    """Wakes a node by the machine's clock when there is something to do, and lets it sleep until then.
+    """Wakes a node at a time of the machine's clock.
 
     Parameters
     ----------
     node : rclpy.node.Node
         The ROS node.
     ring : callable
-        Called when it goes off; it is silent from then on.
+        Called when the time comes; then the alarm is off.
     """
 
     def __init__(self, node: Any, ring: Callable[[], None]) -> None:
@@ -102,17 +102,17 @@ class Alarm:
         self._due: float | None = None
 
     def set(self, due: float | None) -> None:
-        """Go off at a time by `time.monotonic`, if not before; None: there is nothing to do."""
+        """Set the alarm to a time of `time.monotonic`, unless it is set to an earlier one; None: ignored."""
         if due is not None and (self._due is None or due < self._due):
             self._due = due
             self._timer.timer_period_ns = max(1, int((due - time.monotonic()) * 1e9))
             self._timer.reset()
 
     def silence(self) -> None:
-        """Go off no more until it is set again."""
+        """Turn the alarm off until it is set again."""
         self._due = None
         self._timer.cancel()
 
     def close(self) -> None:
-        """Take it down."""
+        """Destroy the timer."""
         self._node.destroy_timer(self._timer)

@@ -1,4 +1,4 @@
-"""ROS domains of this machine that no other run has claimed."""
+"""ROS domains of this machine that are not used by another run."""
 
 from __future__ import annotations
 
@@ -15,29 +15,31 @@ from dineros.runtime.ros.process.environment import DOMAINS
 
 @contextmanager
 def claimed_domain(first: int = 1) -> Iterator[int]:
-    """Claim the first domain from a number on that nobody has claimed, until the block ends.
+    """Claim the first unclaimed domain from a number on, until the block ends.
 
-    Two runs in one domain hear each other. A claim is a lock on a file, which ends with its process: whoever
+    Two runs in one domain receive each other's messages. A claim is a lock on a file, which ends with its
+    process. Programs that claim no domain, such as a node started by hand, are not detected.
     does not ask, such as a node that was started by hand, is not noticed.
 
     Parameters
     ----------
     first
-        Where the search begins; after 101 it continues at 1. Domain 0, which is everybody's, is never
-        claimed.
+        First domain to try; after 101 the search continues at 1. Domain 0, the default of all programs, is
+        never claimed.
 
     Raises
     ------
     DinerosError
-        All are taken.
+        All domains are claimed.
     """
     numbers = [number for number in (*range(first, DOMAINS.stop), *range(1, first)) if number in DOMAINS]
     for number in numbers:
         path = Path(tempfile.gettempdir()) / f"dineros-ros-domain-{number}"
         try:
-            # The file stays: one that is removed while somebody waits to lock it would be claimed twice.
+            # The file is kept: if it were removed while another process waits for its lock, both would get a
+            # lock.
             file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
-        except OSError:  # of another user, or no file
+        except OSError:  # of another user, or not a regular file
             continue
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,8 +1,7 @@
-"""The environment of ROS processes: which machines they reach, where they log.
+"""The environment of ROS processes: which machines they reach, and where they log.
 
-Without further ado Fast DDS binds sockets on every interface of the machine, even where ROS is told to stay
-on it. A profile file keeps it in: through shared memory alone, or through 127.0.0.1 (Fast DDS, "XML
-profiles").
+By default, Fast DDS binds sockets on all interfaces of the machine, even if ROS is restricted to the machine.
+A profile file restricts it to shared memory or to 127.0.0.1 (Fast DDS, "XML profiles").
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.atomic import write_atomically
 
 Reach = Literal["memory", "machine", "network"]
-"""How far ROS processes talk: shared memory only, this machine only, wherever ROS reaches."""
+"""Reach of ROS processes: shared memory only, this machine only, or no restriction."""
 
 DOMAINS = range(102)
 """Domains whose ports are free on every system (ROS 2, "The ROS_DOMAIN_ID")."""
@@ -34,7 +33,7 @@ _TRANSPORTS = {
 }
 
 
-# Peers are asked one by one: by default Fast DDS would listen to a multicast address.
+# Peers are contacted one by one: by default Fast DDS would listen to a multicast address.
 _UNICAST = {
     "memory": "",
     "machine": "        <builtin>\n"
@@ -47,7 +46,7 @@ _UNICAST = {
 
 
 def fast_dds_profile(reach: Literal["memory", "machine"]) -> str:
-    """Return the profile file that makes Fast DDS stay on this machine."""
+    """Return the profile file that restricts Fast DDS to this machine."""
     transports = _TRANSPORTS[reach]
     described = "".join(
         f"      <transport_descriptor><transport_id>{name}</transport_id>{text}</transport_descriptor>\n"
@@ -73,18 +72,18 @@ def fast_dds_profile(reach: Literal["memory", "machine"]) -> str:
 def ros_environment(
     folder: Path, domain: int, reach: Reach = "memory", base: Mapping[str, str] | None = None
 ) -> dict[str, str]:
-    """Return the environment for ROS processes that are to find each other and nobody else.
+    """Return the environment for ROS processes that communicate only with each other.
 
     Parameters
     ----------
     folder : Path
-        Takes the profile file and ROS's logs; made where it is not there.
+        Folder for the profile file and ROS's logs; created if it does not exist.
     domain : int
-        The ROS domain, 0 to 101: processes of other domains are not seen.
+        The ROS domain, 0 to 101; processes of other domains are not visible.
     reach : {"memory", "machine", "network"}
-        How far they talk. ``network`` leaves everything as it is in `base`.
+        Reach of the processes; ``network`` changes nothing in `base`.
     base : mapping of str to str, optional
-        What it extends; by default this process's environment.
+        The environment to extend; by default that of this process.
 
     Raises
     ------

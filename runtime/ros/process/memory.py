@@ -1,15 +1,15 @@
-"""Files in shared memory that ROS processes leave behind, and how they are taken down.
+"""Removes files in shared memory that ROS processes leave behind.
 
 Fast DDS keeps a segment for each participant (``fastrtps_0123456789abcdef``), one for each port
-(``fastrtps_port7410``), a lock file beside either (``_el``, ``_sl``), and a semaphore for each port
-(``sem.fastrtps_port7410_mutex``). A process that is killed leaves all of them; processes that end together
-may leave ports and semaphores, because each takes another for their owner. ROS also loads LTTng, whose two
-files stay forever.
+(``fastrtps_port7410``), a lock file for each of both (``_el``, ``_sl``), and a semaphore for each port
+(``sem.fastrtps_port7410_mutex``). A killed process leaves all of them. Processes that end at the same time
+may leave ports and semaphores, because each assumes that another one owns them. ROS also loads LTTng, which
+leaves two files.
 
-``fastdds shm clean`` tries the locks. It misses ports that are only written to, and removes what a process
-is just about to open. Here the kernel tells whether anybody has a file open or mapped, whoever it is and in
-whichever container: it grants a write lease (fcntl(2), "Leases") only where nobody has, and lets those wait
-that open the file meanwhile.
+``fastdds shm clean`` tests the locks. It misses ports that are only written to, and may remove files that a
+process is about to open. This module asks the kernel whether any process has a file open or mapped, of any
+user and in any container: the kernel grants a write lease (fcntl(2), "Leases") only if there is none, and
+delays processes that open the file meanwhile.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pathlib import Path
 
 FOLDER = Path("/dev/shm")
 PATIENCE = 5.0
-"""Seconds to wait for another process that does the same."""
+"""Seconds to wait for another process that removes files."""
 
 _ASIDE = ".unused"
 _SEGMENT = re.compile(r"fast(rtps|dds)_[0-9a-f]{16}")
@@ -36,21 +36,21 @@ _FILE = re.compile(
 
 
 def remove_abandoned(folder: Path = FOLDER) -> list[Path]:
-    """Remove the files of Fast DDS and LTTng that no living process needs; those of other users stay.
+    """Remove the files of Fast DDS and LTTng that no living process needs; files of other users are kept.
 
-    A port goes when nobody has it open, then its locks and its semaphore, which say in which state it is. A
-    segment goes when nobody has its lock open, as its owner has while it lives; peers that have it mapped
-    keep it, and Fast DDS itself removes it after five seconds.
+    A port is removed if no process has it open, then its locks and its semaphore, which store its state. A
+    segment is removed if no process has its lock open; its owner has it open while it lives. Peers that have
+    the segment mapped can still use it, and Fast DDS itself removes it after five seconds.
 
     Returns
     -------
     list of Path
-        What was removed.
+        The removed files.
     """
     removed: list[Path] = []
     with contextlib.suppress(OSError), _one_at_a_time(folder):
         groups: dict[str, list[Path]] = {}
-        for file in sorted(folder.iterdir()):  # locks and semaphores come after what they guard
+        for file in sorted(folder.iterdir()):  # a lock or semaphore sorts after its file
             if match := _FILE.fullmatch(file.name):
                 groups.setdefault(file.name if match["aside"] else match["owner"], []).append(file)
         for owner, files in groups.items():
@@ -68,7 +68,7 @@ def _remove_segment(files: list[Path]) -> list[Path]:
 
 
 def _remove_port(files: list[Path]) -> list[Path]:
-    """Remove a port, then what guards it; nothing if it is in use."""
+    """Remove a port, then its locks and semaphore; nothing if it is in use."""
     removed = []
     for file in files:
         if _remove_unused(file):
@@ -80,7 +80,7 @@ def _remove_port(files: list[Path]) -> list[Path]:
 
 @contextlib.contextmanager
 def _one_at_a_time(folder: Path) -> Iterator[None]:
-    """Keep others from doing the same: they would take each other for users of the files."""
+    """Prevent other processes from doing the same: they would count as users of the files."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         end = time.monotonic() + PATIENCE
@@ -95,7 +95,7 @@ def _one_at_a_time(folder: Path) -> Iterator[None]:
 
 
 def _remove_unused(path: Path) -> bool:
-    """Remove a file if nobody has it open; return whether it was removed."""
+    """Remove a file if no process has it open; return whether it was removed."""
     aside = path.with_name(path.name.removesuffix(_ASIDE) + _ASIDE)
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
@@ -104,17 +104,18 @@ def _remove_unused(path: Path) -> bool:
     try:
         if os.fstat(descriptor).st_uid != os.geteuid():
             return False
-        # Who opens the file from now on waits, and we are told: by default with a signal that ends us.
+        # A process that opens the file from now on waits, and we get a signal; the default one would end
+        # us.
         fcntl.fcntl(descriptor, fcntl.F_SETSIG, signal.SIGURG)
         fcntl.fcntl(descriptor, fcntl.F_SETLEASE, fcntl.F_WRLCK)
-        # Nobody comes any more under the other name; one who came just before gets the file back.
+        # No process opens the file under the other name; if one opened it just before, the name is restored.
         path.rename(aside)
         is_unused = fcntl.fcntl(descriptor, fcntl.F_GETLEASE) == fcntl.F_WRLCK
         if not is_unused:
             with contextlib.suppress(FileExistsError):
                 path.hardlink_to(aside)
         aside.unlink()
-    except OSError:  # somebody has it open, or the system knows no leases
+    except OSError:  # a process has it open, or the system has no leases
         return False
     finally:
         os.close(descriptor)

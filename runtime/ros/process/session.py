@@ -1,8 +1,7 @@
-"""A ROS node, its context and the thread that runs its callbacks, begun and ended in the right order.
+"""A ROS node, its context and the thread that runs its callbacks, created and destroyed in order.
 
-Every session has a context of its own, so that several run in one process. On the thread of the session, work
-of somebody else can be done between callbacks: a node whose net reacts there answers without changing
-threads.
+Each session has its own context, so that several can run in one process. Additional work can run on the
+thread of the session between callbacks: a node whose net fires there can react without changing threads.
 """
 
 from __future__ import annotations
@@ -23,32 +22,32 @@ from dineros.runtime.scheduling.threads import join
 LOG = logging.getLogger("dineros.runtime")
 
 Work = Callable[[], "float | None"]
-"""Done between callbacks; returns after how many seconds it wants to be called, None: when it is woken."""
+"""Called between callbacks; returns the seconds until it wants to be called, None: when it is woken."""
 
 
 class RosError(DinerosError):
-    """ROS 2 is not there, or does not do what a node needs."""
+    """ROS 2 is not available, or cannot do what a node needs."""
 
 
 class Session:
-    """A ROS node that runs.
+    """A running ROS node.
 
     Parameters
     ----------
     name, namespace : str
-        Of the ROS node; arguments can remap them.
+        Name and namespace of the ROS node; arguments can remap them.
     arguments : sequence of str
-        What ROS is to know: ``["--ros-args", "-r", "__ns:=/cell", "-p", "seed:=7"]``.
+        Arguments for ROS: ``["--ros-args", "-r", "__ns:=/cell", "-p", "seed:=7"]``.
     executor : {"single", "multi"}
-        The executor of the node; callbacks only hand over what came, so that one thread is enough as a rule.
+        The executor of the node; callbacks only deliver data, so one thread is usually sufficient.
     threads : int
         Threads of a multi-threaded executor.
     domain : int, optional
         The ROS domain; by default that of the environment.
     make_node : callable, optional
-        Makes the rclpy node, as ``rclpy.node.Node`` does.
+        Creates the rclpy node, with the arguments of ``rclpy.node.Node``.
     ending : threading.Event, optional
-        Set by whoever is going to end the session, such as a signal handler, before `end` is called.
+        Set by code that is going to end the session, such as a signal handler, before `end` is called.
 
     Attributes
     ----------
@@ -106,7 +105,7 @@ class Session:
 
     @property
     def is_ending(self) -> bool:
-        """Whether it ends, or is going to: nobody should wait for another node any more."""
+        """Whether the session ends or is going to; then do not wait for other nodes any more."""
         return self._is_ending or self._ending.is_set()
 
     @property
@@ -115,7 +114,7 @@ class Session:
         return self._thread is threading.current_thread()
 
     def start(self, work: Work | None = None) -> None:
-        """Run callbacks on a thread of their own until `close`."""
+        """Run callbacks on its own thread until `close`."""
         self._thread = threading.Thread(
             target=self._run, args=(work,), name=f"ros {self.node.get_name()}", daemon=True
         )
@@ -131,14 +130,15 @@ class Session:
                 timeout = work() if work is not None else None
                 if misfits is not None and misfits.are_due and not self._is_ending:
                     misfits.look()
-                    continue  # with what came meanwhile
+                    continue  # with callbacks that became ready meanwhile
                 if not self._is_ending:
                     spin_once(timeout)
         except ExternalShutdownException:
             pass
         except BaseException as error:
             if not self._is_ending:
-                # What a DinerosError says is enough: a full disk is not a fault of the program.
+                # The text of a DinerosError suffices: a full disk, for example, is not a fault of the
+                # program.
                 trace = None if isinstance(error, DinerosError) else error
                 LOG.critical("the ROS node %s ends: %s", self.node.get_name(), error, exc_info=trace)
                 self.failure = error
@@ -146,13 +146,13 @@ class Session:
             self._executor.spinner = None
 
     def wake(self) -> None:
-        """Have the work between callbacks done now; from any thread. Does nothing after `close`."""
-        with self._waking:  # an executor that is being shut down must not be woken
+        """Run the work between callbacks now; from any thread. Does nothing after `close`."""
+        with self._waking:  # an executor must not be woken during its shutdown
             if not self._is_closed:
                 self._executor.create_task(_do_nothing)
 
     def end(self) -> None:
-        """Have the thread end, after the callback it is in; from any thread."""
+        """Let the thread end after its current callback; from any thread."""
         self._is_ending = True
         self.wake()
 
@@ -163,13 +163,13 @@ class Session:
         return self._thread is None or not self._thread.is_alive()
 
     def cut_off(self) -> None:
-        """Wait for the thread no more: a handler keeps it, and nothing of ROS is left on it."""
+        """Stop waiting for the thread: only a handler still runs on it, nothing of ROS."""
         self._thread = None
 
     def close(self) -> None:
-        """End the thread, take the node down, leave ROS; in this order nothing is left behind.
+        """End the thread, destroy the node, shut down ROS, in this order, so that nothing is left behind.
 
-        What processes that have ended before left in shared memory is removed.
+        Files of ended processes in shared memory are removed.
         """
         if self._is_closed:
             return
@@ -189,7 +189,7 @@ class Session:
 
 
 def _do_nothing() -> None:
-    """Make the executor return: waking it makes it look again for callbacks, but continue waiting."""
+    """Make the executor return: without a callback, waking it would only make it check and wait again."""
 
 
 def import_rclpy() -> Any:
@@ -198,7 +198,7 @@ def import_rclpy() -> Any:
     Raises
     ------
     RosError
-        It is not installed.
+        rclpy is not installed.
     """
     try:
         import rclpy
@@ -212,12 +212,12 @@ def import_rclpy() -> Any:
 
 @contextmanager
 def made_in_ros(what: str) -> Iterator[None]:
-    """Say what ROS refuses to make in the block.
+    """Convert errors of ROS in the block.
 
     Raises
     ------
     RosError
-        It refuses something.
+        ROS refuses to create something.
     """
     try:
         yield
