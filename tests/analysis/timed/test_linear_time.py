@@ -93,7 +93,7 @@ def test_a_run_that_waits_for_ever_never_fires_again(formula: str, expected: str
     times = {"leave": Interval(Fraction(1)), "stop": Interval(Fraction(2))}
     net = TimedNet.build({"p": 1, "q": 1, "a": 0, "b": 0}, steps, times)
     for kind in ("W", "S"):
-        assert verify_timed_ltl(net, formula, kind=kind).status == expected  # type: ignore[arg-type]
+        assert verify_timed_ltl(net, formula, kind=kind).status == expected
 
 
 def test_time_decides() -> None:

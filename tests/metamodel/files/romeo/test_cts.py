@@ -90,7 +90,7 @@ def test_old_versions_declare_places_as_numbers() -> None:
 
 def test_files_by_their_suffix(tmp_path: Path) -> None:
     save(parse(CELL), tmp_path / "cell.cts")
-    assert meaning(load(tmp_path / "cell.cts")) == meaning(parse(CELL))  # type: ignore[arg-type]
+    assert meaning(load(tmp_path / "cell.cts")) == meaning(parse(CELL))
 
 
 def one(transition: str, places: str = "place P=1, Q=0;") -> str:
