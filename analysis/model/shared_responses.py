@@ -16,7 +16,7 @@ from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.calls import actions, services
 from dineros.metamodel.elements import node_net_of, pages
 
-Client: TypeAlias = sym.ClientPort | sym.ActionClientPort
+SharingClient: TypeAlias = sym.ClientPort | sym.ActionClientPort
 
 KEPT_ANSWERS = 10
 """Answers that a client of an action keeps, by the QoS profile of services."""
@@ -55,7 +55,7 @@ def _assumption(channel: str, names: list[str], depth: int) -> str:
     )
 
 
-def _busy_clients(clients: Iterable[Client], callbacks: Sequence[sym.CallbackPage]) -> list[str]:
+def _busy_clients(clients: Iterable[SharingClient], callbacks: Sequence[sym.CallbackPage]) -> list[str]:
     """Return the clients of one service or action that may lose a response because of the other clients."""
     nodes = {client: node_net_of(_asking_place(client)) for client in clients}
     if len({id(node) for node in nodes.values()}) < 2:
@@ -70,11 +70,11 @@ def _busy_clients(clients: Iterable[Client], callbacks: Sequence[sym.CallbackPag
     return sorted(busy)
 
 
-def _asking_place(client: Client) -> pn.Place:
+def _asking_place(client: SharingClient) -> pn.Place:
     return client.request if isinstance(client, sym.ClientPort) else client.goal
 
 
-def _can_be_busy(client: Client, callbacks: Sequence[sym.CallbackPage]) -> bool:
+def _can_be_busy(client: SharingClient, callbacks: Sequence[sym.CallbackPage]) -> bool:
     """Return whether one of the callbacks of its node can run while the client waits."""
     page = callback_page_of(_asking_place(client))
     if page is None or any(each is not page for each in callbacks):

@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 
 from dineros.metamodel.matching import Quality
 from dineros.metamodel.ros_names import snake_case
-from dineros.observation.importing.assuming import of_client
+from dineros.observation.importing.assuming import Taken, of_client
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
 from dineros.observation.importing.sharing import free_name, share_executors
 from dineros.observation.importing.steps import Behaviour
-from dineros.observation.importing.taken import Taken
 from dineros.observation.importing.timing import order_of, sleeps_of
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
 from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open, located

@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from dineros.observation.importing.assuming import of_client
+from dineros.observation.importing.assuming import Taken, of_client
 from dineros.observation.importing.given import GivenCallback, GivenNode, Step
-from dineros.observation.importing.taken import Taken
 from dineros.observation.systems import ObservedNode
 from dineros.sources.facts import NodeFact
 

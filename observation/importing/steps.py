@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+from dineros.observation.importing.assuming import Taken
 from dineros.observation.importing.given import Step
-from dineros.observation.importing.taken import Taken
 from dineros.sources.facts import CallbackFact, Effect, Entity, located
 
 _TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
