@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from random import Random
 from typing import Any
 
+from dineros.analysis.conformance.data.arrivals import Arrivals
 from dineros.analysis.conformance.data.values import Values
 from dineros.analysis.conformance.goals import GoalFlow
 from dineros.analysis.conformance.messages import Messages
@@ -67,6 +68,7 @@ class Replay(Player):
         self.topics = Topics(self, self.messages, keep, fates or Fates(), draw)
         self._goals = GoalFlow(self)
         self.values = Values(net.decisions)
+        self.arrivals = Arrivals(net.model)
         self.calls = Calls(self, self.messages)
 
     @property
@@ -107,7 +109,7 @@ class Replay(Player):
         """
         handle = _HANDLERS.get(type(record))
         before = self.fired
-        refusal: Refusal | None = self.values.fault(record)
+        refusal: Refusal | None = self.values.fault(record) or self.arrivals.fault(record)
         if refusal is not None:
             return refusal
         if isinstance(record, Publish):
@@ -122,6 +124,7 @@ class Replay(Player):
             refusal = handle(self, record)
         if refusal is None:
             self.values.happen(record)
+            self.arrivals.happen(record)
             self.steps += isinstance(record, Step)
             self._recorded += min(self.fired - before, _firings_of(record))
             for transition in filter(self.is_enabled, self.net.follow_ups):

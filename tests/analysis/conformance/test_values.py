@@ -158,6 +158,17 @@ def answered(records: list[Record], data: Data) -> list[Record]:
     return [*records[:last], replace(response, data=data), *records[last + 1 :]]
 
 
+def sending(records: list[Record], place: str, data: Data, last: bool = True) -> list[Record]:
+    """Let the last, or first, token that a step puts on a place from which messages leave carry other data."""
+    found = list(records)
+    steps = [number for number, each in enumerate(found) if isinstance(each, Fire) and place in each.made]
+    step = found[steps[-1 if last else 0]]
+    assert isinstance(step, Fire)
+    made = step.made | {place: [token._replace(data=data) for token in step.made[place]]}
+    found[steps[-1 if last else 0]] = replace(step, made=made)
+    return found
+
+
 def only(verdict: Verdict) -> str:
     assert verdict.status == "violated"
     (violation,) = verdict.violations
@@ -177,14 +188,16 @@ def _answer(ok: object, level: object) -> Data:
 )
 def test_a_step_that_a_guard_forbids(data: Data, said: str) -> None:
     model, traces = finished()
-    assert said in only(verdict_on(model, traces | {"spawner": answered(traces["spawner"], data)}))
+    sent = sending(traces["manager"], "Ask[1].Exit", data) if data["level"] != 3 else traces["manager"]
+    assert said in only(verdict_on(model, {"manager": sent, "spawner": answered(traces["spawner"], data)}))
 
 
 def test_the_guard_of_a_transition_in_a_server_page() -> None:
     model, traces = finished()
     served = next(r for r in traces["manager"] if isinstance(r, Serve))
     wrong = [replace(r, data=_answer(True, 2)) if r is served else r for r in traces["manager"]]
-    found = only(verdict_on(model, traces | {"manager": wrong}))
+    sent = sending(traces["spawner"], "Ask", _answer(True, 2), last=False)
+    found = only(verdict_on(model, {"spawner": sent, "manager": wrong}))
     assert "Ask[1].Work fires: its guard does not allow the token of Ask[1].Entry: level=HIGH" in found
 
 
