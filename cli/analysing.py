@@ -151,6 +151,14 @@ def say_witness(witness: Witness) -> None:
     if witness.loop is not None:
         say("  forever:")
         _say_steps(witness.steps[loop:], loop)
+    say_disorder(witness)
+
+
+def say_disorder(witness: Witness) -> None:
+    """Print that a run needs messages out of order, if it does: then it may not be possible."""
+    if witness.disorder:
+        say(f"  note: {witness.disorder} hands a newer message over before an older one,")
+        say("        so this run may be impossible")
 
 
 def _say_steps(steps: Sequence[Step], before: int) -> None:

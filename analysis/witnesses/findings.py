@@ -11,6 +11,7 @@ from dineros.analysis.model.subject import FiringTime, Subject
 from dineros.analysis.model.times import LeftOutTimes, UsedTimes
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.witnesses.folding import in_rounds
+from dineros.analysis.witnesses.order import disorder
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -61,17 +62,24 @@ class Witness:
         The firings in order.
     loop : int or None
         Index of the first step that repeats forever; None for a finite sequence.
+    disorder : str
+        The queue that a message leaves before an older one, in words, if there is one: see
+        `dineros.analysis.witnesses.order`.
     subject : Subject or None
         The net that it is a sequence of.
     """
 
     steps: tuple[Step, ...]
     loop: int | None = None
+    disorder: str = ""
     subject: Subject | None = field(default=None, compare=False, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the witness for JSON."""
-        return {"steps": [step.to_dict() for step in self.steps], "loop": self.loop}
+        found: dict[str, Any] = {"steps": [step.to_dict() for step in self.steps], "loop": self.loop}
+        if self.disorder:
+            found["disorder"] = self.disorder
+        return found
 
 
 def witness_of(
@@ -101,7 +109,7 @@ def witness_of(
         marking = net.fire(transition, marking)
         change = {net.places[place]: tokens for place, tokens in net.delta[transition].items()}
         steps.append(Step(net.transitions[transition], subject.transition_text(transition), change, time))
-    return Witness(tuple(steps), loop, subject)
+    return Witness(tuple(steps), loop, disorder(subject, trace), subject)
 
 
 def witness_to(subject: Subject, trace: Sequence[int]) -> Witness:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.cli.analysing import say_witness, write_witness
+from dineros.cli.analysing import say_disorder, say_witness, write_witness
 from dineros.cli.console import SEVERITIES, note, say, say_json, say_lines, summarise, warn
 from dineros.cli.models import rules_of
 from dineros.cli.options import invocation
@@ -131,6 +131,8 @@ def _print_text(
             say(_at(code, "    at "))
         if witnesses and finding.witness:
             say_witness(finding.witness)
+        elif finding.witness:
+            say_disorder(finding.witness)
         for each in finding.consequences:
             say(f"    consequence: {each.message} [{each.rule}]")
     displaced = sum(finding.rule == "message-displaced" for finding in report.findings)

@@ -159,7 +159,7 @@ def answered(records: list[Record], data: Data) -> list[Record]:
 
 
 def sending(records: list[Record], place: str, data: Data, last: bool = True) -> list[Record]:
-    """Let the last, or first, token that a step puts on a place from which messages leave carry other data."""
+    """Let the last, or first, token that a step puts on a place of messages carry other data."""
     found = list(records)
     steps = [number for number, each in enumerate(found) if isinstance(each, Fire) and place in each.made]
     step = found[steps[-1 if last else 0]]

@@ -248,7 +248,7 @@ def test_no_value_is_owed_to_a_fair_run() -> None:
     assert not found.weakly and not found.strongly
 
 
-def _sends_in_order(limit: int) -> tuple[sym.SystemModel, pn.Place, pn.Place]:
+def sends_in_order(limit: int) -> tuple[sym.SystemModel, pn.Place, pn.Place]:
     """Return a node that sends true, then false; places of a subscriber that takes them in order, or not."""
     model, _ = modelled([], [ALL[0]], topic=Topic(1, ((True, None),), limit, ((1, limit),)))
     sender = find(model, "sender", sym.NodeNet)
@@ -272,8 +272,8 @@ def _sends_in_order(limit: int) -> tuple[sym.SystemModel, pn.Place, pn.Place]:
 def test_messages_of_a_type_that_exists_have_any_value() -> None:
     """The type may lack the field; and programs outside of the model may publish."""
 
-    own, _, _ = _sends_in_order(2)
-    foreign, _, _ = _sends_in_order(2)
+    own, _, _ = sends_in_order(2)
+    foreign, _, _ = sends_in_order(2)
     (topic,) = (each for each in foreign.channels if isinstance(each, sym.TopicChannel))
     topic.type = "std_msgs/msg/String"
     assert len(_marked(foreign)) > len(_marked(own))
@@ -288,7 +288,7 @@ def _marked(model: sym.SystemModel) -> list[dict[str, int]]:
 @pytest.mark.parametrize("limit", [1, 2, 3, 10])
 def test_messages_of_a_topic_keep_their_order(limit: int) -> None:
     """A subscriber may miss the first message, but never gets it after the second one."""
-    model, after, wrong = _sends_in_order(limit)
+    model, after, wrong = sends_in_order(limit)
     marked = _marked(model)
     assert any(each[after.id] for each in marked)
     assert any(each["Stopped"] for each in marked)
@@ -383,7 +383,7 @@ def test_only_values_that_occur_and_differ_are_told_apart() -> None:
 
 def test_a_queue_of_any_limit_makes_a_small_net() -> None:
     """The order of a very long queue is left open: it would need a cell for each message."""
-    model, after, wrong = _sends_in_order(1_000_000_000)
+    model, after, wrong = sends_in_order(1_000_000_000)
     net = flatten(model).net
     assert len(places(net)) < 60
     marked = _marked(model)

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from dineros.metamodel import sym
+from dineros.metamodel.clauses import set_clause
+from dineros.metamodel.elements import find
 from dineros.metamodel.files import load, save
 from dineros.views.traces.reading import build
 from tests.support.systems.talker import talker
@@ -107,3 +110,37 @@ def test_a_game_by_keys_alone_and_at_random(file: Path, edit: Edit, visit: NewVi
     page.get_by_role("button", name="Begin again").click()
     at(hand, 0)
     assert hand.shape("Words").get_attribute("aria-label") == "place Words, 5 tokens"
+
+
+def test_a_signal_with_values_is_chosen_from_a_list(
+    file: Path, tmp_path: Path, edit: Edit, visit: NewVisit
+) -> None:
+    model = load(file)
+    assert isinstance(model, sym.SystemModel)
+    node = find(model, "talker", sym.NodeNet)
+    values = [sym.SignalValue(name=each) for each in ("mute", "low", "loud")]
+    node.signals.append(sym.InputSignal(id="Mode", values=values))
+    set_clause(find(model, "Say", sym.Transition), "Button & Mode <> 'mute'")
+    save(model, file)
+    _, handle = edit(file)
+    hand = Hand(visit().page, handle.url)
+    page = hand.page
+    hand.button("Play")
+    page.get_by_role("switch", name="Button: false").click()
+    at(hand, 1)
+    hand.open("talker")
+    assert "is-enabled" not in (hand.shape("Say").get_attribute("class") or "")
+    mode = page.get_by_label("Mode:")
+    assert mode.input_value() == "mute"
+    mode.select_option("loud")
+    at(hand, 2)
+    assert page.get_by_label("Mode:").input_value() == "loud"
+    assert "is-enabled" in (hand.shape("Say").get_attribute("class") or "")
+    page.screenshot(path=tmp_path / "play.png")
+    with page.expect_download() as kept:
+        page.get_by_role("link", name="Keep as a trace").click()
+    kept.value.save_as(tmp_path / "game.jsonl")
+    built = build([tmp_path / "game.jsonl"], load(file))
+    assert [step.text for step in built.steps] == ["signal Button becomes true", "signal Mode becomes loud"]
+    (lane,) = (lane for lane in built.lanes.all if lane.id == "Mode")
+    assert (lane.values, built.steps[1].marks) == (["mute", "low", "loud"], [[lane.index, "v", 2]])
