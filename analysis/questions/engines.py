@@ -239,7 +239,7 @@ class Timed(Engine):
         found = self._of_classes(question, budget.share(FIRST_SHARE).at_most(FIRST_SECONDS))
         if found.status != "unknown":
             return found
-        plain = self._plain(question, budget.share(PLAIN_SHARE).at_most(PLAIN_SECONDS))
+        plain = self._plain(_relaxed(question), budget.share(PLAIN_SHARE).at_most(PLAIN_SECONDS))
         if plain.status in ("unreachable", "holds"):
             return plain
         return self._of_classes(question, budget)
@@ -336,6 +336,38 @@ class Timed(Engine):
             case Branching(_, names, formula):
                 return check_timed_ctl(self.net, formula, names, budget)
         raise DinerosError(f"questions of this type are not asked with --time: {type(question).__name__}")
+
+
+def _relaxed(question: Question) -> Question:
+    """Return a question about what never happens, asked of a net that can do more and is bounded.
+
+    See `dineros.analysis.timed.relaxed`. It is the same question if it asks about what that net leaves out.
+    """
+    from dineros.analysis.logic.language import atoms
+    from dineros.analysis.logic.language.parser import parse
+    from dineros.analysis.timed.relaxed import relaxed
+
+    loose = question.net.once(relaxed)
+    if not loose.places:
+        return question
+    match question:
+        case Marking(_, _, condition):
+            formula = parse(condition, "state")
+        case Linear(_, _, text):
+            formula = parse(text)
+        case Branching(_, _, text):
+            formula = parse(text, "ctl")
+        case _:
+            return replace(question, net=loose.net)
+    for asked in atoms.BoundAtoms(question.net, formula, question.names).conditions.values():
+        match asked:
+            case atoms.Linear(factors) if loose.places.intersection(factors):
+                return question
+            case atoms.SomeEnabled(needed) if needed & loose.transitions:
+                return question
+            case atoms.NoneEnabled():
+                return question
+    return replace(question, net=loose.net)
 
 
 ENGINES: dict[str, Engine] = {engine.name: engine for engine in (Own(), Tina())}

@@ -75,9 +75,9 @@ class TimedBoundedness(Question):
                 f"at most {int(markings.max(initial=0))} tokens in a place"
             )
         elif proof is not None and proof.most is not None:
+            how, count = ("even without", f"{proof.markings} markings, ") if proof.markings else ("with", "")
             report.proved.append(
-                f"the net is bounded even without its times: {proof.markings} markings, "
-                f"at most {proof.most} tokens in a place"
+                f"the net is bounded {how} its times: {count}at most {proof.most} tokens in a place"
             )
         else:
             known.leave_open("whether the net is bounded", explored.reason)

@@ -22,12 +22,12 @@ from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.covering.firings import firings
 from dineros.analysis.model.subject import flattened_without_signals
 from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
-from dineros.analysis.nets.models import compile_net
-from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.timed.nets import TimedNet
+from dineros.analysis.timed.nets import TimedNet, compile_timed_net
+from dineros.analysis.timed.relaxed import Relaxed, bound_in_time, relaxed
 from dineros.analysis.timed.timed_subject import TimedSubject, signals_matter
 from dineros.metamodel import sym
 from dineros.metamodel.times.given import says_times
@@ -45,9 +45,9 @@ class WithoutTimes:
     dead : frozenset of str
         Names of transitions that never fire.
     most : int or None
-        The most tokens that a place can hold; None if the net may be unbounded.
+        The most tokens that a place can hold with times; None if nothing proves a bound.
     markings : int
-        How many there are, if the net is bounded.
+        How many there are, if the net is bounded without its times.
     has_no_deadlock : bool
         Whether each marking enables something that is not a change of a signal.
     """
@@ -65,20 +65,38 @@ def without_times(subject: TimedSubject, budget: Budget, orders: OrderCache | No
     """
     budget = budget.begun()
     budget.stage("the net without its times")
-    net, model = subject.net, subject.model
+    timed, model = subject.timed, subject.model
     if isinstance(model, sym.SystemModel) and signals_matter(model):
-        net = compile_net(flattened_without_signals(model, times=says_times(model))[0].net)
+        timed = compile_timed_net(flattened_without_signals(model, times=says_times(model))[0].net)
+    net = timed.untimed
+    loose = net.once(relaxed)
     try:
-        space = symbolic_state_space(net, budget.share(SPACE_SHARE), orders=orders)
+        space = symbolic_state_space(loose.net, budget.share(SPACE_SHARE), orders=orders)
         if space.complete:
-            dead = frozenset(name for name in net.transitions if not space.enabled(name))
-            most = max(space.largest_place(), default=0)
-            return WithoutTimes(dead, most, space.markings, space.deadlocks() == 0)
+            return _proved(subject.timed, timed, loose, space, budget)
     except (BudgetExceededError, DiagramMemoryError, LevelSizeError, UnknownBoundError):
         pass
     found = firings(net, budget)
     dead = frozenset(net.transitions[t] for t in found.dead)
     return WithoutTimes(dead, has_no_deadlock=found.has_no_deadlock)
+
+
+def _proved(
+    net: TimedNet, timed: TimedNet, loose: Relaxed, space: SymbolicStateSpace, budget: Budget
+) -> WithoutTimes:
+    """Return what all markings prove of a net; `timed` is the net without signals."""
+    names = loose.net.transitions
+    dead = frozenset(name for name in names if not space.enabled(name))
+    most: int | None = max(space.largest_place(), default=0)
+    if not loose.places:
+        return WithoutTimes(dead, most, space.markings, space.deadlocks() == 0)
+    needs = {name: len(net.test.row(t)) for t, name in enumerate(net.untimed.transitions)}
+    of_signals = frozenset(t for t, name in enumerate(names) if needs.get(name) != len(timed.test.row(t)))
+    for place in loose.places:
+        bound = bound_in_time(timed, loose, place, of_signals, budget)
+        most = None if bound is None or most is None else max(most, bound)
+    unchanged = set(range(len(names))) - loose.transitions
+    return WithoutTimes(dead, most, has_no_deadlock=loose.some_is_enabled(unchanged, budget))
 
 
 def time_goes_on(net: TimedNet) -> bool:
