@@ -70,7 +70,7 @@ def bound_in_time(
     """Return how many tokens a place without arcs can hold with times; None if nothing proves a bound.
 
     Inhibitor arcs may limit what is put there. Or each marking enables a transition that takes a token from
-    the place at once: then no time passes while it is marked. Within a moment each transition that puts tokens
+    the place at once: then no time passes while it is marked. Within a moment each transition that puts some
     there fires once, as it has to wait after each firing, or no more often than it has tokens that nothing
     puts back.
 

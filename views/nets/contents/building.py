@@ -8,6 +8,7 @@ from dineros.metamodel import elements, pn, pnm, rtm, sym
 from dineros.metamodel.clauses import start_value
 from dineros.metamodel.elements import label
 from dineros.metamodel.lifecycles.states import STATES
+from dineros.metamodel.times.intervals import interval_words
 from dineros.views.nets.contents.channels import draw_channels, draw_ports
 from dineros.views.nets.contents.glyphs import finish_box, finish_edge_label, finish_node
 from dineros.views.nets.contents.groups import group_by_name
@@ -115,12 +116,20 @@ def _box(page: pn.Page, outer: pn.Page | None) -> Box:
         box.detail = {"ROS package": page.package or label(page)}
         if page.namespace:
             box.detail["Namespace"] = page.namespace
+        if page.reaction is not None:
+            box.subtitle += f", reacts in {interval_words(page.reaction)}"
     elif isinstance(page, sym.CallbackPage):
         box.kind, box.subtitle = _CALLBACKS[str(page.kind)]
         if page.timer is not None:
             box.subtitle += f" every {page.timer:g} s"
+        if page.duration is not None:
+            box.subtitle += f", takes {interval_words(page.duration)}"
         if page.awaits:
             box.subtitle += ", awaits"
+        if page.offset is not None:
+            box.detail["First strike"] = f"after {interval_words(page.offset)}"
+        if page.jitter:
+            box.detail["Jitter"] = interval_words(pn.TimeInterval(latest=page.jitter))
         if page.group is not None:
             box.detail["Callback group"] = f"{label(page.group)} ({page.group.kind})"
         if page.priority:
@@ -179,12 +188,15 @@ def _describe_transition(transition: pn.Transition, node: Node) -> None:
         is_open_above = interval.latest is None or interval.latestExcluded
         left, right = "]" if interval.earliestExcluded else "[", "[" if is_open_above else "]"
         latest = "∞" if interval.latest is None else f"{interval.latest:g}"
-        node.captions.append(Caption(f"{left}{interval.earliest:g}, {latest}{right}", "note"))
+        unit = " s" if isinstance(transition, sym.Transition) else ""
+        node.captions.append(Caption(f"{left}{interval.earliest:g}, {latest}{right}{unit}", "note"))
     if transition.overrides:
         node.detail["Goes before"] = ", ".join(lower.id for lower in transition.overrides)
     if isinstance(transition, sym.Transition):
         if transition.kind not in (sym.TransitionKind.discrete, sym.TransitionKind.timed):
             node.captions.append(Caption(f"{transition.kind} transition", "note"))
+        if transition.duration is not None:
+            node.captions.append(Caption(f"takes {interval_words(transition.duration)}", "note"))
         clause = transition.clause
         if clause is not None:
             node.captions.append(Caption(clause.text, "clause"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dineros.metamodel import elements, pn, rtm, sym
 from dineros.metamodel.calls import OUTCOMES, UNLIMITED, CallCircleError, instance_counts
 from dineros.metamodel.elements import label
+from dineros.metamodel.times.intervals import interval_words
 from dineros.views.nets.contents.model import Caption, Edge, EdgeKind, Node, NodeKind, ViewModel
 from dineros.views.nets.contents.positions import position_of
 
@@ -62,12 +63,17 @@ def _topic(channel: sym.TopicChannel, view: ViewModel, histories: bool) -> None:
     if channel.qos is not None:
         node.detail["Quality of service"] = f"{channel.qos.reliability}, {channel.qos.durability}"
     for publisher in channel.publishers:
-        _join(view, "publish", publisher.place, channel, _queue(publisher, histories))
+        _join(view, "publish", publisher.place, channel, _queue(publisher, histories) + _late(publisher))
     limits: dict[sym.NodeNet | None, int] = {found.node: found.limit for found in channel.dispatchers}
     for subscriber in channel.subscribers:
         limit = limits.get(elements.node_net_of(subscriber.place), DISPATCHER_LIMIT)
         queues = _queues(subscriber, None if histories else limit)
-        _join(view, "subscribe", channel, subscriber.place, queues)
+        _join(view, "subscribe", channel, subscriber.place, queues + _late(subscriber))
+
+
+def _late(port: sym.PublisherPort | sym.SubscriberPort | sym.ClientPort) -> str:
+    """Return the latency of a port, after what else is said of it."""
+    return "" if port.latency is None else f", {interval_words(port.latency)} on the way"
 
 
 def _service(channel: sym.ServiceChannel, view: ViewModel, instances: int | None) -> None:
@@ -87,7 +93,8 @@ def _asks(
     several = "" if number == 1 else f", {'any number' if number == UNLIMITED else number} at a time"
     gives_up = "" if port.timeout is None else f"gives up after {port.timeout:g} s"
     told = port.timedOut if gives_up else None
-    asked = f"{port.client}{several}" + (f", {gives_up}" if gives_up and told is None else "")
+    late = _late(port) if isinstance(port, sym.ClientPort) else ""
+    asked = f"{port.client}{several}{late}" + (f", {gives_up}" if gives_up and told is None else "")
     if request is not None:
         _line(view, "request", request.id, channel, asked)
     if port.response is not None:
@@ -146,6 +153,8 @@ def _several(what: str, number: int | None, each: str) -> str:
 def _drawn(channel: sym.Channel, view: ViewModel, note: str, heading: str, name: str) -> Node:
     """Draw a channel of a system model where an editor put it; ROS may call it by another name."""
     kind: NodeKind = "topic" if isinstance(channel, sym.TopicChannel) else "service"
+    if channel.latency is not None:
+        note += f", {interval_words(channel.latency)} on the way"
     node = _channel(view, channel.id, kind, label(channel), note, channel.type)
     node.position = position_of(channel)
     if name != node.label:

@@ -7,6 +7,8 @@ import json
 import pytest
 
 from dineros.metamodel import elements, pn, pnm, sym
+from dineros.metamodel.build import seconds
+from dineros.metamodel.times.intervals import interval_words
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.flattening.split import split
 from dineros.views.nets import ViewModel, view_of
@@ -210,3 +212,43 @@ def test_an_interval_is_open_where_its_bound_is_left_out(interval: pn.TimeInterv
     pn.Transition(id="t", page=page, interval=interval)
     (node,) = view_of(net).nodes
     assert [caption.text for caption in node.captions][-1] == shown
+
+
+def test_times_are_shown_with_their_units() -> None:
+    model = sym.SystemModel(id="robot", middleware="ros2")
+    node = sym.NodeNet(id="camera", net=model, reaction=seconds(0, 0.02))
+    page = sym.CallbackPage(id="OnFrame", kind="timer", timer=0.1, page=node, duration=seconds(0.005, 0.02))
+    page.offset, page.jitter = seconds(0, 0), 0.001
+    step = sym.Transition(
+        id="Shoot", page=page, duration=seconds(1, 1.5), interval=pn.TimeInterval(earliest=2)
+    )
+    image, seen = (sym.Place(id=id, page=page) for id in ("Image", "Seen"))
+    topic = sym.TopicChannel(id="Images", topic="images", model=model, latency=seconds(0, 0.01))
+    topic.publishers.append(sym.PublisherPort(place=image, limit=1, latency=seconds(0.002, 0.002)))
+    topic.subscribers.append(sym.SubscriberPort(place=seen, limit=1))
+    view = view_of(model)
+    boxes = {box.id: box for box in view.boxes}
+    assert boxes["camera"].subtitle == "ROS node, reacts in at most 20 ms"
+    assert boxes["OnFrame"].subtitle == "timer callback every 0.1 s, takes 5 to 20 ms"
+    assert boxes["OnFrame"].detail == {"First strike": "after 0 ms", "Jitter": "at most 1 ms"}
+    captions = {node.id: [caption.text for caption in node.captions] for node in view.nodes}
+    assert captions[step.id] == ["Shoot", "[2, ∞[ s", "takes 1 to 1.5 s"]
+    assert captions["Images"] == ["topic, at most 10 ms on the way"]
+    labels = {edge.kind: edge.label for edge in view.edges}
+    assert labels["publish"] == "history 1, 2 ms on the way"
+    assert labels["subscribe"] == "history 1"
+
+
+@pytest.mark.parametrize(
+    ("interval", "words"),
+    [
+        (pn.TimeInterval(), "any time"),
+        (pn.TimeInterval(earliest=0.1, latest=0.1), "100 ms"),
+        (pn.TimeInterval(earliest=0.1, latest=0.3, earliestExcluded=True), "more than 100 to 300 ms"),
+        (pn.TimeInterval(latest=2, latestExcluded=True), "less than 2 s"),
+        (pn.TimeInterval(earliest=0, earliestExcluded=True), "more than 0 ms"),
+        (pn.TimeInterval(earliest=1, latest=float("inf")), "1 to inf s"),
+    ],
+)
+def test_intervals_in_words(interval: pn.TimeInterval, words: str) -> None:
+    assert interval_words(interval) == words
