@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
+from dineros.metamodel import pn
+from dineros.metamodel.times.intervals import interval_words
 from dineros.views.javascript.client import evaluate
 
 EVENTS = ["drop", "giveUp"]
@@ -55,3 +59,18 @@ def test_the_search_of_a_net_names_the_best_first() -> None:
     ]
     found = evaluate(["static/net/search.js"], "matching", nodes, "SAFE ")
     assert [one["id"] for one in found] == ["Safe", "Safely", "Unsafe", "Other"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_times_have_the_words_of_pictures(seed: int) -> None:
+    random = Random(seed)
+    for _ in range(30):
+        earliest = random.choice((0, 0, 0.001, 0.0011, 0.017, 0.29, 0.57, 1, 2.5))
+        latest = random.choice((None, earliest, round(earliest + 0.013, 6), 1, 3))
+        opens = random.random() < 0.3, latest is not None and random.random() < 0.3
+        if latest is not None and latest <= earliest:
+            latest, opens = earliest, (False, False)
+        interval = pn.TimeInterval(earliest=earliest, latest=latest)
+        interval.earliestExcluded, interval.latestExcluded = opens
+        said = evaluate(["static/edit/times.js"], "intervalWords", earliest, latest, *opens)
+        assert said == interval_words(interval)

@@ -1,5 +1,7 @@
 // What the page knows of the model: objects by handle, as Python tells them. Only Python changes them.
 
+import { wordsOf } from "./times.js";
+
 /** @import { Feature, FileState, Finding, Game, Mark, Marks, Message, Metamodel, ModelClass, ModelObject, Snapshot, Target } from "./types.js" */
 
 export class Model {
@@ -88,12 +90,13 @@ export class Model {
     return this.links(handle, name)[0] ?? null;
   }
 
-  /** What people read: name or id; of parts that have neither, what they are. @type {(handle: string) => string} */
+  /** What people read: name or id; of times, how long; of other parts that have neither, what they are. @type {(handle: string) => string} */
   label(handle) {
     const object = this.get(handle);
     const said =
       object.values?.name ?? object.values?.id ?? object.values?.client ?? object.values?.messageField;
     if (said !== undefined) return String(said);
+    if (this.feature(handle, "earliest") !== undefined) return wordsOf(this, handle);
     const leads = this.kind(handle).features.find((each) => each.kind === "reference" && each.required);
     const target = leads === undefined ? null : this.link(handle, leads.name);
     const words = this.kind(handle).words;

@@ -1,5 +1,6 @@
 // What a sheet shows: shapes of what stands on it, and lines for what leads from one of them to another.
 
+import { timesOf } from "../times.js";
 import { inShort } from "./drawing.js";
 import { extentOf, frameOf, middleOf, openingOf, Plane } from "./opening.js";
 
@@ -203,17 +204,21 @@ function shape(model, element, page, pages) {
 function notes(model, element, kind, pages) {
   if (kind === "transition") {
     const clause = model.links(element, "clause")[0];
-    return clause === undefined ? [] : [String(model.value(clause, "text") ?? "")];
+    return [
+      ...(clause === undefined ? [] : [String(model.value(clause, "text") ?? "")]),
+      ...timesOf(model, element),
+    ];
   }
   if (kind === "place") return portsAt(model, element, pages);
   const words = model.kind(element).words;
   if (kind === "topic" || kind === "service" || kind === "action") {
     const name = model.value(element, kind);
-    return [name === model.label(element) ? kind : `${kind} ${name}`, ...waiting(model, element)];
+    const shown = name === model.label(element) ? kind : `${kind} ${name}`;
+    return [shown, ...timesOf(model, element), ...waiting(model, element)];
   }
   if (kind.endsWith("-reference")) return [];
   const count = model.links(element, "objects").length;
-  return [words, `${count} inside`];
+  return [words, ...timesOf(model, element), `${count} inside`];
 }
 
 /** What is in a channel in the game that is played. @type {(model: Model, channel: string) => string[]} */
