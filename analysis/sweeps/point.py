@@ -105,7 +105,7 @@ class Figures:
     @classmethod
     def of(cls, found: object) -> Figures | None:
         """Return the figures that decoded JSON holds; None where it holds no such figures."""
-        types = get_type_hints(cls)
+        types = _types_of_figures()
         if not isinstance(found, dict) or not found.keys() <= types.keys():
             return None
         fit = (
@@ -113,6 +113,12 @@ class Figures:
             for name, value in found.items()
         )
         return cls(**found) if all(fit) else None
+
+
+@cache
+def _types_of_figures() -> dict[str, Any]:
+    """Return the type of each figure; a journal may have a million lines of them."""
+    return get_type_hints(Figures)
 
 
 _COUNTED = ("places", "transitions", "states", "arcs", "deadlocks", "reduced_states", "engine", "complete")

@@ -34,7 +34,7 @@ def subject_of(path: Path, model: sym.SystemModel) -> Subject:
     """Return what a model was imported from, as far as it says so; warn where it was changed since."""
     from dataclasses import replace
 
-    from dineros.metamodel.elements import nodes
+    from dineros.metamodel.elements import is_unseen, node_net_of, nodes
     from dineros.observation.differences.described import described
     from dineros.observation.importing.building import to_model
     from dineros.observation.importing.given import Given, given_beside, read_given
@@ -50,8 +50,11 @@ def subject_of(path: Path, model: sym.SystemModel) -> Subject:
     beside = given_beside(path)
     given = read_given(beside) if beside.exists() else Given()
     again = to_model(system, given, str(model.id)).model
-    if {node.id for node in nodes(again)} != {node.id for node in nodes(model)}:
-        warn(f"{path}: is not as it was imported; what else was changed than {beside.name} is not kept")
+    seen = [
+        {node.id for node in nodes(each) if not is_unseen(node_net_of(node))} for each in (again, model)
+    ]  # invented nodes are not part of what was seen
+    if seen[0] != seen[1]:
+        warn(f"{path}: was changed after its import; only the changes in {beside.name} are kept")
     return Subject(path, system, given, str(model.id))
 
 

@@ -14,6 +14,7 @@ from lxml import etree
 from tests.fuzz import mutators
 from tests.fuzz.judging import REFUSED, Outcome, run_command
 from tests.support.pnml import PNML, PTNET
+from tests.support.references.coloured import random_net
 
 Attempt = Callable[[bytes], Outcome]
 
@@ -150,6 +151,23 @@ def foreign_pnml(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Atte
         return outcome
 
     return FILES, attempt
+
+
+def symmetric_pnml(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
+    """Read a coloured net, which is unfolded."""
+    path, output = folder / "case.pnml", folder / "out.net"
+
+    def attempt(content: bytes) -> Outcome:
+        path.write_bytes(content)
+        output.unlink(missing_ok=True)
+        questions: list[list[object]] = [
+            ["convert", path, "-o", output],
+            ["validate", path],
+            ["statespace", path, "--no-cache", "--memory", "600M", "--timeout", "5"],
+        ]
+        return run_command(*questions[zlib.crc32(content) % len(questions)])
+
+    return [random_net(seed).pnml().encode() for seed in range(8)], attempt
 
 
 COMPARISONS = ("le", "ge", "lt", "gt", "eq", "ne")

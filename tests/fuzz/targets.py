@@ -22,7 +22,7 @@ from tests.fuzz.answering_targets import (
     timed_certificate,
 )
 from tests.fuzz.editing_targets import editor, editors_journal
-from tests.fuzz.foreign_targets import foreign_pnml, foreign_properties, mutate_foreign
+from tests.fuzz.foreign_targets import foreign_pnml, foreign_properties, mutate_foreign, symmetric_pnml
 from tests.fuzz.judging import REFUSED, Outcome, refused_or, run_command
 from tests.fuzz.observing_targets import (
     given,
@@ -33,6 +33,7 @@ from tests.fuzz.observing_targets import (
     tracing,
 )
 from tests.fuzz.running_targets import announcement, journal, live_page, message, mqtt, payload, rest_request
+from tests.fuzz.source_targets import SOURCES, source
 from tests.fuzz.steering_targets import answered_by_a_process, asked_of_a_node, said_by_a_page
 
 Attempt = Callable[[bytes], Outcome]
@@ -97,6 +98,11 @@ def _model(suffix: str, folder: Path, ending: ExitStack) -> tuple[Sequence[bytes
         ["run", path, "--simulate", "--timeout", "1", "--seed", "1"],
         ["check", path, "--no-cache", "--format", "sarif", *MEMORY],
         ["statespace", path, "--no-cache", *MEMORY],
+        ["find", path, "--marking", "a >= 99999", "--time", *MEMORY, *TIMEOUT],
+        ["check", path, "--time", "--no-cache", *MEMORY, *TIMEOUT],
+        ["reduce", path, "--time", "-o", output.with_suffix(".net")],
+        ["latency", path, *MEMORY, *TIMEOUT],
+        ["latency", path, "--bounds", "--json", *MEMORY, *TIMEOUT],
     ]
 
     def attempt(content: bytes) -> Outcome:
@@ -317,6 +323,7 @@ KINDS = {
     "net": Kind(partial(_model, "net"), mutators.mutate_words),
     "Romeo": Kind(partial(_model, "xml"), mutators.mutate_xml, share=20),
     "foreign PNML": Kind(foreign_pnml, mutate_foreign, share=200),
+    "symmetric PNML": Kind(symmetric_pnml, mutators.mutate_xml, share=50),
     "picture": Kind(_picture, mutators.mutate_xml, share=20),
     "LTL": Kind(
         _question(seeds.LTL, "verify MODEL --no-cache --memory 600M --timeout 5 --ltl TEXT"),
@@ -370,6 +377,7 @@ KINDS = {
     "recorded messages": Kind(recorded_messages, mutate_messages, share=20),
     "given": Kind(given, mutators.mutate_words, share=200),
     "tracing": Kind(tracing, mutators.mutate_bytes, share=50),
+    **{name: Kind(partial(source, each), each.mutate, share=50) for name, each in SOURCES.items()},
     "orders": Kind(_orders, mutators.mutate_json),
     "sweep journal": Kind(_sweep_journal, mutators.mutate_json_lines),
     "message": Kind(message, mutators.mutate_json, share=200),

@@ -70,9 +70,9 @@ def import_(
 ) -> int:
     """Make a system model of a running graph, a recording or source code, with one node net per node.
 
-    --source reads Python packages without running them: ports, groups, executors, and what callbacks do, with
-    the lines of the code. Code that it cannot follow is left open, and listed. With --graph, the model is
-    made of the code, and differences of the running graph are findings.
+    --source reads packages in Python and C++ without running them: ports, groups, executors, and what
+    callbacks do, with the lines of the code. Code that it cannot follow is left open, and listed. With
+    --graph, the model is made of the code, and differences of the running graph are findings.
 
     Facts that a graph does not show are assumed, marked in the model and listed. A file next to the model
     contains them: it is written if it does not exist, and never overwritten; correct it, and import again. A

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,23 @@ def bag(tmp_path: Path) -> Path:
             ]
     types = {"/where/_service_event": "std_srvs/srv/Trigger_Event"}
     return write_bag(tmp_path / "monday", messages, types=types)
+
+
+@pytest.mark.parametrize("is_changed", [False, True])
+def test_only_a_changed_model_is_called_changed(
+    bag: Path, tmp_path: Path, run: Run, is_changed: bool
+) -> None:
+    model = tmp_path / "seen.sym.xmi"
+    given_beside(model).write_text(GIVEN.replace('publishers = ["/mapper"]', ""))  # one is invented
+    assert run("import", "--bag", bag, "-o", model).exit_code == 0
+    if is_changed:
+        place = '<objects xsi:type="sym:Place" id="mapper.extra"/>'
+        model.write_text(
+            re.sub(r'(<pages [^>]*id="mapper"[^>]*>)', rf"\1{place}", model.read_text(), count=1)
+        )
+        assert place in model.read_text()
+    found = run("narrow", model, "--bag", bag)
+    assert ("was changed after its import" in found.stderr) == is_changed
 
 
 @pytest.fixture
