@@ -1,0 +1,222 @@
+"""Systems with counted times on real rclpy: ``python -m benchmarks.running.timed_systems --seconds 60``.
+
+Each system runs as the nodes of one process, each node with an executor of its own. A callback works by
+sleeping, which holds its thread and needs no processor, for a time drawn uniformly from its interval. Nothing
+delays messages on purpose: they take what the middleware takes, which is within the latency of the model.
+
+The table compares the greatest response times and latencies observed with the counted ones, which `dineros
+latency` answers exactly (``tests/analysis/latencies/test_answers.py``). A response of a subscription is taken
+from the moment of publication, so it contains the latency of its topic. Times are in units.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+from dineros.runtime.ros.process.domains import claimed_domain
+from dineros.runtime.ros.process.environment import ros_environment
+from tests.support.timed_systems.counted import CHAINS, COUNTED, RESPONSES
+
+TEN = (1, 2, 3, 4, 7, 9, 10, 11, 12, 14)
+WARM_UP = 3.0
+"""Seconds at the beginning that do not count: nodes discover each other."""
+
+
+HEADER = (
+    f"{'system':12} {'least':>5} {'most':>5} {'times':>7} {'least':>7} {'50 %':>7} {'99 %':>7} {'most':>7}"
+    f" {'share':>6} {'over':>5} {'late':>5} {'early':>5}"
+)
+"""Bounds; what was observed; the greatest as a part of its bound; over the bound, and over the allowance."""
+
+
+class Running:
+    """One system as nodes of rclpy.
+
+    Parameters
+    ----------
+    number : int
+        Of the system.
+    unit : float
+        Seconds of a unit.
+    """
+
+    def __init__(self, number: int, unit: float) -> None:
+        import rclpy
+        from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+
+        system = COUNTED[number].system
+        self.unit, self.chain = unit, CHAINS.get(number)
+        self.times: dict[str, list[float]] = defaultdict(list)
+        self.runs = 0
+        self.nodes: dict[str, Any] = {name: rclpy.create_node(name) for name in system["nodes"]}
+        self.publishers: dict[tuple[str, str], Any] = {}
+        self.groups: dict[tuple[str, str], Any] = {}
+        self.executors = []
+        for callback in system["callbacks"]:
+            self._add(callback)
+        for name, node in self.nodes.items():
+            threads = system["nodes"][name]["threads"]
+            executor = SingleThreadedExecutor() if threads == 1 else MultiThreadedExecutor(threads)
+            executor.add_node(node)
+            self.executors.append(executor)
+
+    def spin(self, seconds: float) -> None:
+        """Run for some seconds; only what ends after the warm-up is kept."""
+        for executor in self.executors:
+            threading.Thread(target=executor.spin, daemon=True).start()
+        time.sleep(WARM_UP)
+        self.times.clear()
+        self.runs = 0
+        time.sleep(seconds)
+
+    def _group(self, callback: dict[str, Any]) -> Any:
+        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+
+        key = callback["node"], callback["group"]
+        if key not in self.groups:
+            kind = ReentrantCallbackGroup if key[1] == "reentrant" else MutuallyExclusiveCallbackGroup
+            self.groups[key] = kind()
+        return self.groups[key]
+
+    def _add(self, callback: dict[str, Any]) -> None:
+        from std_msgs.msg import String
+
+        node = self.nodes[callback["node"]]
+        for _, *rest in callback["script"]:
+            topic = rest[-1]
+            if isinstance(topic, str) and (callback["node"], topic) not in self.publishers:
+                self.publishers[callback["node"], topic] = node.create_publisher(String, topic, 10)
+        if "period" in callback:
+            period = callback["period"] * self.unit
+
+            def strikes() -> None:
+                # The timer keeps its phase, so the next strike says when this one was.
+                released = time.monotonic() + timer.time_until_next_call() / 1e9 - period
+                self._run(callback, released, {})
+
+            timer = node.create_timer(period, strikes, callback_group=self._group(callback))
+            return
+
+        def hears(message: Any) -> None:
+            said = json.loads(message.data)
+            self._run(callback, said["sent"], said["began"])
+
+        node.create_subscription(
+            String, callback["topic"], hears, callback["depth"], callback_group=self._group(callback)
+        )
+
+    def _run(self, callback: dict[str, Any], released: float, began: dict[str, float]) -> None:
+        name = callback["name"]
+        began = {**began, name: released}
+        for kind, *rest in callback["script"]:
+            if kind == "work":
+                self._work(random.uniform(*rest))
+            elif kind == "publish":
+                self._publish(callback["node"], rest[0], began)
+            else:
+                raise ValueError(f"a step of another kind: {kind}")
+        ended = time.monotonic()
+        self.runs += 1
+        self.times[name].append((ended - released) / self.unit)
+        if self.chain is not None and name == self.chain[1] and self.chain[0] in began:
+            self.times["chain"].append((ended - began[self.chain[0]]) / self.unit)
+
+    def _work(self, units: float) -> None:
+        if units > 0:
+            time.sleep(units * self.unit)
+
+    def _publish(self, node: str, topic: str, began: dict[str, float]) -> None:
+        from std_msgs.msg import String
+
+        said = {"sent": time.monotonic(), "began": began}
+        self.publishers[node, topic].publish(String(data=json.dumps(said)))
+
+
+def bounds_of(number: int) -> dict[str, tuple[float, float]]:
+    """Return by callback, and for the chain, what may be observed, in units."""
+    system = COUNTED[number].system
+    found: dict[str, tuple[float, float]] = {}
+    for callback in system["callbacks"]:
+        name = callback["name"]
+        if name in RESPONSES.get(number, {}):
+            least, greatest = RESPONSES[number][name]
+            late = system["latency"].get(callback.get("topic"), (0, 0))[1]
+            found[name] = least, greatest + late
+    if number in CHAINS:
+        found["chain"] = CHAINS[number][2:4]
+    return found
+
+
+def one(number: int, unit: float, seconds: float) -> None:
+    """Run a system, and print what was observed as JSON."""
+    import rclpy
+
+    rclpy.init()
+    running = Running(number, unit)
+    running.spin(seconds)
+    observed = {name: sorted(values) for name, values in list(running.times.items())}
+    print(json.dumps({"runs": running.runs, "observed": observed}), flush=True)
+    os._exit(0)  # the threads of executors would go on
+
+
+def table(number: int, unit: float, seconds: float, allowance: float) -> bool:
+    """Run a system in a process of its own, print its rows, and return whether all was within the bounds."""
+    command = [sys.executable, "-m", "benchmarks.running.timed_systems"]
+    arguments = [f"--one={number}", f"--unit={unit}", f"--seconds={seconds}"]
+    with tempfile.TemporaryDirectory() as folder, claimed_domain() as domain:
+        environment = ros_environment(Path(folder), domain)
+        said = subprocess.run(
+            [*command, *arguments], env=environment, stdout=subprocess.PIPE, check=True,
+            timeout=seconds + 120,
+        ).stdout  # fmt: skip
+    told = json.loads(said)
+    is_fine = True
+    for name, (least, greatest) in bounds_of(number).items():
+        values = told["observed"].get(name, [])
+        if not values:
+            print(f"{number:>3} {name:8} {least:5} {greatest:5}   nothing was observed")
+            is_fine = False
+            continue
+        late = sum(value > greatest + allowance for value in values)
+        early = sum(value < least - allowance for value in values)
+        is_fine &= not late and not early
+        middle, most = values[len(values) // 2], values[-1]
+        print(
+            f"{number:>3} {name:8} {least:5} {greatest:5} {len(values):7} {values[0]:7.2f} {middle:7.2f} "
+            f"{values[int(0.99 * len(values))]:7.2f} {most:7.2f} {most / greatest:6.2f} "
+            f"{sum(value > greatest for value in values):5} {late:5} {early:5}",
+            flush=True,
+        )
+    return is_fine
+
+
+def main() -> None:
+    """Run the systems one after another."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=60.0, help="of each system")
+    parser.add_argument("--unit", type=float, default=0.01, help="seconds of a unit of time")
+    parser.add_argument("--allowance", type=float, default=0.2, help="for the machine, in units")
+    parser.add_argument("--systems", type=int, nargs="*", default=TEN)
+    parser.add_argument("--one", type=int, help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.one is not None:
+        one(given.one, given.unit, given.seconds)
+        return
+    print(HEADER)
+    results = [table(number, given.unit, given.seconds, given.allowance) for number in given.systems]
+    sys.exit(0 if all(results) else 1)
+
+
+if __name__ == "__main__":
+    main()
