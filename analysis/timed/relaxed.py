@@ -70,9 +70,9 @@ def bound_in_time(
     """Return how many tokens a place without arcs can hold with times; None if nothing proves a bound.
 
     Inhibitor arcs may limit what is put there. Or each marking enables a transition that takes a token from
-    the place at once: then no time passes while it is marked. Within a moment each transition that puts some
-    there fires once, as it has to wait after each firing, or no more often than it has tokens that nothing
-    puts back.
+    the place at once: then no time passes while it is marked. Such a transition must not depend on another
+    place without arcs, which may be empty. Within a moment each transition that puts some there fires once,
+    as it has to wait after each firing, or no more often than it has tokens that nothing puts back.
 
     Parameters
     ----------
@@ -102,7 +102,14 @@ def bound_in_time(
             if net.intervals[t].earliest <= 0 and not once:
                 return None
             most += put[place] * (1 if net.intervals[t].earliest > 0 else min(once))
-        elif take.get(place) == 1 and test[place] == 1 and net.intervals[t].latest == 0 and t not in signals:
+        elif (
+            take.get(place) == 1
+            and test[place] == 1
+            and net.intervals[t].latest == 0
+            and t not in signals
+            and not (test.keys() | dict(net.untimed.inhibitor.row(t)).keys()) & loose.places - {place}
+            and not dict(net.untimed.inhibitor.row(t)).get(place)
+        ):
             takers.append(t)
     return most if loose.some_is_enabled(takers, budget) else None
 

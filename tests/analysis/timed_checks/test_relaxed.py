@@ -107,6 +107,40 @@ def test_questions_have_the_answers_of_regions() -> None:
     assert proved >= 10
 
 
+def test_strikes_that_wait_for_other_strikes_may_gather() -> None:
+    """Two timers; what takes their strikes at once may need a strike of both, or none of the other."""
+    bounded = gathering = 0
+    for seed in range(30):
+        random = Random(seed)
+        clocks = [
+            TimedTransition(
+                f"t{n}", {n: 1}, {n: 1, n + 2: 1}, {}, {}, period, period, False, False, frozenset()
+            )
+            for n, period in enumerate(random.choices((1, 2), k=2))
+        ]
+        takers = []
+        for n in range(2, 2 + random.randint(1, 3)):
+            taken = random.choice(([2], [3], [2, 3]))
+            without = random.choice(({}, {}, {random.choice((2, 3)): random.randint(1, 2)}))
+            inhibitor = {p: weight for p, weight in without.items() if p not in taken or weight > 1}
+            takers.append(
+                TimedTransition(
+                    f"t{n}", dict.fromkeys(taken, 1), {}, {}, inhibitor, 0, 0, False, False, frozenset()
+                )
+            )
+        net = RandomNet((1, 1, 0, 0), [*clocks, *takers], ())
+        proof = without_times(timed_subject_of(model_of(net)), Budget(seconds=60))
+        try:
+            most = max(max(marking) for marking in net.regions(3_000).markings)
+        except OverflowError:
+            gathering += 1
+            assert proof.most is None, seed
+            continue
+        bounded += proof.most is not None
+        assert proof.most is None or most <= proof.most, seed
+    assert min(bounded, gathering) >= 3, (bounded, gathering)
+
+
 def test_an_inhibitor_arc_limits_what_gathers() -> None:
     for weight, expected in ((1, 2), (3, 4)):
         one = TimedTransition("t0", {0: 1}, {0: 1, 1: 2}, {}, {1: weight}, 0, None, False, False, frozenset())
