@@ -28,7 +28,8 @@ class Blocked:
     callback : Waiter
         The callback.
     circle : Circle or None
-        Those that wait for each other then; None where something is missing that nobody has.
+        Those that wait for each other then, the callback among them or waiting for them; None where something
+        is missing that nobody has.
     trace : tuple of int
         Transitions that lead there.
     """
@@ -40,6 +41,8 @@ class Blocked:
 
 def blocked(space: SymbolicStateSpace, waiting: Waiting, budget: Budget = UNLIMITED) -> Iterator[Blocked]:
     """Yield the callbacks that can wait forever: each circle once, and each other callback once.
+
+    A callback that waits for a circle which it is not in is not named, only the circle.
 
     Parameters
     ----------
@@ -63,7 +66,7 @@ def blocked(space: SymbolicStateSpace, waiting: Waiting, budget: Budget = UNLIMI
         doomed = never_without(sets, callback.places)
         is_alone = bool(doomed)
         for marking, trace in last_parts(sets, doomed):
-            circle = waiting.circle(marking)
+            circle = waiting.circle(marking, callback.waiter)
             is_alone &= circle is None
             if circle is not None and circle not in known:
                 known.add(circle)

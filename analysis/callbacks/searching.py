@@ -21,6 +21,11 @@ from dineros.analysis.nets.compiled import CompiledNet
 CLOSED = 4
 """Runs from where a callback never ends: another may close another circle."""
 
+TOO_LARGE = "the parts of the net that tell are too large"
+
+OWN_SECONDS = 5.0
+"""Seconds of runs that look for a circle of their own, of callbacks that wait for others."""
+
 
 @dataclass(frozen=True)
 class Search:
@@ -29,13 +34,20 @@ class Search:
     Attributes
     ----------
     blocked : tuple of Blocked
-        Callbacks that can wait forever: each circle once, and each other callback once.
+        Callbacks that can wait forever: each circle once, and each other callback once, unless it waits for a
+        circle.
     is_complete : bool
         Whether all others that were asked for are proved to end always.
+    reason : str
+        Why not; empty where they are.
+    is_settled : bool
+        Whether all others end always, but for those that wait for a circle that was found.
     """
 
     blocked: tuple[Blocked, ...]
     is_complete: bool
+    reason: str = ""
+    is_settled: bool = True
 
 
 def searched(
@@ -57,6 +69,7 @@ def searched(
     walks = Walks(net, waiting)
     found: list[Blocked] = []
     left: list[Callback] = []
+    waits: list[Callback] = []
     endings = Endings(net)
     for callback in waiting.callbacks.values():
         if pages is not None and callback.waiter.element not in pages:
@@ -65,6 +78,7 @@ def searched(
         if ending.status == "unknown":
             left.append(callback)
         elif ending.status == "waits":
+            waits.append(callback)
             runs = [
                 blocked
                 for seed in range(CLOSED)
@@ -74,7 +88,20 @@ def searched(
             found += circles or [blocked for blocked in runs if blocked.callback == callback.waiter]
     if left:
         found += walks.found(budget)
-    return Search(tuple(map(walks.shortest, _once(found))), not left)
+    elif _unnamed(waits, found):  # it may also wait for itself, not only for a circle of others
+        found += walks.found(budget.at_most(OWN_SECONDS))
+    reason = TOO_LARGE if left else ""
+    if not left and (others := _unnamed(waits, found)):
+        named = ", ".join(callback.waiter.text for callback in others)
+        reason = f"{named} can wait for these; whether for something else, too, is not known"
+    return Search(tuple(map(walks.shortest, _once(found))), not reason, reason, not left)
+
+
+def _unnamed(waits: list[Callback], found: list[Blocked]) -> list[Callback]:
+    """Return the callbacks that can wait forever, though in no circle that was found."""
+    named = {each.callback for each in found if each.circle is None}
+    named.update(waiter for each in found if each.circle is not None for waiter in each.circle.waiters)
+    return [callback for callback in waits if callback.waiter not in named]
 
 
 def _once(found: list[Blocked]) -> list[Blocked]:

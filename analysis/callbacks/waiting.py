@@ -109,8 +109,16 @@ class Waiting:
                 page = source_of(link, sym.CallbackPage)
                 self.callbacks[page, link.index].awaiting = subject.place_index[link.target.id]
 
-    def circle(self, marking: Marking) -> Circle | None:
-        """Return some that wait for each other in a marking, a shortest circle; None where there is none."""
+    def circle(self, marking: Marking, of: Waiter | None = None) -> Circle | None:
+        """Return some that wait for each other in a marking, a shortest circle; None where there is none.
+
+        Parameters
+        ----------
+        marking : sequence of int
+            The marking.
+        of : Waiter, optional
+            Only circles that it waits for, those that it is in before others.
+        """
         ways, held = self._ways(marking)
         stuck = _stuck(ways)
         if not stuck:
@@ -124,14 +132,22 @@ class Waiting:
         edges = [(one, other) for one in needs for other in needs[one]]
         begun = {each.waiter for each in self.callbacks.values() if each.has_begun(marking)}
         circles: list[tuple[Waiter, ...]] = []
-        for part in nx.strongly_connected_components(nx.DiGraph(edges)):
+        graph: nx.DiGraph[Waiter] = nx.DiGraph(edges)
+        reached = None if of is None else {of, *(nx.descendants(graph, of) if of in graph else ())}
+        for part in nx.strongly_connected_components(graph):
+            if reached is not None and reached.isdisjoint(part):
+                continue
             here: nx.DiGraph[Waiter] = nx.DiGraph([edge for edge in edges if part.issuperset(edge)])
             for waiter in (each for each in here if each in begun):
                 to = [nx.shortest_path(here, after, waiter) for after in here.successors(waiter)]
                 circles += [(waiter, *way[:-1]) for way in to]
         if not circles:
             return None
-        waiters = min(circles, key=lambda circle: (len(circle), [waiter.text for waiter in circle]))
+
+        def rank(circle: tuple[Waiter, ...]) -> tuple[bool, int, list[str]]:
+            return of is not None and of not in circle, len(circle), [waiter.text for waiter in circle]
+
+        waiters = min(circles, key=rank)
         return Circle(waiters, tuple(_reasons(waiters, needs, ways, held)))
 
     def _ways(self, marking: Marking) -> tuple[dict[Waiter, Ways], set[Waiter]]:
@@ -199,6 +215,9 @@ class Waiting:
         for key, callback in self.callbacks.items():
             if callback.waiter.element != page or not callback.has_begun(marking):
                 continue
+            for call in self._awaited(callback.page, callback.index):
+                if isinstance(call.client, sym.ClientPort) and _any(call.under_way, marking):
+                    found[str(call.client.response.id)] = None
             begins = set(self._begins(callback))
             for step in self._inside[key]:
                 if step not in begins and self._is_reached(step, marking):

@@ -79,7 +79,7 @@ class Walks:
         budget : Budget
             Its time.
         known : Callback, optional
-            One that is known never to end after that.
+            One that is known never to end after that: only circles are of interest that it waits for.
         """
         trace, doomed = self._walk(list(begun), draw, budget, known)
         for callback, circle in doomed:
@@ -115,7 +115,7 @@ class Walks:
         endless = [each for each in begun if each is known or possible.isdisjoint(self._ends[id(each)])]
         if not endless:
             return []
-        circle = self._waiting.circle(marking)
+        circle = self._waiting.circle(marking, None if known is None else known.waiter)
         of = {each.waiter: each for each in begun}
         inside = [of[waiter] for waiter in (circle.waiters if circle is not None else ()) if waiter in of]
         if inside and all(each in endless for each in inside):  # else it may open again
@@ -148,17 +148,24 @@ class Walks:
             return False
         if not self._possible(marking).isdisjoint(self._ends[id(callback)]):
             return False
-        return circle is None or self._waiting.circle(marking) == circle
+        return circle is None or self._waiting.circle(marking, callback.waiter) == circle
 
     def shortest(self, blocked: Blocked) -> Blocked:
-        """Return the same with a run that goes no further, without what it does not need."""
+        """Return the same with a run that goes no further, without what it does not need.
+
+        A callback that never ends for itself may be doomed before it waits: the run goes to where it does.
+        """
         circle = blocked.circle
         callback = next(c for c in self._waiting.callbacks.values() if c.waiter == blocked.callback)
+        end, page = replay(self._net, blocked.trace)[-1], callback.waiter.element
+        waits = circle is None and bool(self._waiting.lacking(page, end))
 
         def is_there(marking: list[int]) -> bool:
+            if waits and not self._waiting.lacking(page, marking):
+                return False
             return self._waits_so(callback, circle, marking)
 
-        if not is_there(replay(self._net, blocked.trace)[-1]):
+        if not is_there(end):
             return blocked  # that it never ends is proved for this run only
         found = shortened(self._net, blocked.trace, is_there, SHORTENING)
         replay(self._net, found)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from dineros.analysis.callbacks.circles import Circle
+from dineros.analysis.callbacks.circles import Circle, Waiter
 from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.logic.language.errors import FormulaError
@@ -25,6 +25,7 @@ MOST_MARKINGS = 1_000_000
 """Markings of which all are looked at for callbacks that wait; of more, parts of the net tell as much."""
 
 ALL_END = "every callback that has begun can end"
+OTHERS_END = "every other callback that has begun can end"
 
 
 class Deadlock(Question):
@@ -72,11 +73,12 @@ class Deadlock(Question):
     def _find(self, checked: Checked, group: DeadlockGroup) -> None:
         from dineros.analysis.checks.deadlocks import group_text, is_finished
 
-        subject, witness = checked.subject, witness_to(checked.subject, group.trace)
+        subject = checked.subject
         circle = checked.waiting.circle(replay(subject.net, group.trace)[-1])
         if circle is not None:
-            Callbacks.find(checked, circle, witness)
+            Callbacks.find(checked, circle, group.trace)
             return
+        witness = witness_to(subject, group.trace)
         waits = dict.fromkeys(subject.transition_element(cause.transition) for cause in group.causes)
         text = group_text(subject, group)
         fault = self.RESTS if is_finished(subject, group) else self.STUCK
@@ -141,9 +143,9 @@ class Callbacks(Question):
         found = cls._report(checked, search.blocked)
         if not search.is_complete:
             asks = "which other callbacks can wait forever" if found else cls.asks
-            checked.leave_open(asks, "the parts of the net that tell are too large")
+            checked.leave_open(asks, search.reason)
         else:
-            checked.report.proved.append("every other callback that has begun can end" if found else ALL_END)
+            checked.report.proved.append(OTHERS_END if found else ALL_END)
 
     @classmethod
     def _report(cls, checked: Checked, each_blocked: Iterable[Blocked]) -> bool:
@@ -153,22 +155,23 @@ class Callbacks(Question):
             if each.circle is None and is_unseen(node_net_of(each.callback.model)):
                 continue  # it stands for what other programs do, which is not known
             found = True
-            witness = witness_to(checked.subject, each.trace)
             if each.circle is not None:
-                cls.find(checked, each.circle, witness)
+                cls.find(checked, each.circle, each.trace)
             else:
                 callback = each.callback
+                witness = cls._witness(checked, callback, None, each.trace)
                 checked.report.findings.append(
                     cls.ENDLESS.found(callback.element, witness=witness, callback=callback.text)
                 )
         return found
 
     @classmethod
-    def find(cls, checked: Checked, circle: Circle, witness: Witness) -> None:
-        """Put a circle into the report, once for all server instances."""
+    def find(cls, checked: Checked, circle: Circle, trace: tuple[int, ...]) -> None:
+        """Put a circle, which is closed after a run, into the report, once for all server instances."""
         if any(other.shape == circle.shape for other in checked.circles):
             return
         checked.circles.append(circle)
+        witness = cls._witness(checked, circle.waiters[0], circle, trace)
         finding = replace(
             cls.CIRCLE.found(*circle.elements, witness=witness, circle=circle),
             circle=tuple(waiter.text for waiter in circle.waiters),
@@ -178,3 +181,16 @@ class Callbacks(Question):
             ),
         )
         checked.report.findings.append(finding)
+
+    @staticmethod
+    def _witness(
+        checked: Checked, callback: Waiter, circle: Circle | None, trace: tuple[int, ...]
+    ) -> Witness:
+        """Return a run that ends where a callback waits forever, without what could go on after that."""
+        from dineros.analysis.callbacks.blocking import Blocked
+        from dineros.analysis.callbacks.walking import Walks
+
+        if checked.is_shown and not checked.subject.is_timed:
+            walks = Walks(checked.subject.net, checked.waiting)
+            trace = walks.shortest(Blocked(callback, circle, trace)).trace
+        return witness_to(checked.subject, trace)

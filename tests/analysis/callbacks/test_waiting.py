@@ -51,7 +51,7 @@ def circles(model: sym.SystemModel) -> list[Circle | None]:
     subject = base_subject(model)
     waiting, space = Waiting(subject), symbolic_state_space(subject.net)
     each = list(blocked(space, waiting))
-    assert [waiting.circle(replay(subject.net, one.trace)[-1]) for one in each] == [
+    assert [waiting.circle(replay(subject.net, one.trace)[-1], one.callback) for one in each] == [
         one.circle for one in each
     ]
     return [one.circle for one in each]

@@ -35,7 +35,7 @@ def test_a_circle_in_every_format(run: Run, path: Path) -> None:
         "needs the default callback group, which OnTimer itself holds"
     )
     assert (
-        f"error: {text} [7 steps] [callback-deadlock]\n    1  the timer of callback OnTimer ticks"
+        f"error: {text} [6 steps] [callback-deadlock]\n    1  the timer of callback OnTimer ticks"
         in result.stdout
     )
 
@@ -53,7 +53,7 @@ def test_a_circle_in_every_format(run: Run, path: Path) -> None:
     assert result_["message"]["text"] == text
     related = [each["message"]["text"] for each in result_["relatedLocations"] if "message" in each]
     assert len(result_["relatedLocations"]) - sum(text.startswith("consequence: ") for text in related) == 2
-    assert len(result_["codeFlows"][0]["threadFlows"][0]["locations"]) == 7
+    assert len(result_["codeFlows"][0]["threadFlows"][0]["locations"]) == 6
     assert text in run("check", path, *TWO_THREADS, "--format", "junit").stdout
 
 

@@ -176,5 +176,5 @@ def search(model: sym.SystemModel) -> Search:
     waiting = Waiting(subject)
     found = searched(subject.net, waiting, Budget(seconds=300).begun())
     for each in found.blocked:
-        assert waiting.circle(replay(subject.net, each.trace)[-1]) == each.circle
+        assert waiting.circle(replay(subject.net, each.trace)[-1], each.callback) == each.circle
     return found
