@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
 from dineros.analysis.model.wording import outcome_words
@@ -19,6 +20,9 @@ from dineros.metamodel.records import Accept, Cancel, Canceling, Finish, Outcome
 
 if TYPE_CHECKING:
     from dineros.transformations.flattening.traces import Link
+
+HANGS_SHARE = 0.3
+"""Part of the time that is left for goals that wait forever; the rest is for what is asked after that."""
 
 _MORE_GOALS = "what can happen with more goals at once"
 _ASSUMES = "a client does not wait for the end of a goal, and the answers assume that {assumption}"
@@ -121,10 +125,14 @@ class Goals(Question):
                 )
                 checked.leave_open("whether goals can wait forever", reason)
             return
+        share = checked.budget.share(HANGS_SHARE)
         try:
-            hangs = [self._hangs(checked, client) for client in clients]
+            hangs = [self._hangs(checked, client, share) for client in clients]
         except DiagramMemoryError:
             checked.leave_open("whether goals can wait forever", OUT_OF_MEMORY)
+            return
+        except BudgetExceededError as limit:
+            checked.leave_open("whether goals can wait forever", str(limit))
             return
         if not any(hangs):
             losses = [each for client in clients for each in client.losses]
@@ -164,12 +172,12 @@ class Goals(Question):
             question = f"whether goals of {client.words} can overtake each other"
             checked.leave_open(question, "there are too many markings")
 
-    def _hangs(self, checked: Checked, client: _Client) -> bool:
+    def _hangs(self, checked: Checked, client: _Client, budget: Budget) -> bool:
         """Look for goals that no marking ends from some marking on; return whether there are any."""
         from dineros.analysis.callbacks.blocking import last_parts, never_without
         from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 
-        sets, index = SymbolicSets(checked.space, budget=checked.budget), checked.subject.place_index
+        sets, index = SymbolicSets(checked.space, budget=budget), checked.subject.place_index
         waits: list[tuple[Fault, list[str], dict[str, str]]] = [
             (self.NOT_ACCEPTED, client.waits, {}),
             (self.ENDLESS, list(client.works.values()), {}),

@@ -3,13 +3,16 @@
 A fault is a consequence of another one if it disappears where that one is mended: the questions are asked
 once more of the mended model. It stays a finding of its own where it is found again, where a question is left
 open there, and where no change is known that mends the cause. A message that is lost is found again where the
-run that loses it can be replayed. What disappears only where all causes are mended together is listed under
-the first of them.
+run that loses it can be replayed. That a part is never used is disproved by a run of the mended model which
+uses it; only what no run settles needs all its markings. What disappears only where all causes are mended
+together is listed under the first of them. A callback that never ends is a cause, and may be a consequence of
+another one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -18,7 +21,8 @@ from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import QUESTIONS, check
 from dineros.analysis.checks.overflow import Overflow, Presence
 from dineros.analysis.checks.question import Question
-from dineros.analysis.consequences.mending import Mend, is_cause, is_proved, mend_of
+from dineros.analysis.consequences.mending import Mend, is_cause, is_effect, is_proved, mend_of
+from dineros.analysis.consequences.used import used_in_runs
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.witness import WitnessError, replay
 from dineros.analysis.symbolic.order_cache import OrderCache
@@ -27,10 +31,13 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.constraints import validate
 from dineros.transformations.language.copying import deep_copy
 
-SHARE = 0.6
+SHARE = 0.9
 """Part of the time that is left for asking again."""
 
-LEAST_SECONDS, TIMES = 10.0, 4.0
+MEND_SHARE = 0.6
+"""Part of it that the search for a change may take which mends a cause."""
+
+LEAST_SECONDS, TIMES = 30.0, 4.0
 """Without a limit of time, asking again may take so long, or so many times what the check took."""
 
 _LOSSES = frozenset(fault.rule for question in (Overflow, Presence) for fault in question.faults)
@@ -67,15 +74,22 @@ def fold_consequences(
     again : callable, optional
         Asks a mended model again; by default without times.
     """
-    # Time may run out: errors first, as they explain more.
-    causes = sorted(filter(is_cause, report.findings), key=lambda finding: finding.severity != "error")
-    if not isinstance(model, sym.SystemModel) or not causes or not _may_follow(report):
+    # Time may run out: errors first, as they explain more; what may itself be a consequence comes last.
+    causes = sorted(
+        filter(is_cause, report.findings),
+        key=lambda finding: (is_effect(finding), finding.severity != "error"),
+    )
+    if not isinstance(model, sym.SystemModel) or not causes:
         return
     _Folding(model, report, _limited(budget), again or partial(_without, orders)).fold(causes)
 
 
 def _may_follow(report: Report) -> list[Finding]:
-    return [each for each in report.findings if each.severity != "note" and not is_cause(each)]
+    return [
+        each
+        for each in report.findings
+        if each.severity != "note" and (is_effect(each) or not is_cause(each))
+    ]
 
 
 def _limited(budget: Budget) -> Budget:
@@ -95,19 +109,26 @@ class _Folding:
     def fold(self, causes: Sequence[Finding]) -> None:
         """Ask again where each of the causes is mended, and where all of them are."""
         found: dict[int, list[Finding]] = {id(cause): [] for cause in causes}
-        mends: list[Mend] = []
-        try:
-            for number, cause in enumerate(causes):
-                self._budget.stage(f"consequences of {cause.rule}, {number + 1} of {len(causes)}")
-                mend = mend_of(self._model, cause, self._budget)
+        mended: list[tuple[Finding, Mend]] = []
+        for number, cause in enumerate(causes):
+            if is_effect(cause) and not _is_in(cause, self._left):
+                continue  # it is a consequence
+            if all(each is cause for each in self._left):
+                continue
+            parts = len(causes) - number + (len(causes) > 1)  # the last one is for all of them together
+            share = self._budget.share(1 / parts)
+            share.stage(f"consequences of {cause.rule}, {number + 1} of {len(causes)}")
+            with suppress(BudgetExceededError):
+                mend = mend_of(self._model, cause, share.share(MEND_SHARE))
                 if mend is not None:
-                    mends.append(mend)
-                    found[id(cause)] += self._gone([mend], {key_of(cause)})
-            if len(mends) > 1 and self._left:
-                self._budget.stage("consequences of all causes together")
-                found[id(causes[0])] += self._gone(mends, ())
-        except BudgetExceededError:
-            pass
+                    mended.append((cause, mend))
+                    found[id(cause)] += self._gone([(cause, mend)], share)
+            if found[id(cause)]:
+                self._left = [each for each in self._left if each is not cause]
+        if len(mended) > 1:
+            self._budget.stage("consequences of all causes together")
+            with suppress(BudgetExceededError):
+                found[id(mended[0][0])] += self._gone(mended, self._budget)
         folded = {id(each) for some in found.values() for each in some}
         first, others = [], []
         for finding in self._report.findings:
@@ -118,22 +139,25 @@ class _Folding:
                 others.append(finding)
         self._report.findings[:] = [*first, *others]
 
-    def _gone(self, mends: Sequence[Mend], causes: Collection[_Key]) -> list[Finding]:
-        """Return what disappears where causes are mended, and do so, too; take it out of what is left."""
-        if not self._left:
+    def _gone(self, mended: Sequence[tuple[Finding, Mend]], budget: Budget) -> list[Finding]:
+        """Return what disappears where causes are mended, and take it out of what is left."""
+        causes = [cause for cause, _ in mended]
+        left = [each for each in self._left if not _is_in(each, causes)]
+        if not left or budget.is_over:
             return []
-        mended, _ = deep_copy(self._model)
-        assert isinstance(mended, sym.SystemModel)
-        for mend in mends:
-            mend(mended)
-        if any(problem.severity == "error" for problem in validate(mended)):
+        model, _ = deep_copy(self._model)
+        assert isinstance(model, sym.SystemModel)
+        for _, mend in mended:
+            mend(model)
+        if any(problem.severity == "error" for problem in validate(model)):
             return []
-        subject = base_subject(mended)
-        open_now = [each for each in self._left if not _is_lost_again(each, subject)]
+        subject = base_subject(model)
+        open_now = [each for each in left if not _is_lost_again(each, subject)]
         if not open_now:
             return []
-        gone = self._again(mended, causes, open_now, self._budget)
-        self._left = [each for each in self._left if each not in gone]
+        asked = {key_of(cause) for cause in causes} if len(causes) == 1 else set()
+        gone = self._again(model, asked, open_now, budget)
+        self._left = [each for each in self._left if not _is_in(each, gone)]
         return gone
 
 
@@ -145,12 +169,25 @@ def _without(
     budget: Budget,
 ) -> list[Finding]:
     """Ask a model again without its times."""
-    rules = {rule for rule, _ in causes if not is_proved(rule)} | {finding.rule for finding in some}
+    used = used_in_runs(base_subject(mended), some, budget)
+    rest = [each for each in some if not _is_in(each, used)]
+    rules = {rule for rule, _ in causes if not is_proved(rule)}
+    if not rest and not rules:
+        return used
+    rules |= {finding.rule for finding in rest}
     again = check(mended, budget, orders=orders, questions=_asking(rules), is_shown=False)
     still = {key_of(finding) for finding in again.findings if finding.severity != "note"}
-    if not still.isdisjoint(causes) or not again.open_rules.isdisjoint(rule for rule, _ in causes):
+    if any(key in still or key[0] in again.open_rules for key in causes if not is_proved(key[0])):
         return []
-    return [each for each in some if key_of(each) not in still and each.rule not in again.open_rules]
+    gone = [
+        *used,
+        *(each for each in rest if key_of(each) not in still and each.rule not in again.open_rules),
+    ]
+    return [each for each in some if _is_in(each, gone)]
+
+
+def _is_in(finding: Finding, some: Sequence[Finding]) -> bool:
+    return any(finding is each for each in some)
 
 
 def _is_lost_again(finding: Finding, subject: Subject) -> bool:

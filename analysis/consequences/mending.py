@@ -4,7 +4,8 @@ Ports that do not match get the quality of service that is asked for, and what i
 is not there is kept for it. A clause that can never be true is left out. Where callbacks wait for each other,
 groups and threads are changed, the fewest first, until none of them waits any more; a server that never hears
 of requests to cancel gets another thread. A callback that waits forever gets what it waits for: a time-out of
-its call, or a transition that gives the token.
+its call, or a transition that gives the token. A place that grows gets a capacity, or no tokens at all if
+nothing ever looks at it.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.searching import searched
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.checks.blocking import Callbacks
+from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.clauses import Clauses
 from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
@@ -31,12 +33,18 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, here, inhibit
 from dineros.metamodel.callbacks.groups import threads_of, works_on_goals
 from dineros.metamodel.clauses import remove_clause
-from dineros.metamodel.elements import channels, find, node_net_of
+from dineros.metamodel.elements import channels, find, node_net_of, pages, resolve
 from dineros.metamodel.matching import mismatch
 from dineros.metamodel.settings import apply
 
+_KEPT = {"durability": "transientLocal", "reliability": "reliable"}
+"""Qualities of service with which who subscribes later gets the messages that were kept."""
+
 MOST_CHANGES, MOST_MODELS = 4, 16
 """Changes together, and models, that are tried against callbacks that wait for each other."""
+
+ENOUGH = 10
+"""Tokens that a place may still hold whose growth is stopped: few of them would mend more than that."""
 
 Mend = Callable[[sym.SystemModel], None]
 """Changes a copy of the model in place."""
@@ -68,9 +76,14 @@ def is_cause(finding: Finding) -> bool:
     return finding.rule in _MENDS
 
 
+def is_effect(finding: Finding) -> bool:
+    """Tell whether a fault of a kind that others may follow from may itself follow from one."""
+    return finding.rule == Callbacks.ENDLESS.rule
+
+
 def is_proved(rule: str) -> bool:
-    """Tell whether a mend of a fault of this kind is proved to be one while it is looked for."""
-    return rule == Callbacks.CIRCLE.rule
+    """Tell whether a mend of a fault of this kind is known to be one: by a proof, or by what it changes."""
+    return rule in (Callbacks.CIRCLE.rule, Matching.NOT_MATCHED.rule, Clauses.UNSATISFIABLE.rule)
 
 
 def _against_mismatch(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
@@ -87,7 +100,10 @@ def _against_mismatch(model: sym.SystemModel, finding: Finding, budget: Budget) 
 
 
 def _against_absence(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
-    """Let the publisher keep its messages for who comes later; None where it does so already."""
+    """Let the publisher keep its messages for who comes later; None where it does so already.
+
+    A message that was kept reaches who comes later only if it is repeated until it arrives.
+    """
     channel, publisher, subscriber = finding.elements
     topic = find(model, channel, sym.TopicChannel)
     ports = {
@@ -95,9 +111,10 @@ def _against_absence(model: sym.SystemModel, finding: Finding, budget: Budget) -
         "subscriber": next(port for port in topic.subscribers if port.place.id == subscriber),
     }
     settings = [
-        f"{channel}.{kind}.{port.place.id}.qos.durability=transientLocal"
+        f"{channel}.{kind}.{port.place.id}.qos.{quality}={value}"
         for kind, port in ports.items()
-        if port.qos is None or str(port.qos.durability) != "transientLocal"
+        for quality, value in _KEPT.items()
+        if port.qos is None or str(getattr(port.qos, quality)) != value
     ]
     return _settings(settings) if settings else None
 
@@ -122,7 +139,9 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
         return None
     subject = witness.subject
     trace = [subject.transition_index[step.transition] for step in witness.steps]
-    circle = Waiting(subject).circle(replay(subject.net, trace)[-1])
+    waiting, marking = Waiting(subject), replay(subject.net, trace)[-1]
+    closed = [waiting.circle(marking, callback.waiter) for callback in waiting.callbacks.values()]
+    circle = next((each for each in closed if each is not None and each.elements == finding.elements), None)
     if circle is None:
         return None
     pages = {waiter.element for waiter in circle.waiters if waiter.kind == "callback"}
@@ -160,7 +179,8 @@ def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -
     }
     page = find(model, finding.elements[0], sym.CallbackPage)
     is_copied = page.kind == sym.CallbackKind.server or works_on_goals(page)
-    if not lacking or (is_copied and not clients.keys() >= set(lacking)):
+    copied_places = {str(part.id) for part in page.eAllContents() if isinstance(part, pn.Place)}
+    if not lacking or (is_copied and not copied_places.isdisjoint(set(lacking) - clients.keys())):
         return None  # a giver outside of a page that is copied would give to none of the copies
 
     def mend(copied: sym.SystemModel) -> None:
@@ -185,6 +205,41 @@ def _give(place: pn.Place) -> None:
     inhibit(here_place, giver)
 
 
+def _against_growth(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+    """Stop the growth where a capacity does; None if clients would have to wait for an acknowledgement.
+
+    What is put onto a place that nothing looks at is left out, which changes nothing else.
+    """
+    from dineros.analysis.covering.growing import largest_weights
+    from dineros.analysis.covering.growth import remedy_of
+
+    subject = None if finding.witness is None else finding.witness.subject
+    remedy = None if subject is None else remedy_of(subject.net)
+    if subject is None or remedy is None or len(remedy.weights) > 1:
+        return None
+    looked_at, grown = largest_weights(subject.net), {}
+    growing = [p for p in remedy.counters if subject.place_text(p) in finding.elements]
+    for place in (*remedy.weights, *growing):
+        link = subject.link_of(subject.net.places[place])
+        source = None if link is None or link.meaning is not None else link.sources[0]
+        if not isinstance(source, sym.Place):
+            return None
+        grown[str(source.id)] = looked_at[place] and max(remedy.credits, looked_at[place], ENOUGH)
+
+    def mend(copied: sym.SystemModel) -> None:
+        for id, most in grown.items():
+            if most:
+                find(copied, id, sym.Place).capacity = most
+        for page in pages(copied):
+            for arc in list(page.arcs):
+                if grown.get(str(resolve(arc.target).id)) == 0:
+                    arc.source.outgoing.remove(arc)
+                    arc.target.incoming.remove(arc)
+                    page.arcs.remove(arc)
+
+    return mend if grown else None
+
+
 _Entry = tuple[tuple[int, int, int, int], int, Changes]
 
 
@@ -200,7 +255,7 @@ def _blocked(model: sym.SystemModel, pages: set[str], budget: Budget) -> list[Bl
     subject = base_subject(model)
     search = searched(subject.net, Waiting(subject), budget, pages)
     found = [each for each in search.blocked if _is_of(each, pages)]
-    return found if found or search.is_complete else None
+    return found if found or search.is_settled else None
 
 
 def _is_of(blocked: Blocked, pages: set[str]) -> bool:
@@ -223,5 +278,6 @@ _MENDS: dict[str, Callable[[sym.SystemModel, Finding, Budget], Mend | None]] = {
     Callbacks.CIRCLE.rule: _against_waiting,
     Callbacks.ENDLESS.rule: _against_endless,
     Goals.UNHEARD.rule: _against_unheard,
+    Boundedness.UNBOUNDED.rule: _against_growth,
 }
 """Kinds of faults that others may be consequences of, with what finds a change against each."""

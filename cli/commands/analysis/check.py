@@ -53,8 +53,8 @@ if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Finding, Report
     from dineros.metamodel import pn
 
-TIMED_SHARE = 0.85
-"""Part of the time for the questions with times; what is left tells consequences from their causes."""
+ASKED_SHARE = 0.85
+"""Part of the time for the questions; what is left tells consequences from their causes."""
 
 
 @search_command(
@@ -217,9 +217,9 @@ def check(
     if timed:
         from dineros.analysis.timed_checks.timed_check import ask_timed
 
-        with_times = ask_timed(net, report, budget.share(TIMED_SHARE), orders)
+        with_times = ask_timed(net, report, budget.share(ASKED_SHARE), orders)
     elif scheduler is None:
-        check_model(net, budget, report, behaviour, orders)
+        check_model(net, budget.share(ASKED_SHARE), report, behaviour, orders)
     if with_times is not None and confirm:
         told = confirm_with_times(with_times, run.budget())
     elif scheduler is None:

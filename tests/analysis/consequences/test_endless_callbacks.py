@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from dineros.analysis.answers.budget import UNLIMITED
 from dineros.analysis.checks.check import check
 from dineros.analysis.consequences.folding import fold_consequences
@@ -62,10 +64,12 @@ def test_the_model_is_left_as_it_was() -> None:
     assert sum(1 for each in model.eAllContents() if isinstance(each, sym.Transition)) == transitions
 
 
-def test_a_response_that_is_lost_with_its_server() -> None:
+@pytest.mark.parametrize("shuts_down", [False, True], ids=["cleaned up", "shut down"])
+def test_a_response_that_is_lost_with_its_server(shuts_down: bool) -> None:
     """A time-out would end the callback: the rest is a consequence, but for the losses themselves."""
     model = sym.SystemModel(id="routes", middleware="ros2")
-    planner = node_net(model, "planner", execution="callbacks", lifecycle=sym.Lifecycle(cleansUp=True))
+    lifecycle = sym.Lifecycle(cleansUp=not shuts_down, shutsDown=shuts_down)
+    planner = node_net(model, "planner", execution="callbacks", lifecycle=lifecycle)
     plan = callback(planner, "OnRoute", "server")
     asked, planned = place(plan, "Asked"), place(plan, "Planned")
     step(plan, "Plan", [asked], [planned])
@@ -83,3 +87,29 @@ def test_a_response_that_is_lost_with_its_server() -> None:
     assert found["callback-never-ends"] == [("deadlock", "Ask")]
     assert {"server-not-there", "request-lost-with-server"} <= set(found)
     assert client.timeout is None
+
+
+def test_callbacks_that_lack_the_same_token_are_one_fault() -> None:
+    """A service's callback keeps a token of its node that it and another one need."""
+    model = sym.SystemModel(id="taken", middleware="ros2")
+    robot = node_net(model, "robot", execution="callbacks", threads=2)
+    robot.executor = sym.Executor.multi
+    free, user = place(robot, "Free", tokens=1), node_net(model, "user", execution="net")
+    for name, given in (("Keep", []), ("Use", [free])):
+        page = callback(robot, f"On{name}", "server")
+        robot.callbackGroups.append(group := sym.CallbackGroup(id=f"group{name}", kind="exclusive"))
+        page.group = group
+        asked, answered = place(page, f"{name}Asked"), place(page, f"{name}Answered")
+        step(page, name, [asked, free], [answered, *given])
+        idle, request = place(user, f"{name}Idle", tokens=1), place(user, f"{name}Request")
+        response = place(user, f"{name}Response")
+        step(user, f"{name}Calls", [idle], [request])
+        step(user, f"{name}Goes", [response], [idle])
+        client = sym.ClientPort(client=f"user_{name}", request=request, response=response)
+        port = sym.ServerPort(page=page, entry=asked, exit=answered)
+        service = sym.ServiceChannel(id=f"Of{name}", service=f"/{name}", server=port, clients=[client])
+        model.channels.append(service)
+    before = [each.rule for each in check(model).findings if each.severity != "note"]
+    assert sorted(before) == ["callback-never-ends", "callback-never-ends", "deadlock"]
+    found = folded(model)
+    assert sorted(rule for rule, _ in found["callback-never-ends"]) == ["callback-never-ends", "deadlock"]

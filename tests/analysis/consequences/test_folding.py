@@ -6,13 +6,16 @@ import pytest
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.checks.check import check
+from dineros.analysis.checks.unused import unused_parts
 from dineros.analysis.consequences import folding
 from dineros.analysis.consequences.folding import fold_consequences
+from dineros.analysis.consequences.used import disproved
+from dineros.analysis.model.subject import base_subject
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
-from dineros.metamodel.elements import find
+from dineros.metamodel.elements import channels, find
 from examples.callbacks.models import node, program, timer, topic
 from tests.support.ros2_systems.deliveries import deliveries
 from tests.support.ros2_systems.managed_systems import talk
@@ -58,10 +61,14 @@ def test_what_has_another_cause_stays() -> None:
     assert report.findings[1].elements == ("Idle",)
 
 
-@pytest.mark.long
-def test_each_cause_has_its_own() -> None:
-    """A circle, ports that do not match, and a clause that can never be true."""
-    model = program("same_group")
+def unmatched() -> sym.SystemModel:
+    """Return a camera and a display that asks for more than the camera offers."""
+    model = sym.SystemModel(id="unmatched", middleware="ros2")
+    pictures(model)
+    return model
+
+
+def pictures(model: sym.SystemModel) -> None:
     camera, display = node(model, "camera"), node(model, "display")
     page = timer(camera, 1.0)
     page.id = "OnCamera"
@@ -74,6 +81,13 @@ def test_each_cause_has_its_own() -> None:
     channel = find(model, "Pictures", sym.TopicChannel)
     channel.publishers[0].qos = sym.QualityOfService(reliability="bestEffort")
     channel.subscribers[0].qos = sym.QualityOfService(reliability="reliable", durability="volatile")
+
+
+@pytest.mark.long
+def test_each_cause_has_its_own() -> None:
+    """A circle, ports that do not match, and a clause that can never be true."""
+    model = program("same_group")
+    pictures(model)
     lamp = sym.NodeNet(id="lamp", net=model)
     sym.InputSignal(id="dark", node=lamp)
     light = sym.Transition(id="Light", page=lamp)
@@ -122,7 +136,21 @@ def test_nothing_folds_where_no_change_mends_the_cause() -> None:
     assert not after.consequences
 
 
-def test_nothing_folds_where_the_answer_stays_open(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_no_run_settles_stays_where_the_answer_stays_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run of the mended model uses the transition; that no result is lost takes all markings."""
+    model = awaiting_result()
+    report = check(model)
+
+    def undecided(*_: object, **__: object) -> Report:
+        return Report(open_rules={"dead-transition", "result-not-fetched"})
+
+    monkeypatch.setattr(folding, "check", undecided)
+    fold_consequences(model, report, UNLIMITED.begun())
+    assert faults(report.findings) == ["callback-deadlock", "result-not-fetched"]
+    assert consequences(report.findings[0]) == [("dead-transition", "Go")]
+
+
+def test_nothing_folds_where_neither_a_run_nor_a_proof_settles_it(monkeypatch: pytest.MonkeyPatch) -> None:
     model = awaiting_result()
     report = check(model)
     count = len(faults(report.findings))
@@ -131,9 +159,20 @@ def test_nothing_folds_where_the_answer_stays_open(monkeypatch: pytest.MonkeyPat
         return Report(open_rules={"dead-transition", "result-not-fetched"})
 
     monkeypatch.setattr(folding, "check", undecided)
+    monkeypatch.setattr(folding, "used_in_runs", lambda *_: [])
     fold_consequences(model, report, UNLIMITED.begun())
     assert len(faults(report.findings)) == count
     assert not report.consequences
+
+
+def test_runs_fold_what_is_never_used_without_all_markings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of ports that do not match it is known what mends them: no question is asked again."""
+    model = unmatched()
+    report = check(model)
+    monkeypatch.setattr(folding, "check", None)
+    fold_consequences(model, report, UNLIMITED.begun())
+    assert faults(report.findings) == ["ports-not-matched"]
+    assert {rule for rule, _ in consequences(report.findings[0])} == {"dead-node-net", "dead-transition"}
 
 
 def test_nothing_folds_without_time() -> None:
@@ -159,6 +198,10 @@ def test_a_lost_message_is_no_consequence_where_its_run_goes_on() -> None:
     report = folded(model)
     assert faults(report.findings) == ["callback-deadlock", "queue-overflow", "queue-overflow"]
     assert consequences(report.findings[0]) == [("dead-transition", "NoteLevel")]
+    alone = folded(program("same_group")).findings[0].witness
+    circle = report.findings[0].witness
+    assert circle is not None and alone is not None
+    assert len(circle.steps) == len(alone.steps)  # it ends where the circle is closed
 
 
 def test_what_a_subscriber_that_comes_late_causes() -> None:
@@ -177,3 +220,68 @@ def test_a_late_subscriber_of_a_topic_that_keeps_its_messages_is_no_cause() -> N
     report = folded(unrelated(talk(reader=sym.Lifecycle(), tokens=1, depth=1)))
     assert faults(report.findings) == ["subscriber-not-there", "dead-transition"]
     assert not report.findings[0].consequences
+
+
+def test_a_latched_topic_with_best_effort_is_mended_by_reliability() -> None:
+    model = talk(reader=sym.Lifecycle(), tokens=1, depth=1)
+    find(model, "Hear", sym.Transition).outgoing.clear()
+    flow(find(model, "Hear", sym.Transition), sym.Place(id="Done", page=find(model, "listener", sym.NodeNet)))
+    model.properties.append(sym.Property(id="Heard1", text="Done >= 1 happens"))
+    model.assumptions.append(sym.Fairness(id="F", of="all"))
+    (channel,) = channels(model, sym.TopicChannel)
+    for port in (*channel.publishers, *channel.subscribers):
+        port.qos = sym.QualityOfService(durability="transientLocal", reliability="bestEffort")
+    report = folded(model)
+    assert faults(report.findings) == ["subscriber-not-there"]
+    assert consequences(report.findings[0]) == [("property-violated", "Heard1")]
+
+
+def test_what_runs_did_not_meet_is_not_disproved() -> None:
+    """A service that never returns is not mended where no run has called it."""
+    model = program("same_group")
+    subject = base_subject(model)
+    found = unused_parts(subject, set(range(len(subject.net.transitions))))
+    channel = next(each for each in found if each.rule == "service-never-called")
+    never_returns = Finding("service-never-returns", "error", channel.elements, "")
+    assert disproved(subject, (), [never_returns]) == []
+    assert disproved(subject, range(len(subject.net.transitions)), [never_returns]) == [never_returns]
+
+
+def counting() -> sym.SystemModel:
+    """Return a node that counts what it does, and one that reaches what must not be after two steps."""
+    model = sym.SystemModel(id="counting", middleware="ros2")
+    page = sym.NodeNet(id="counter", net=model)
+    ready = sym.Place(id="Ready", tokens=1, page=page)
+    work, done = sym.Transition(id="Work", page=page), sym.Place(id="Done", page=page)
+    flow(ready, work, ready)
+    flow(work, done)
+    other = sym.NodeNet(id="other", net=model)
+    flow(sym.Place(id="First", tokens=1, page=other), sym.Transition(id="Go", page=other))
+    flow(find(model, "Go", sym.Transition), sym.Place(id="Bad", page=other))
+    return model
+
+
+def test_what_follows_from_growth() -> None:
+    """A property about the tokens that grow; not one that is violated without them."""
+    model = counting()
+    model.properties.append(sym.Property(id="Few", text="never Done >= 3"))
+    model.properties.append(sym.Property(id="Good", text="never Bad >= 1"))
+    model.properties.append(sym.Property(id="Both", text="never Bad >= 1 or Done >= 4"))
+    report = folded(model)
+    assert faults(report.findings) == ["unbounded", "property-violated", "property-violated"]
+    assert consequences(report.findings[0]) == [("property-violated", "Few")]
+    assert {each.elements[0] for each in report.findings[1:3]} == {"Good", "Both"}
+
+
+def test_what_needs_some_tokens_is_no_consequence_of_growth() -> None:
+    """Five tokens are enough for the violation: that there can be more is another fault."""
+    model = counting()
+    page = find(model, "counter", sym.NodeNet)
+    take, taken = sym.Transition(id="Take", page=page), sym.Place(id="Taken", page=page)
+    flow(find(model, "Done", sym.Place), take, taken, sym.Transition(id="Drop", page=page))
+    taken.capacity = 1
+    model.properties.append(sym.Property(id="Few", text="never Done >= 5"))
+    model.properties.append(sym.Property(id="Bounded", text="never Done >= 12"))
+    report = folded(model)
+    assert faults(report.findings) == ["unbounded", "property-violated"]
+    assert consequences(report.findings[0]) == [("property-violated", "Bounded")]

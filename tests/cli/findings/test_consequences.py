@@ -33,7 +33,7 @@ def test_text(run: Run, path: Path) -> None:
     result = run("check", path)
     assert result.exit_code == 1
     assert result.stdout.splitlines() == [
-        f"error: {CAUSE} [7 steps] [callback-deadlock]",
+        f"error: {CAUSE} [6 steps] [callback-deadlock]",
         f"    consequence: {DEAD} [dead-transition]",
         f"    consequence: {LOST} [result-not-fetched]",
         f"{path}: 1 found (2 consequences), 3 proved, 0 unknown",
@@ -76,6 +76,39 @@ def test_a_baseline_knows_them(run: Run, path: Path) -> None:
     rules = {each["rule"] for each in json.loads(baseline.read_text(encoding="utf-8"))["findings"]}
     assert {"callback-deadlock", "dead-transition", "result-not-fetched"} <= rules
     assert run("check", path, "--baseline", baseline).exit_code == 0
+
+
+@pytest.mark.parametrize("format", ["json", "sarif"])
+def test_a_report_as_a_baseline_knows_them(run: Run, path: Path, format: str) -> None:
+    baseline = path.with_name(f"known.{format}")
+    baseline.write_text(run("check", path, "--format", format).stdout, encoding="utf-8")
+    assert run("check", path, "--baseline", baseline).exit_code == 0
+
+
+def test_a_known_cause_hides_no_new_consequence(run: Run, path: Path) -> None:
+    """What a baseline does not have is new, also if it follows from what the baseline has."""
+    baseline = path.with_name("known.json")
+    run("check", path, "--write-baseline", baseline)
+    content = json.loads(baseline.read_text(encoding="utf-8"))
+    content["findings"] = [each for each in content["findings"] if each["rule"] != "dead-transition"]
+    baseline.write_text(json.dumps(content), encoding="utf-8")
+    result = run("check", "-q", path, "--baseline", baseline)
+    assert result.exit_code == 1
+    assert [line for line in result.stdout.splitlines() if "note:" not in line] == [
+        f"warning: {DEAD} [dead-transition]"
+    ]
+
+
+def test_consequences_of_a_suppressed_cause_count(run: Run, path: Path) -> None:
+    """A suppression accepts findings of its rule, not all that follows from them."""
+    model = awaiting_result()
+    model.suppressions.append(pn.Suppression(rule="callback-deadlock", reason="known"))
+    model.suppressions.append(pn.Suppression(rule="result-not-fetched", reason="known"))
+    save(model, path)
+    result = run("check", "-q", path)
+    assert result.exit_code == 1
+    assert f"warning: {DEAD} [dead-transition]" in result.stdout
+    assert result.stdout.count("suppressed:") == 2
 
 
 def test_a_suppressed_consequence_is_in_use(run: Run, path: Path) -> None:

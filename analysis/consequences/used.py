@@ -1,0 +1,53 @@
+"""Which parts that a check found never used are used by some run: of a mended model, or of one with times."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.checks.unused import FAULTS, unused_parts
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.walks.first_round import first_round
+from dineros.analysis.witnesses.findings import Finding
+from dineros.metamodel import pn
+from dineros.metamodel.elements import node_net_of
+
+_RULES = frozenset(fault.rule for fault in FAULTS)
+
+
+def used_in_runs(subject: Subject, some: Sequence[Finding], budget: Budget) -> list[Finding]:
+    """Return which of some faults, that parts are never used, short walks disprove."""
+    asked = _transitions_of(subject, {id for each in some if each.rule in _RULES for id in each.elements})
+    return disproved(subject, first_round(subject.net, budget, asked).ways, some) if asked else []
+
+
+def disproved(subject: Subject, fired: Collection[int], some: Sequence[Finding]) -> list[Finding]:
+    """Return which of some faults, that parts are never used, are none as some transitions can fire.
+
+    What was not met may happen all the same. So a fault is disproved only if nothing at all would be found of
+    its element: a service that no run called is not one that returns.
+
+    Parameters
+    ----------
+    subject : Subject
+        The net.
+    fired : collection of int
+        Transitions that were met in runs.
+    some : sequence of Finding
+        The faults; those of other kinds are no part of the answer.
+    """
+    never = set(range(len(subject.net.transitions))).difference(fired)
+    open_still = {each.elements for each in unused_parts(subject, never)}
+    return [each for each in some if each.rule in _RULES and each.elements not in open_still]
+
+
+def _transitions_of(subject: Subject, elements: Collection[str]) -> list[int]:
+    """Return the transitions of a net that were made of some elements of the model, or of parts of them."""
+    found = set()
+    for link in subject.links():
+        if isinstance(link.target, pn.Transition):
+            owners = [node_net_of(source) for source in link.sources]
+            ids = {getattr(each, "id", None) for each in (*link.sources, *owners)}
+            if not ids.isdisjoint(elements):
+                found.add(subject.transition_index[link.target.id])
+    return sorted(found)
