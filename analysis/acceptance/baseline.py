@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from dineros.analysis.witnesses.findings import SEVERITIES, Report
+from dineros.analysis.witnesses.findings import SEVERITIES, Finding, Report
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.reading import SIZE_LIMIT, read_bytes
 from dineros.metamodel.json_text import decode_json
@@ -64,20 +65,28 @@ class Baseline:
     def apply(self, report: Report) -> Report:
         """Return a report in which known findings are set apart; the report given is not changed."""
         left = {key: sorted(ranks) for key, ranks in self._severities.items()}
-        new, known = [], list(report.known)
-        for finding in sorted(report.findings, key=lambda each: -_rank(each.severity)):
+
+        def is_known(finding: Finding) -> bool:
             ranks = left.get(_key(finding.rule, finding.elements), [])
             if ranks and ranks[-1] >= _rank(finding.severity):
                 ranks.pop()
-                known.append(finding)
-            else:
-                new.append(finding)
-            for consequence in finding.consequences:
-                if rest := left.get(_key(consequence.rule, consequence.elements)):
-                    rest.pop()
-        order = {id(finding): number for number, finding in enumerate(report.findings)}
-        new.sort(key=lambda each: order[id(each)])
-        made = report.with_accepted(new, report.suppressed, known)
+                return True
+            return False
+
+        new: dict[int, list[Finding]] = {}
+        known = list(report.known)
+        numbered = sorted(enumerate(report.findings), key=lambda each: -_rank(each[1].severity))
+        for number, finding in numbered:
+            if not is_known(finding):
+                new[number] = [finding]
+        for number, finding in numbered:
+            those_new = [each for each in finding.consequences if not is_known(each)]
+            if number not in new:
+                those_known = tuple(each for each in finding.consequences if each not in those_new)
+                known.append(replace(finding, consequences=those_known) if those_new else finding)
+                new[number] = those_new
+        counting = [finding for number in sorted(new) for finding in new[number]]
+        made = report.with_accepted(counting, report.suppressed, known)
         made.gone = sum(rank > 0 for ranks in left.values() for rank in ranks)  # notes never counted
         made.has_baseline = True
         return made
@@ -109,6 +118,9 @@ def _findings(content: Any) -> Iterator[tuple[str, str, list[str]]]:
             for result in run["results"]:
                 if result.get("baselineState") != "absent" and not result.get("suppressions"):
                     yield _of_sarif(result)
+                    for each in result.get("properties", {}).get("consequences", ()):
+                        names = [_text(name) for name in each["elements"]]
+                        yield _text(each["ruleId"]), _text(each["level"]), names
         return
     told = [*content["findings"], *content.get("known", ())]
     for entry in [*told, *(each for cause in told for each in cause.get("consequences", ()))]:

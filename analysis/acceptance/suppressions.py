@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from itertools import chain
 
@@ -47,7 +48,8 @@ class Suppressions:
     """The suppressions of a model.
 
     A suppression accepts the findings of its rule about the element that has it, or about anything that this
-    element contains. A finding is about all of its elements.
+    element contains. A finding is about all of its elements. Consequences of an accepted finding are accepted
+    only by suppressions of their own; the others count.
 
     Parameters
     ----------
@@ -89,14 +91,16 @@ class Suppressions:
         used: set[int] = set()
         counting: list[Finding] = []
         suppressed, notes = list(report.suppressed), []
-        for finding in report.findings:
-            matching = [entry for entry in self._at(finding) if entry.rule == finding.rule]
-            used |= {id(entry) for entry in matching}
-            for consequence in finding.consequences:
-                used |= {id(entry) for entry in self._at(consequence) if entry.rule == consequence.rule}
+        left = deque(report.findings)
+        while left:
+            finding = left.popleft()
+            matching = self._matching(finding)
+            used |= {id(entry) for each in (finding, *finding.consequences) for entry in self._matching(each)}
             valid = next((entry for entry in matching if not entry.ends_before(self._today)), None)
             if valid is not None:
-                suppressed.append(Suppressed(finding, str(valid.element.id), valid.reason, valid.until))
+                accepted = replace(finding, consequences=())
+                suppressed.append(Suppressed(accepted, str(valid.element.id), valid.reason, valid.until))
+                left.extendleft(reversed(finding.consequences))
                 continue
             counting.append(finding)
             notes += [self._note(EXPIRED, entry) for entry in matching]
@@ -108,6 +112,10 @@ class Suppressions:
             if why or is_complete:
                 notes.append(self._note(UNUSED, entry, why=why))
         return report.with_accepted([*counting, *dict.fromkeys(notes)], suppressed, report.known)
+
+    def _matching(self, finding: Finding) -> list[_Entry]:
+        """Return the suppressions that are about a finding, expired or not."""
+        return [entry for entry in self._at(finding) if entry.rule == finding.rule]
 
     def _at(self, finding: Finding) -> Iterator[_Entry]:
         """Yield the suppressions at the elements of a finding and at what contains them, nearest first."""

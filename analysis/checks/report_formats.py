@@ -142,6 +142,13 @@ def _result(finding: Finding, rules: list[str], places: _ElementLocations) -> di
     ]
     if related:
         result["relatedLocations"] = related
+    if finding.consequences:  # a baseline that is read from SARIF knows them, too
+        result["properties"] = {
+            "consequences": [
+                {"ruleId": each.rule, "level": each.severity, "elements": list(each.elements)}
+                for each in finding.consequences
+            ]
+        }
     if finding.witness is not None and finding.witness.steps:
         result["codeFlows"] = [{"threadFlows": [{"locations": _flow(finding.witness, places)}]}]
     return result
