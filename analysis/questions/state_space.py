@@ -260,11 +260,16 @@ def _by_diagrams(task: Counting) -> StateSpace:
         space = symbolic_state_space(task.net, budget, orders=task.orders)
         if not space.complete:
             return task.nothing("symbolic", RAN_OUT[space.reason])
-        budget.stage("counting arcs, deadlocks and tokens")
-        space.sets.budget = budget
-        counts = space.markings, space.arcs(), space.deadlocks()
+        states = space.markings
     except BudgetExceededError as limit:
         return task.nothing("symbolic", str(limit))
+    try:
+        budget.stage("counting arcs, deadlocks and tokens")
+        space.sets.budget = budget
+        counts = states, space.arcs(), space.deadlocks()
+    except BudgetExceededError as limit:
+        reason = f"{limit}; these are all states, and the rest is not counted"
+        return figures_of(task.net, "symbolic", task.began, (states, None, None), reason=reason)
     tokens = max(space.largest_place(), default=0), space.largest_total()
     return replace(figures_of(task.net, "symbolic", task.began, counts, tokens), levels=space.order)
 
