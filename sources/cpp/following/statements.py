@@ -221,17 +221,23 @@ class Statements(Loops):
             return
         frame = self.frame_of(routine, args, this, [])
         inits: dict[str, Node | None] = {}
+        own = None
         for each in routine.node.named_children:
             if each.type == "field_initializer_list":
                 for init in named(each):
                     parts = named(init)
                     if parts:
-                        inits[path_of(parts[0]).rpartition("::")[2]] = parts[-1] if len(parts) > 1 else None
+                        name, given_nodes = path_of(parts[0]), parts[-1] if len(parts) > 1 else None
+                        inits[name.rpartition("::")[2]] = given_nodes
+                        if f"::{cls.full}".endswith(
+                            f"::{name}"
+                        ):  # a base may have the name of the class, too
+                            own = given_nodes
         self.frames.append(frame)
         frame.level = self.cond + self.loops
         try:
-            if cls.name in inits:  # another constructor does the work
-                given = self.values(inits[cls.name], frame)
+            if own is not None:  # another constructor does the work
+                given = self.values(own, frame)
                 if self.calls.count((cls.node.id, 0)) < 3:
                     self.calls.append((cls.node.id, 0))
                     try:

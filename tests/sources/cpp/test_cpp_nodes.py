@@ -361,3 +361,27 @@ def test_work_on_a_goal_in_its_own_thread_that_waits_forever_is_found(tmp_path: 
     (finding,) = code_findings([("src", facts)])
     assert finding.rule == "code-waits" and "without a response, the goal never ends" in finding.message
     assert "execute" in finding.message and finding.lines == ("src/robot.cpp:13",)
+
+
+def test_a_class_may_have_the_name_of_its_base(tmp_path: Path) -> None:
+    """``rclcpp::Node("door")`` is the base of ``sup::Node``, and no other constructor of it."""
+    facts = _read(
+        tmp_path,
+        """
+        #include <rclcpp/rclcpp.hpp>
+        namespace sup {
+        class Node : public rclcpp::Node {
+         public:
+          Node() : Node(7) {}
+          explicit Node(int depth);
+        };
+        Node::Node(int depth) : rclcpp::Node("door") {
+          pub_ = create_publisher<std_msgs::msg::String>("x", depth);
+        }
+        }
+        int main() { rclcpp::init(0, nullptr); rclcpp::spin(std::make_shared<sup::Node>()); }
+        """,
+    )
+    (node,) = facts.nodes
+    (pub,) = node.to_json()["publishers"]
+    assert (node.name, pub["name"], pub["depth"], facts.unread) == ("door", "x", 7, [])
