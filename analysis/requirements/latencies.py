@@ -24,6 +24,8 @@ BY = "state classes that follow each instance"
 BY_BOUNDS = "bounds of response times"
 EXACT_SHARE = 0.5
 """Part of the time that is left in which the exact times are searched."""
+DECIDED_SHARE = 0.1
+"""The same if a safe bound has proved the property: the exact time is only more precise."""
 
 
 @dataclass(frozen=True)
@@ -60,16 +62,20 @@ class AskedLatency:
         try:
             first = end_of(model, self.bound.first)
             last = end_of(model, self.bound.last) if self.bound.last else None
-            asked = Latencies(model, budget.share(EXACT_SHARE), self.subject)
+            if last is None and not isinstance(first, sym.CallbackPage):
+                raise DinerosError(f"{self.bound.first} is not a callback")
+            safe = self._safe(first, last)
+            is_decided = safe is not None and safe <= self.bound.seconds
+            share = budget.share(DECIDED_SHARE if is_decided else EXACT_SHARE)
+            asked = Latencies(model, share, self.subject)
             if last is not None:
                 found = asked.between(first, last, with_ages=False)
-            elif isinstance(first, sym.CallbackPage):
-                found = asked.response(first)
             else:
-                raise DinerosError(f"{self.bound.first} is not a callback")
+                assert isinstance(first, sym.CallbackPage)
+                found = asked.response(first)
         except DinerosError as error:
             raise FormulaError(error.message, hint=error.hint) from None
-        return self._verdict(asked, first, last, found, budget)
+        return self._verdict(asked, first, last, found, safe, budget)
 
     def _safe(self, first: End, last: End | None) -> Fraction | None:
         """Return a safe bound by response-time analysis, for models of any size; None if there is none."""
@@ -83,11 +89,16 @@ class AskedLatency:
         return None if found.greatest is None else found.greatest.value
 
     def _verdict(
-        self, asked: Latencies, first: End, last: End | None, found: Latency, budget: Budget
+        self,
+        asked: Latencies,
+        first: End,
+        last: End | None,
+        found: Latency,
+        safe: Fraction | None,
+        budget: Budget,
     ) -> Outcome:
         seconds, states = self.bound.seconds, found.states
         if found.greatest is None:
-            safe = self._safe(first, last)
             if safe is not None and safe <= seconds:
                 return Outcome(
                     "holds", reason=f"at most {float(safe):g} s", seconds=budget.spent, by=BY_BOUNDS
