@@ -12,8 +12,9 @@ from dineros.observation.importing.assuming import Taken, of_client
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
 from dineros.observation.importing.sharing import free_name, share_executors
 from dineros.observation.importing.steps import Behaviour
-from dineros.observation.importing.timing import order_of, sleeps_of
+from dineros.observation.importing.timing import order_of, sleeps_of, stops_of
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
+from dineros.sources.alternatives import taken_of, types_of
 from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open, located
 
 PROCESSORS = 4
@@ -69,8 +70,11 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     taken = Taken()
     kept: list[tuple[NodeFact, str]] = []
     read = list(read)
-    for folder, fact in [(folder, fact) for folder, facts in read for fact in facts.nodes]:
-        one = _CodedNode(fact, taken, folder)
+    coded_nodes = [_CodedNode(fact, taken, folder) for folder, facts in read for fact in facts.nodes]
+    types = types_of(each.names for each in coded_nodes)
+    for number, one in enumerate(coded_nodes):
+        fact = one.fact
+        one.chosen = taken_of(one.names, number, types)
         if one.name in nodes:
             taken.lack(
                 f"{one.at(fact.at)}: node {one.name} of {fact.program} is left out: another has this name"
@@ -152,10 +156,11 @@ class _CodedNode:
         self._own = ""
         self._open_timers: set[str] = set()
         self.is_spun = fact.threads != "not spun"
-        self._names: dict[Entity, str] = {}
+        self.names: dict[Entity, str] = {}
+        self.chosen: dict[tuple[str, str], Entity] = {}
         for entity in fact.entities:
             if entity.kind != "groups" and entity.is_enabled and not (entity.name and is_open(entity.name)):
-                self._names[entity] = self._remapped(entity.name)
+                self.names[entity] = self._remapped(entity.name)
 
     def at(self, place: Place) -> str:
         """Return a line of code, with its folder."""
@@ -192,12 +197,10 @@ class _CodedNode:
         )
 
     def _kept(self, kind: str) -> Iterable[tuple[Entity, str]]:
-        # By name what is made in a branch: of alternatives with different types, a run makes one.
-        chosen: dict[str, Entity] = {}
         for entity in self.fact.of(kind):
             if not entity.is_enabled:
                 continue
-            name = self._names.get(entity)
+            name = self.names.get(entity)
             several = re.match(r"open: (\w+/(?:msg|srv|action)/\w+) or ", entity.type)
             if several is not None:
                 self._taken.add(f"{self.at(entity.at)}: the type is {entity.type}; the first is taken")
@@ -206,10 +209,13 @@ class _CodedNode:
                 self._taken.lack(f"{self.at(entity.at)}: left out of the model, as its name is {entity.name}")
             elif is_open(entity.type):
                 self._taken.lack(f"{self.at(entity.at)}: left out of the model, as its type is {entity.type}")
-            elif entity.details.get("conditional") and (chosen.setdefault(name, entity).type != entity.type):
-                line = chosen[name].at.line
+            elif (
+                "conditional" in entity.details
+                and (other := self.chosen.get((kind, name), entity)).type != entity.type
+            ):
                 self._taken.lack(
-                    f"{self.at(entity.at)}: left out of the model: {name} of line {line} is taken instead"
+                    f"{self.at(entity.at)}: left out of the model: {name} of line {other.at.line} is taken "
+                    "instead"
                 )
             else:
                 yield entity, name
@@ -253,11 +259,11 @@ class _CodedNode:
     def given(self) -> GivenNode:
         """Return what the code says of the node's behaviour."""
         behaviour = Behaviour(
-            self._names, self._taken, self._folder, self.fact.entities, self._groups_of_clients()
+            self.names, self._taken, self._folder, self.fact.entities, self._groups_of_clients()
         )
         callbacks: dict[str, GivenCallback] = {}
         timers: dict[str, float] = {}
-        for entity, name in self._names.items():
+        for entity, name in self.names.items():
             if entity.kind in ("subscriptions", "services"):
                 callbacks[name] = self._callback(entity, entity.callbacks.get("callback"), behaviour)
             elif entity.kind == "action_servers":
@@ -265,7 +271,7 @@ class _CodedNode:
             elif entity.kind == "timers" and self.is_spun:
                 self._timer(entity, behaviour, timers, callbacks)
         served = set(callbacks)
-        for entity, name in self._names.items():
+        for entity, name in self.names.items():
             if entity.kind in ("clients", "action_clients"):
                 steps = behaviour.after(entity, self.fact.callbacks)
                 key = of_client(name) if name in served else name
@@ -294,7 +300,7 @@ class _CodedNode:
         """Return the groups of clients that are in another one than the first client of their service."""
         first: dict[str, Entity] = {}
         found: dict[Entity, str] = {}
-        for entity, name in self._names.items():
+        for entity, name in self.names.items():
             if entity.kind == "clients" and first.setdefault(name, entity).group is not entity.group:
                 found[entity] = self._group(entity) or ""
                 self._taken.add(
@@ -330,6 +336,11 @@ class _CodedNode:
             period = 1.0
             self._open_timers.add(name)
         timers[name] = float(period)
+        stops = stops_of(entity, self.fact)
+        if stops is not None:
+            line = f"{self.at(stops.at)}: {stops.words}; in the model it ticks at any time, and never stops"
+            self._taken.lack(f"{line}: that it does is left out")
+            self._open_timers.add(name)
         callbacks[name] = self._callback(entity, fact, behaviour)
 
     def _outside(
@@ -397,7 +408,7 @@ class _CodedNode:
     def _newest(self) -> Mapping[str, bool]:
         """Return the topics whose readers ask for no reliable messages: losing some is their way."""
         return {
-            self._names[entity]: True
+            self.names[entity]: True
             for entity in self.fact.of("subscriptions")
-            if entity in self._names and self.is_spun and entity.details.get("reliability") == "best_effort"
+            if entity in self.names and self.is_spun and entity.details.get("reliability") == "best_effort"
         }

@@ -2,7 +2,24 @@
 
 from __future__ import annotations
 
-from dineros.sources.facts import CallbackFact, NodeFact
+from typing import NamedTuple
+
+from dineros.sources.facts import CallbackFact, Entity, NodeFact, Place
+
+_STOPS = {
+    "cancel_timer": "is cancelled",
+    "reset_timer": "is reset",
+    "destroy": "is destroyed",
+    "create_timer": "is made",
+}
+"""What may happen to a timer while its node runs, in words."""
+
+
+class Stops(NamedTuple):
+    """Why a timer does not tick all the time: what happens to it, and where."""
+
+    at: Place
+    words: str
 
 
 def order_of(fact: NodeFact) -> str | None:
@@ -27,3 +44,26 @@ def sleeps_of(fact: CallbackFact) -> tuple[float, None] | None:
         if (effect.do, effect.when) == ("sleep", "always") and effect.how in ("", "time.sleep")
     ]
     return (round(sum(sleeps), 9), None) if sum(sleeps) > 0 else None
+
+
+def stops_of(timer: Entity, fact: NodeFact) -> Stops | None:
+    """Return why a timer does not tick all the time; None: it does.
+
+    Transitions of a managed node do not count: its timers run while it is configured, in the model, too. Nor
+    does what a main function in Python does: that ends the program. In C++, constructors are part of it.
+    """
+    own = timer.callbacks.get("callback")
+    ignored = ("transition", "main") if fact.at.file.endswith(".py") else ("transition",)
+    for callback in fact.callbacks:
+        for effect in callback.effects if callback.kind not in ignored else ():
+            if effect.entity is timer and effect.do in _STOPS:
+                ends = callback is own and effect.do == "cancel_timer" and effect.when == "always"
+                again = any(
+                    each.entity is timer and each.do == "reset_timer"
+                    for other in fact.callbacks
+                    for each in other.effects
+                )
+                once = " each time, so that it fires once" if ends and not again else ""
+                name = own.name if own is not None else timer.port
+                return Stops(effect.at, f"timer {name} {_STOPS[effect.do]} in {callback.name}{once}")
+    return None

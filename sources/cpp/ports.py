@@ -64,7 +64,7 @@ class Ports:
                 machine.does("destroy", entity.port, call.node, call.frame, entity=entity)
             return Const(None)
         if entity.kind == "timers" and last in ("cancel", "reset"):
-            if machine.role not in ("main", "constructor"):
+            if machine.role not in ("main", "constructor") or last == "cancel":
                 machine.does(f"{last}_timer", entity.port, call.node, call.frame, entity=entity)
             return Const(None)
         if last in ("on_parameter_event", "registerCallback", "add_parameter_event_callback"):

@@ -144,6 +144,7 @@ FOLDERS = {
             "interfaces",
             "facts",
             "kept_facts",
+            "alternatives",
             "left_out",
             "language",
             "libraries",

@@ -13,6 +13,7 @@ from dineros.cli.main import main
 from dineros.metamodel import sym
 from dineros.metamodel.elements import elements, node_nets
 from dineros.metamodel.files import load
+from dineros.observation.findings.mismatches import mismatches
 from dineros.observation.importing.building import to_model
 from dineros.sources.reading import Launch
 from tests.support.programs.coded import BATTERY, MONITOR, files, model_of, read, run, steps
@@ -183,6 +184,35 @@ def test_of_alternatives_with_different_types_one_is_taken(tmp_path: Path) -> No
     (node,) = found.system.nodes
     assert [each.type for each in node.publishers] == ["std_msgs/msg/String"]
     assert any("left out of the model: /out of line" in line for line in found.taken)
+
+
+@pytest.mark.parametrize("heard", ["String", "Bool"])
+def test_the_alternative_is_taken_that_others_hear(tmp_path: Path, heard: str) -> None:
+    source = files(
+        tmp_path,
+        ears=f"""
+        from std_msgs.msg import Bool
+        rclpy.init()
+        ears = Node("ears")
+        ears.create_subscription({heard}, "out", print, 3)
+        rclpy.spin(ears)
+        """,
+        robot="""
+        from std_msgs.msg import Bool
+        class Robot(Node):
+            def __init__(self):
+                super().__init__("robot")
+                if unknown():
+                    self.out = self.create_publisher(String, "out", 3)
+                else:
+                    self.out = self.create_publisher(Bool, "out", 3)
+        rclpy.init(); rclpy.spin(Robot())
+        """,
+    )
+    found = read(source)
+    assert [each.type for node in found.system.nodes for each in node.publishers] == [f"std_msgs/msg/{heard}"]
+    assert [each.rule for each in mismatches(found.system) if each.severity == "error"] == []
+    assert ["left out of the model: /out of line" in each for each in found.taken] == [True]
 
 
 def test_a_launch_file_says_which_nodes_there_are(tmp_path: Path) -> None:

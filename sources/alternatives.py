@@ -1,0 +1,65 @@
+"""Ports of one name and different types that branches of a node make: a run makes one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from dineros.sources.facts import Entity, is_open
+
+_CHANNELS = {
+    **dict.fromkeys(("publishers", "subscriptions"), "topic"),
+    **dict.fromkeys(("services", "clients"), "service"),
+    **dict.fromkeys(("action_servers", "action_clients"), "action"),
+}
+"""By kind of port: what its name is one of."""
+
+Types = dict[tuple[str, str], list[tuple[str, int]]]
+"""Types that ports say, each with the number of its node, by channel and full name; certain ones first."""
+
+
+def types_of(nodes: Iterable[Mapping[Entity, str]]) -> Types:
+    """Return the types of all names.
+
+    Parameters
+    ----------
+    nodes : iterable of mapping of Entity to str
+        The ports of each node, with their full names.
+    """
+    certain: Types = {}
+    others: Types = {}
+    for number, names in enumerate(nodes):
+        for port, name in names.items():
+            if port.kind in _CHANNELS and not is_open(port.type):
+                found = others if "conditional" in port.details else certain
+                found.setdefault((_CHANNELS[port.kind], name), []).append((port.type, number))
+    return {key: [*certain.get(key, ()), *others.get(key, ())] for key in {**certain, **others}}
+
+
+def taken_of(names: Mapping[Entity, str], node: int, types: Types) -> dict[tuple[str, str], Entity]:
+    """Return which alternative of a node is taken: the one with the type of other nodes, else the first.
+
+    Parameters
+    ----------
+    names : mapping of Entity to str
+        The ports of the node, with their full names.
+    node : int
+        Its number.
+    types : Types
+        Of all nodes.
+
+    Returns
+    -------
+    dict of (str, str) to Entity
+        By kind and full name.
+    """
+    found: dict[tuple[str, str], Entity] = {}
+    for port, name in names.items():
+        if "conditional" not in port.details or port.kind not in _CHANNELS or is_open(port.type):
+            continue
+        said = types.get((_CHANNELS[port.kind], name), [])
+        wanted = [type for type, number in said if number != node]
+        first = found.setdefault((port.kind, name), port)
+        ranks = [wanted.index(each.type) if each.type in wanted else len(wanted) for each in (port, first)]
+        if ranks[0] < ranks[1]:
+            found[port.kind, name] = port
+    return found
