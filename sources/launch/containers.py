@@ -42,4 +42,8 @@ def container_of(component: Started, started: Sequence[Started]) -> Started | No
 def executor_in(component: Started, started: Sequence[Started]) -> Executor | None:
     """Return the executor that runs a component; None: its container does not say it."""
     container = container_of(component, started)
-    return None if container is None else EXECUTORS.get(container.executable)
+    if container is None:
+        return None
+    if container.executable == ALONE and container.has_threads:
+        return EXECUTORS["component_container_mt"]
+    return EXECUTORS.get(container.executable)

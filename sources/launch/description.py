@@ -49,6 +49,8 @@ class Started:
         ``node``, ``lifecycle``, ``container``, ``component`` or ``include``.
     container : str
         Of a component: the name of its container.
+    has_threads : bool
+        Of a container whose components have executors of their own: whether these have several threads.
     """
 
     at: Place
@@ -63,6 +65,7 @@ class Started:
     is_enabled: bool = True
     kind: str = "node"
     container: str = ""
+    has_threads: bool = False
     included: str = ""
     file: str = ""
 
@@ -309,6 +312,7 @@ class Walker(Substitutions):
             found.remappings[self.text(pair[0], scope)] = self.text(pair[1], scope)
         for argument in self._texts(made.keys.get("arguments"), scope):
             source, is_remap, target = argument.partition(":=")
+            found.has_threads |= argument == "--use_multi_threaded_executor"
             if is_remap and source == "__node":
                 found.name = target
             elif is_remap and source == "__ns":

@@ -98,6 +98,14 @@ def test_an_isolated_container_gives_each_its_own_executor(package: Path) -> Non
     assert (nodes["left"].threads, nodes["left"].pool, nodes["right"].pool) == (1, 0, 0)
 
 
+def test_the_executors_of_an_isolated_container_may_have_several_threads(package: Path) -> None:
+    flag = 'component_container_isolated", arguments=["--use_multi_threaded_executor"'
+    (package / "launch" / "robot.launch.py").write_text(LAUNCH.replace('CONTAINER"', f"{flag}]"))
+    nodes = read_source(package, launch=Launch("robot.launch.py")).nodes
+    found = {node.name: (node.executor, node.threads, node.pool) for node in nodes}
+    assert found["left"] == found["right"] == ("MultiThreadedExecutor", "processors", 0)
+
+
 def test_without_a_launch_file_the_program_of_the_component_counts(package: Path) -> None:
     driver = next(node for node in read_source(package).nodes if node.name == "driver")
     assert (driver.program, driver.executor, driver.threads) == ("robot/drive", "SingleThreadedExecutor", 1)
