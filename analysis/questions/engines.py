@@ -341,11 +341,11 @@ class Timed(Engine):
 def _relaxed(question: Question) -> Question:
     """Return a question about what never happens, asked of a net that can do more and is bounded.
 
-    See `dineros.analysis.timed.relaxed`. It is the same question if it asks about what that net leaves out.
+    See `relaxed`. It is the same question if it asks about what that net leaves out.
     """
     from dineros.analysis.logic.language import atoms
     from dineros.analysis.logic.language.parser import parse
-    from dineros.analysis.timed.relaxed import relaxed
+    from dineros.analysis.questions.relaxed import relaxed
 
     loose = question.net.once(relaxed)
     if not loose.places:

@@ -22,12 +22,12 @@ from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.covering.firings import firings
 from dineros.analysis.model.subject import flattened_without_signals
 from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
+from dineros.analysis.questions.relaxed import Relaxed, bound_in_time, relaxed
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.timed.nets import TimedNet, compile_timed_net
-from dineros.analysis.timed.relaxed import Relaxed, bound_in_time, relaxed
 from dineros.analysis.timed.timed_subject import TimedSubject, signals_matter
 from dineros.metamodel import sym
 from dineros.metamodel.times.given import says_times

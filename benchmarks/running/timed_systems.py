@@ -28,6 +28,7 @@ from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import ros_environment
 from tests.support.timed_systems.counted import CHAINS, COUNTED, RESPONSES
 
+ROOT = Path(__file__).resolve().parents[2]
 TEN = (1, 2, 3, 4, 7, 9, 10, 11, 12, 14)
 WARM_UP = 3.0
 """Seconds at the beginning that do not count: nodes discover each other."""
@@ -172,10 +173,12 @@ def one(number: int, unit: float, seconds: float) -> None:
 
 def table(number: int, unit: float, seconds: float, allowance: float) -> bool:
     """Run a system in a process of its own, print its rows, and return whether all was within the bounds."""
-    command = [sys.executable, "-m", "benchmarks.running.timed_systems"]
+    command = [sys.executable, "-P", "-m", "benchmarks.running.timed_systems"]
     arguments = [f"--one={number}", f"--unit={unit}", f"--seconds={seconds}"]
     with tempfile.TemporaryDirectory() as folder, claimed_domain() as domain:
         environment = ros_environment(Path(folder), domain)
+        paths = environment.get("PYTHONPATH", "").split(os.pathsep)
+        environment["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), *paths]))
         said = subprocess.run(
             [*command, *arguments], env=environment, stdout=subprocess.PIPE, check=True,
             timeout=seconds + 120,

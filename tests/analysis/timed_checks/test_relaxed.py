@@ -9,7 +9,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.bounds import flows_and_bounds
 from dineros.analysis.questions.engines import Branching, Linear, Marking, Question, Timed
-from dineros.analysis.timed.relaxed import relaxed
+from dineros.analysis.questions.relaxed import relaxed
 from dineros.analysis.timed.timed_subject import timed_subject_of
 from dineros.analysis.timed_checks.without_times import without_times
 from tests.analysis.timed.time_nets import RandomNet, random_net

@@ -7,8 +7,8 @@ from random import Random
 import pytest
 
 from dineros.metamodel import pn
-from dineros.metamodel.times.intervals import interval_words
 from dineros.views.javascript.client import evaluate
+from dineros.views.nets.contents.times import interval_words
 
 EVENTS = ["drop", "giveUp"]
 

@@ -8,7 +8,6 @@ from dineros.metamodel import elements, pn, pnm, rtm, sym
 from dineros.metamodel.clauses import start_value
 from dineros.metamodel.elements import label
 from dineros.metamodel.lifecycles.states import STATES
-from dineros.metamodel.times.intervals import interval_words
 from dineros.views.nets.contents.channels import draw_channels, draw_ports
 from dineros.views.nets.contents.glyphs import finish_box, finish_edge_label, finish_node
 from dineros.views.nets.contents.groups import group_by_name
@@ -24,6 +23,7 @@ from dineros.views.nets.contents.model import (
     ViewModel,
 )
 from dineros.views.nets.contents.positions import of_page, points_of, position_of
+from dineros.views.nets.contents.times import interval_words
 
 _KINDS = {
     sym.SystemModel: "system model",

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dineros.metamodel import elements, pn, rtm, sym
 from dineros.metamodel.calls import OUTCOMES, UNLIMITED, CallCircleError, instance_counts
 from dineros.metamodel.elements import label
-from dineros.metamodel.times.intervals import interval_words
 from dineros.views.nets.contents.model import Caption, Edge, EdgeKind, Node, NodeKind, ViewModel
 from dineros.views.nets.contents.positions import position_of
+from dineros.views.nets.contents.times import interval_words
 
 DISPATCHER_LIMIT = 16
 """Capacity of a dispatcher queue that the model says nothing about."""

@@ -1,4 +1,4 @@
-// Times of elements in words, as pictures have them: see metamodel/times/intervals.py.
+// Times of elements in words, as pictures have them: see views/nets/contents/times.py.
 
 /** @import { Model } from "./model.js" */
 

@@ -8,10 +8,10 @@ import pytest
 
 from dineros.metamodel import elements, pn, pnm, sym
 from dineros.metamodel.build import seconds
-from dineros.metamodel.times.intervals import interval_words
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.flattening.split import split
 from dineros.views.nets import ViewModel, view_of
+from dineros.views.nets.contents.times import interval_words
 from tests.support.ros2_systems.managed_systems import camera
 from tests.support.systems.bakery import bakery
 from tests.support.systems.ovens import oven
