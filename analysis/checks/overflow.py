@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import ClassVar
 
-from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
-from dineros.analysis.checks.ways import can_fire, firing_witness
+from dineros.analysis.checks.question import Checked, Question
+from dineros.analysis.checks.ways import can_fire, firing_witness, why_unseen
 from dineros.analysis.model.losses import Kind, Loss, losses_of
 from dineros.analysis.model.queues import Queue, queues
 from dineros.analysis.witnesses.findings import Fault, Finding, Witness, witness_to
@@ -70,7 +70,7 @@ class Overflow(Question):
         else:
             witness = firing_witness(checked, queue.drops)
             if witness is None:
-                checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
+                checked.leave_open(f"how {queue} overflows", why_unseen(checked))
             checked.report.findings.append(self._found(queue, witness))
 
     @classmethod
@@ -186,6 +186,6 @@ class Presence(Question):
         elif can_happen:
             witness = firing_witness(checked, loss.transitions)
             if witness is None:
-                checked.leave_open(f"how this comes about: {loss.text}", OUT_OF_MEMORY)
+                checked.leave_open(f"how this comes about: {loss.text}", why_unseen(checked))
             checked.report.findings.append(fault.found(*loss.elements, witness=witness, loss=loss.text))
         return can_happen is False

@@ -6,9 +6,11 @@ from collections import deque
 from collections.abc import Collection, Sequence
 from typing import TypeAlias
 
-from dineros.analysis.checks.question import Checked
+from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.witnesses.findings import Witness, witness_to
+
+TOO_LONG = "it happens so late that its run is too long to be shown"
 
 MOST = 50_000
 """Markings among which a run is searched in which goals overtake each other."""
@@ -53,6 +55,11 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
         checked.budget.check_time()
         return None
     return witness_to(subject, trace)
+
+
+def why_unseen(checked: Checked) -> str:
+    """Return why there is no sequence that shows what can happen; see `firing_witness`."""
+    return TOO_LONG if checked.subject.is_timed else OUT_OF_MEMORY
 
 
 _Here: TypeAlias = tuple[tuple[int, ...], bool]
