@@ -18,7 +18,7 @@ from dineros.analysis.witnesses.code_lines import CodeLines
 from dineros.analysis.witnesses.findings import Fault, Finding, Report, Step, Suppressed, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.elements import elements
-from dineros.metamodel.errors import Location
+from dineros.metamodel.errors import Location, printable
 from dineros.metamodel.positions import code_of, location_of
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
@@ -70,7 +70,7 @@ def to_sarif(
                         "toolExecutionNotifications": [
                             {
                                 "level": "warning" if unknown.may_be_fault else "note",
-                                "message": {"text": f"unknown: {unknown}"},
+                                "message": {"text": printable(f"unknown: {unknown}")},
                             }
                             for unknown in report.unknown
                         ]
@@ -130,14 +130,17 @@ def _result(finding: Finding, rules: list[str], places: _ElementLocations) -> di
         "ruleId": finding.rule,
         "ruleIndex": rules.index(finding.rule),
         "level": finding.severity,
-        "message": {"text": finding.message},
+        "message": {"text": printable(finding.message)},
         "locations": [places.of_finding(finding)],
         "partialFingerprints": {"dinerosFinding/v1": _fingerprint(finding)},
     }
     related = [places.of(id) for id in finding.elements[1:] if places.knows(id)]
     related += places.others(finding)
     related += [
-        {**places.of_all(each.elements), "message": {"text": f"consequence: {each.message} [{each.rule}]"}}
+        {
+            **places.of_all(each.elements),
+            "message": {"text": printable(f"consequence: {each.message} [{each.rule}]")},
+        }
         for each in finding.consequences
     ]
     if related:
@@ -157,7 +160,10 @@ def _result(finding: Finding, rules: list[str], places: _ElementLocations) -> di
 def _flow(witness: Witness, places: _ElementLocations) -> list[dict[str, Any]]:
     return [
         {
-            "location": {**places.of(step.transition), "message": {"text": _step_text(witness, number)}},
+            "location": {
+                **places.of(step.transition),
+                "message": {"text": printable(_step_text(witness, number))},
+            },
             "executionOrder": number + 1,
             "nestingLevel": int(_repeats(witness, number)),
             "importance": "essential" if number == len(witness.steps) - 1 else "important",
@@ -271,7 +277,7 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
 
     def case(name: str, kind: str, line: Location | None = None) -> etree._Element:
         file = path.as_posix() if line is None else str(line.file)
-        attributes = {"classname": f"dineros.{kind}", "name": _clean(name), "file": _clean(file)}
+        attributes = {"classname": f"dineros.{kind}", "name": _shown(name), "file": _clean(file)}
         if line is not None and line.line is not None:
             attributes["line"] = str(line.line)
         return etree.SubElement(suite, "testcase", attributes)
@@ -280,22 +286,22 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
         lines = code.of(finding)
         made = case(finding.message, finding.rule, next(iter(lines), None))
         if finding.severity == "note":
-            etree.SubElement(made, "system-out").text = _clean(finding.message)
+            etree.SubElement(made, "system-out").text = _shown(finding.message)
             continue
         failure = etree.SubElement(
-            made, "failure", {"type": finding.severity, "message": _clean(finding.message)}
+            made, "failure", {"type": finding.severity, "message": _shown(finding.message)}
         )
         failure.text = _clean(_details(finding, lines))
     for finding, why in accepted:
         made = case(finding.message, finding.rule)
-        etree.SubElement(made, "skipped", {"message": _clean(why)})
+        etree.SubElement(made, "skipped", {"message": _shown(why)})
     for proved in report.proved:
         case(proved, "proved")
     for assumed in report.assumed:
         case(assumed, "assumed")
     for unknown in report.unknown:
         made = case(unknown.question, "unknown")
-        etree.SubElement(made, "skipped", {"message": _clean(str(unknown))})
+        etree.SubElement(made, "skipped", {"message": _shown(str(unknown))})
     written: bytes = etree.tostring(root, xml_declaration=True, encoding="utf-8", pretty_print=True)
     return written
 
@@ -307,7 +313,7 @@ def _details(finding: Finding, code: list[Location]) -> str:
     if finding.witness is not None:
         steps = finding.witness.steps
         lines += [f"{n + 1}. {_step_text(finding.witness, n)}{_change(step)}" for n, step in enumerate(steps)]
-    return "\n".join(lines)
+    return "\n".join(map(printable, lines))
 
 
 def _change(step: Step) -> str:
@@ -322,6 +328,11 @@ def _step_text(witness: Witness, number: int) -> str:
 
 def _repeats(witness: Witness, number: int) -> bool:
     return witness.loop is not None and number >= witness.loop
+
+
+def _shown(text: str) -> str:
+    """Return a text as one line: what it quotes of a file begins no line of its own."""
+    return _clean(printable(text))
 
 
 def _clean(text: str) -> str:

@@ -65,6 +65,8 @@ def test_a_setting_of_a_certificate_cannot_print_another_claim(run: Run, model: 
         ("convert", "-o", "net.xmi"),
         ("validate",),
         ("check", "--json"),
+        ("check", "--format", "junit"),
+        ("check", "--format", "sarif"),
     ],
     ids=" ".join,
 )
@@ -85,3 +87,8 @@ def test_names_steer_no_terminal(
     for line in (result.stdout + result.stderr).splitlines():
         assert line.isprintable(), line
         assert not line.startswith("valid: b")
+    if "sarif" in command:  # what a page shows of it has no lines of the file either
+        told = json.loads(result.stdout)["runs"][0]["results"]
+        assert told and all(each["message"]["text"].isprintable() for each in told)
+    if "junit" in command:
+        assert "&#10;" not in result.stdout and r"a\nvalid: b\r" in result.stdout
