@@ -120,7 +120,9 @@ class Port:
         Id of the client.
     instances : int or None
         Number of server instances, or of slots for goals.
-    The service or action on whose server page a client or publisher is: its places exist once per instance.
+    service : str or None
+        The service or action on whose server page a client or publisher is: its places exist once per
+        instance.
     """
 
     kind: str

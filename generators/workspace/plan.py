@@ -19,8 +19,8 @@ class DeveloperFile:
 
     Attributes
     ----------
-    Its first content.
-        What it holds at first.
+    content : bytes
+        Its first content.
     node, package : str or None
         The node net and the package to which it belongs.
     transitions : tuple of Transition
