@@ -35,8 +35,7 @@ class MqttSignals:
     topics : mapping, optional
         Topic -> id or name of a signal, whose payload is a truth value; or topic -> several signals, whose
         payload is a JSON object such as ``{"Red": true, "Blue": false}`` that sets some of them in one step.
-        A
-        topic may have the wildcards ``+`` and ``#`` (MQTT 5, section 4.7). By default
+        A topic may have the wildcards ``+`` and ``#`` (MQTT 5, section 4.7). By default
         ``NODE/signals/SIGNAL`` for each signal of the net, and ``NODE/signals`` for all.
     host, port : str, int
         The broker; the usual port is 1883, with TLS 8883.
