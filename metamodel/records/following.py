@@ -1,4 +1,4 @@
-"""Following the traces of a run while its nodes still write them."""
+"""Reads the traces of a run while its nodes still write them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from dineros.metamodel.records.coding import RecordDecoder
 from dineros.metamodel.records.files import node_traces, trace_pieces
 
 _HEAD = 64
-"""Bytes that hold the sequence of the first record."""
+"""Number of bytes that contain the sequence number of the first record."""
 
 
 class _File(NamedTuple):
-    """A file, whatever its name: its number in the file system, which is used again, and its first bytes."""
+    """A file, independent of its name: its inode number, which may be reused, and its first bytes."""
 
     inode: int
     head: bytes
@@ -26,7 +26,7 @@ class _File(NamedTuple):
 
 @dataclass
 class _Place:
-    """Up to where a node's trace is read: a file, lines in it, and the sequence of the last record."""
+    """The position up to which a node's trace was read: a file, lines in it, the last sequence number."""
 
     file: _File
     last: int = -1
@@ -34,15 +34,15 @@ class _Place:
 
 
 class Follower:
-    """Reads what is new in the traces of a folder, each time it is asked.
+    """Reads the new records in the traces of a folder, at each call.
 
-    A file that was rotated away is read to its end before the next; a last line that is not complete, or
-    that a crash has cut and the resumed node cut off, is read again.
+    A rotated file is read to its end before the next one; an incomplete last line, also one that a restarted
+    node has removed, is read again.
 
     Parameters
     ----------
     folder : Path
-        The traces of a run; nodes and files may come later.
+        The traces of a run; nodes and files may be added later.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -79,14 +79,14 @@ class Follower:
                 place = self._places[node] = _Place(file, last, RecordDecoder(path))
             place.decoder.source = path
             for record in new_records(path, place.decoder, file):
-                if record.sequence > place.last:  # a part that was read before may be the oldest that is kept
+                if record.sequence > place.last:  # it may have been read before a rotation
                     place.last = record.sequence
                     records.append(record)
         return records
 
 
 def _file_at(path: Path) -> _File | None:
-    """Return which file is at a path; None: there is none, or not even the beginning of its first record."""
+    """Return the file at a path; None: there is none, or its first record is incomplete."""
     try:
         file = open_plain(path)
     except (OSError, ModelFileError):
@@ -106,16 +106,16 @@ def _is_at(path: Path, file: _File) -> bool:
 
 
 def new_records(path: Path, decoder: RecordDecoder, file: _File | None = None) -> list[Record]:
-    """Return the records of the lines of a growing file that a decoder has not read yet.
+    """Return the records of new lines in a growing file.
 
     Parameters
     ----------
     path : Path
         The file.
     decoder : RecordDecoder
-        Knows up to where it was read.
+        Knows the position up to which it was read.
     file : _File, optional
-        Which file it is: nothing is read where the path has become that of another one meanwhile.
+        The expected file: nothing is read if another file has this path meanwhile.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def new_records(path: Path, decoder: RecordDecoder, file: _File | None = None) -
                 record for piece in trace_pieces(path, decoder.position) for record in decoder.feed(piece)
             ]
         pieces = list(trace_pieces(path, decoder.position)) if _is_at(path, file) else []
-        if not _is_at(path, file):  # rotated away, or removed, while it was read or before
+        if not _is_at(path, file):  # rotated or removed while it was read, or before
             return []
         return [record for piece in pieces for record in decoder.feed(piece)]
     finally:
