@@ -1,4 +1,4 @@
-"""Templates that turn runtime models into ROS 2 packages which their developers extend and keep.
+"""Generates ROS 2 packages from runtime models with templates; developers extend and keep the packages.
 
 >>> from dineros.generators import Options, generate   # writes a workspace, or brings it up to date
 >>> from dineros.generators import check               # says what that would change

@@ -1,1 +1,1 @@
-"""What a question may cost, how far its answer is, and what is answered: one of each for all engines."""
+"""Budgets, progress and outcomes of questions, shared by all engines."""

@@ -1,8 +1,7 @@
-"""Work in a process of its own, which tells what it finds and can be ended at any moment, wherever it is.
+"""Runs work in a child process, which reports results as they are found and can be ended at any time.
 
-A stage that never looks at its budget, such as a solver's or a compiler's, cannot be told to stop; a process
-can. So work that has to keep what was promised for it runs in a fork, and says through a pipe whatever should
-outlive it.
+A stage that never checks its budget, such as a solver or a compiler, cannot be stopped; a process can. So
+work that must keep a promised limit runs in a forked process, and sends intermediate results through a pipe.
 
 >>> def work(tell):
 ...     tell("half of it")
@@ -34,21 +33,21 @@ Tell = Callable[[object], None]
 Work = Callable[[Tell], object]
 
 PATIENCE = 0.05
-"""Seconds between two looks at whether a process still runs that says nothing."""
+"""Seconds between checks whether a silent process still runs."""
 ASKED_AGAIN = 0.02
-"""Seconds after which work is asked once more to end that could not hear it."""
+"""Seconds after which the work is asked again to end if it could not react to the first request."""
 _TOLD, _RETURNED, _RAISED = "told", "returned", "raised"
 _LENGTH = struct.Struct("!Q")
 _CHUNK = 1 << 20
 
 
 class ApartDiedError(Exception):
-    """The process of some work ended before the work did.
+    """The process ended before its work did.
 
     Attributes
     ----------
     signal : int or None
-        What ended it; None where it ended by itself.
+        The signal that ended it; None: it ended without a signal.
     """
 
     def __init__(self, status: int) -> None:
@@ -58,16 +57,16 @@ class ApartDiedError(Exception):
 
 
 class Apart:
-    """Work in a process of its own; a context that leaves no process behind.
+    """Work in a child process; a context manager that leaves no process behind.
 
-    The process is a fork: it has all that this one has, and what it changes is its own. Fork before threads,
-    kernels and solvers run here. It ends with the thread that started it, and leaves Ctrl-C to this process.
+    The process is a fork: it has a copy of this process's state. Create it before threads, kernels and
+    solvers run here. It ends with the thread that started it; Ctrl-C is handled by this process only.
 
     Parameters
     ----------
     work : callable
-        Gets a function that tells something, from any of its threads; what is told and returned goes through
-        `pickle`.
+        The work. It gets a function to report values, usable from all its threads; reported and returned
+        values are pickled.
     """
 
     def __init__(self, work: Work) -> None:
@@ -76,7 +75,7 @@ class Apart:
         self._outcome: tuple[str, Any] | None = None
         self._status: int | None = None
         for stream in (sys.stdout, sys.stderr):
-            stream.flush()  # else both would write what stands in it
+            stream.flush()  # else both processes would write its buffer
         parent = os.getpid()
         self.process = os.fork()
         if self.process == 0:
@@ -95,24 +94,24 @@ class Apart:
         os.close(self._read)
 
     def fileno(self) -> int:
-        """Return what is ready to be read when there is something new; for `ready`."""
+        """Return the descriptor that is readable when there is something new; for `ready`."""
         return self._read
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing more comes."""
+        """Whether nothing more will be reported."""
         return self._outcome is not None or self._status is not None
 
     def messages(self, seconds: float | None = None) -> Iterator[Any]:
-        """Yield what it tells as it comes, until it is over.
+        """Yield the reported values as they arrive, until the process ends.
 
         Parameters
         ----------
         seconds : float, optional
-            How long to wait for more.
+            How long to wait for the next value.
         """
         end = None if seconds is None else time.monotonic() + seconds
-        yield from self._whole()  # who asked before may not have taken all that had come
+        yield from self._whole()  # an earlier caller may not have taken all values
         while not self.is_over:
             left = PATIENCE if end is None else max(0.0, min(PATIENCE, end - time.monotonic()))
             if ready([self], left):
@@ -120,18 +119,18 @@ class Apart:
                 yield from self._whole()
             elif end is not None and time.monotonic() >= end:
                 return
-            else:  # what it started may hold the pipe open
+            else:  # processes started by it may keep the pipe open
                 self._wait(os.WNOHANG)
 
     def value(self) -> Any:
-        """Return what the work returned, or raise what it raised.
+        """Return the result of the work, or raise its error.
 
         Raises
         ------
         ApartDiedError
-            The process ended before.
+            The process ended before its work did.
         ValueError
-            It is not over.
+            The work is not over.
         """
         if self._outcome is None:
             if self._status is None:
@@ -143,12 +142,12 @@ class Apart:
         return value
 
     def ask_to_end(self) -> None:
-        """Raise KeyboardInterrupt in the work, once, as soon as Python itself runs there."""
+        """Raise KeyboardInterrupt in the work, once, as soon as Python code runs there."""
         if self._status is None:
             os.kill(self.process, signal.SIGTERM)
 
     def end(self) -> None:
-        """End the process and all that it started, if it still runs; what it has told can still be read."""
+        """End the process and its child processes, if it still runs; reported values can still be read."""
         if self._status is None:
             self.tree.end()
 
@@ -165,7 +164,7 @@ class Apart:
             self._wait()
 
     def _whole(self) -> Iterator[Any]:
-        """Yield what has come as a whole."""
+        """Yield the values that have arrived completely."""
         while len(self._bytes) >= _LENGTH.size:
             end = _LENGTH.size + _LENGTH.unpack_from(self._bytes)[0]
             if len(self._bytes) < end:
@@ -179,28 +178,28 @@ class Apart:
 
 
 def ready(some: Sequence[Apart], seconds: float | None = None) -> list[Apart]:
-    """Return those of which something can be read, or which have ended; wait for the first so long."""
+    """Return those that have something to read or have ended; wait for the first one for this time."""
     return list(select.select(some, [], [], seconds)[0])
 
 
 def is_end(error: BaseException) -> bool:
-    """Tell whether work in a process of its own ends by an error because it was asked to end.
+    """Return whether an error of work in a child process is the effect of a request to end.
 
-    What is interrupted within a callback from C, or while a class is made, fails in another way afterwards.
+    An interrupt within a callback from C, or while a class is created, raises another error afterwards.
     """
     return isinstance(error, KeyboardInterrupt) or (_Teller.has_asked and not isinstance(error, DinerosError))
 
 
 class _Teller:
-    """What writes to the pipe: one message at a time, and each as a whole, also where it is asked to end."""
+    """Writes complete messages to the pipe, one at a time, even if the work is asked to end."""
 
     has_asked: ClassVar[bool] = False
-    """Whether the work of this process was asked to end, and heard it."""
+    """Whether the work of this process was asked to end, and has got the interrupt."""
 
     def __init__(self, pipe: int) -> None:
         self._pipe, self._turn = pipe, threading.Lock()
         self._is_writing = self._is_asked = self._has_raised = False
-        _Teller.has_asked = False  # not what was asked of the process that this one was forked from
+        _Teller.has_asked = False  # reset the value inherited by the fork
 
     def tell(self, value: object) -> None:
         self.write(_TOLD, value)
@@ -233,9 +232,9 @@ class _Teller:
             raise KeyboardInterrupt
 
     def lost(self, lost: sys.UnraisableHookArgs) -> None:
-        """Ask once more to end where that was raised in a callback from C, which passes nothing on.
+        """Raise the interrupt again if it was lost in a callback from C, which does not propagate it.
 
-        The hook `sys.unraisablehook`; what else is lost there is shown as always.
+        This is the hook `sys.unraisablehook`; other lost errors are shown as usual.
         """
         if not (self._has_raised and issubclass(lost.exc_type, KeyboardInterrupt)):
             sys.__unraisablehook__(lost)
@@ -247,7 +246,7 @@ class _Teller:
 
 
 def _run(work: Work, parent: int, reading: int, writing: int) -> NoReturn:
-    """Do the work, in the new process."""
+    """Do the work in the new process."""
     try:
         die_with(parent)
         os.close(reading)
@@ -262,14 +261,14 @@ def _run(work: Work, parent: int, reading: int, writing: int) -> NoReturn:
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         try:
             teller.write(kind, value)
-        except Exception as error:  # it cannot be pickled
+        except Exception as error:  # the value cannot be pickled
             teller.write(_RAISED, RuntimeError(f"{type(value).__name__} cannot be told: {error}"))
     finally:
         os._exit(0)
 
 
 def _tellable(error: BaseException) -> BaseException:
-    """Return an error, or one that says the same where it cannot be told."""
+    """Return an error, or an equivalent one if it cannot be pickled."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:

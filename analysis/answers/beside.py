@@ -1,8 +1,9 @@
-"""Engines side by side: where there are two cores, the others work in a process of their own.
+"""Engines side by side: with two cores, all engines but the first run in a child process.
 
-What is answered at once never gets that far: the first engine works alone until its first turn is over. Then
-the process is forked, and the others take turns there. Which side knows first ends the other one; with it
-goes all that it has made, so only answers come back. Time decides who answers, never what the answer is.
+The first engine works alone until its first turn is over, so that easy questions need no second process. Then
+the process is forked, and the other engines take turns in it. The first answer on either side ends the other
+side, with all its data; only answers are transferred. Timing decides which engine answers, but not the
+answer.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progres
 from dineros.analysis.answers.turns import Answer, Member, first_answer
 
 LEAST_MEMORY = 256 << 20
-"""Bytes for engines below which there is one process: the other one needs some for itself."""
+"""Bytes for engines below which there is only one process: the second one needs memory for itself."""
 
 
 def first_of_two(
@@ -31,12 +32,12 @@ def first_of_two(
     is_final: Callable[[Answer], bool] = lambda answer: True,
     alone: float | None = None,
 ) -> Answer | None:
-    """Return the first final answer of some engines; without one the first other answer, or None.
+    """Return the first final answer of some engines; if there is none, the first other answer, or None.
 
-    The first engine works alone for so many seconds of the processor (`alone`; a turn unless given), before
-    the process is forked. Other parameters are those of `first_answer`, which is asked where there is one
-    core, little memory, or where this is not a main thread, from which alone a process may be forked. Answers
-    go through `pickle`.
+    The first engine works alone for `alone` seconds of processor time, by default one turn, before the
+    process is forked. The other parameters are those of `first_answer`, which is used instead with one core,
+    with little memory, or outside of the main thread, since only the main thread may fork. Answers are
+    pickled.
     """
     first, *others = members
     is_alone = len(os.sched_getaffinity(0)) < 2 or budget.memory < LEAST_MEMORY
@@ -48,11 +49,11 @@ def first_of_two(
 
 
 LOOK_SECONDS = 0.02
-"""Between two looks at whether those beside know."""
+"""Seconds between checks whether the other process has an answer."""
 
 
 class _Pair(Generic[Answer]):
-    """The first engine here, the others next to it once they have begun."""
+    """The first engine in this process, and the others in a child process once they have begun."""
 
     def __init__(
         self,
@@ -92,21 +93,21 @@ class _Pair(Generic[Answer]):
         return mine
 
     def _tell(self, progress: Progress) -> None:
-        """Say how far the first engine is, and look for what those next to it know."""
+        """Report the progress of the first engine, and check for an answer of the others."""
         if self._budget.progress is not None:
             self._budget.progress(progress)
         self._look_beside()
 
     def _enter(self, stage: str) -> None:
-        """Say where the first engine is, and look as well: some stages have no more to say."""
+        """Report a new stage of the first engine, and check as well: some stages report nothing else."""
         self._budget.stage(stage)
         self._look_beside()
 
     def _look_beside(self) -> None:
-        """Let the others begin when it is time, and end the first engine when they know."""
+        """Start the others when it is time, and end the first engine when they have an answer."""
         if self._beside is None and time.process_time() >= self._until:
             with warnings.catch_warnings():
-                # Of threads, only those of the first engine are there, and none of theirs is needed beside.
+                # Only threads of the first engine exist here, and the child process needs none of them.
                 warnings.simplefilter("ignore", DeprecationWarning)
                 self._beside = self._stack.enter_context(Apart(lambda _: self._work_beside()))
         if (now := time.monotonic()) - self._looked < LOOK_SECONDS:
@@ -124,7 +125,7 @@ class _Pair(Generic[Answer]):
             return None
 
     def _look(self, seconds: float) -> None:
-        """Take what those beside say; they have nothing to say where their process was ended."""
+        """Take the answer of the others; there is none if their process was killed."""
         if self._beside is None or self._is_over:
             return
         for _ in self._beside.messages(seconds):

@@ -1,4 +1,4 @@
-"""What a question may cost: one budget of time and memory, of which each stage gets a share."""
+"""The budget of a question: time and memory, of which each stage gets a share."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 DEFAULT_MEMORY = 2 << 30
-"""Bytes that diagrams may take where nobody says how many."""
+"""Default memory for decision diagrams, in bytes."""
 
 
 RAN_OUT = {"time": "time ran out", "memory": "memory ran out"}
-"""Why an answer is not known, as reports say it, by what engines call it."""
+"""Reasons of unknown answers in reports, by the names that engines use."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far an engine is.
+    """The progress of an engine.
 
     Attributes
     ----------
     unit : {"markings", "states", "nodes", "steps"}
-        What it counts; nodes are those of a decision diagram, steps those of a run.
+        The unit of `count`; nodes are those of a decision diagram, steps those of a run.
     count : int
-        How many it has.
+        The number found so far.
     memory_bytes : int
         Bytes of its tables.
     rate : float or None
-        How many it finds a second; None where that says nothing.
+        Number found per second; None if it is not meaningful.
     """
 
     unit: Literal["markings", "states", "nodes", "steps"]
@@ -46,31 +46,31 @@ StageCallback = Callable[[str], None]
 
 
 class BudgetExceededError(Exception):
-    """A limit was hit; says which. Never leaves the analysis: answers become ``unknown``."""
+    """A limit was exceeded; the text names it. Callers of the analysis get an ``unknown`` answer instead."""
 
 
 @dataclass(frozen=True)
 class Budget:
-    """Limits of a question, and who is told how far its answer is; None: no limit.
+    """Limits of a question, and callbacks for its progress; None: no limit.
 
-    The clock runs once it has `begun`. Stages get shares of what is left then, and all of them end with the
-    whole.
+    The clock runs once the budget has `begun`. Stages get shares of the rest, and all of them end with the
+    whole budget.
 
     Attributes
     ----------
     memory_bytes : int
-        Bytes of an engine's own tables, copies made while they grow included.
+        Bytes of an engine's own tables, including copies made while they grow.
     states : int
-        States stored; those that a diagram stands for do not count.
+        Maximum number of stored states; states represented by a diagram do not count.
     seconds : float
-        Wall-clock time from the beginning on.
+        Wall-clock time from the beginning.
     progress : callable
-        Called a few times a second; an exception raised in it ends the work, KeyboardInterrupt with an answer
-        where the engine has one.
+        Called a few times a second; an exception raised in it ends the work; after KeyboardInterrupt the
+        engine returns an answer if it has one.
     stages : callable
-        Told the name of each stage of the work as it begins; see `stage`.
+        Called with the name of each stage of the work when it begins; see `stage`.
     started, deadline : float or None
-        Where `time.perf_counter` stood at the beginning, and where time is up.
+        Values of `time.perf_counter` at the beginning, and at the end of the time limit.
 
     Examples
     --------
@@ -89,7 +89,7 @@ class Budget:
     deadline: float | None = field(default=None, compare=False, repr=False)
 
     def begun(self) -> Budget:
-        """Return the budget with its clock running; the same one if it runs already."""
+        """Return the budget with its clock running; the same object if it runs already."""
         if self.started is not None:
             return self
         now = time.perf_counter()
@@ -103,14 +103,14 @@ class Budget:
         most_bytes: int | None = None,
         most_states: int | None = None,
     ) -> Budget:
-        """Return the budget of a stage; its clock runs.
+        """Return the budget of a stage, with its clock running.
 
         Parameters
         ----------
         time, memory : float
-            Parts of the time that is left, and of the memory.
+            Shares of the remaining time, and of the memory.
         most_bytes, most_states : int, optional
-            What it may have at most, however much there is.
+            Upper limits of the stage.
         """
         whole = self.begun()
         bytes_of_share = None if self.memory_bytes is None else int(self.memory_bytes * memory)
@@ -125,7 +125,7 @@ class Budget:
         return replace(stage, started=None, seconds=left * time).begun()
 
     def at_most(self, seconds: float) -> Budget:
-        """Return the budget of a stage that may take so many seconds, and no more than is left."""
+        """Return the budget of a stage limited to this number of seconds and to the remaining time."""
         left = self.left
         if left is not None and left <= seconds:
             return self.begun()
@@ -133,7 +133,7 @@ class Budget:
 
     @property
     def memory(self) -> int:
-        """Bytes that diagrams may take."""
+        """Bytes for decision diagrams."""
         return DEFAULT_MEMORY if self.memory_bytes is None else self.memory_bytes
 
     @property
@@ -143,34 +143,34 @@ class Budget:
 
     @property
     def left(self) -> float | None:
-        """Seconds that are left; None without a limit."""
+        """Remaining seconds; None: no limit."""
         if self.deadline is None:
             return self.seconds
         return max(0.0, self.deadline - time.perf_counter())
 
     @property
     def is_over(self) -> bool:
-        """Whether time is up."""
+        """Whether the time is over."""
         return self.left == 0
 
     def check_time(self) -> None:
-        """Raise `BudgetExceededError` when time is up."""
+        """Raise `BudgetExceededError` if the time is over."""
         if self.is_over:
             raise BudgetExceededError(RAN_OUT["time"])
 
     def check_memory(self, needed: int) -> None:
-        """Raise `BudgetExceededError` when tables of `needed` bytes would be too large."""
+        """Raise `BudgetExceededError` if tables of `needed` bytes would be too large."""
         if self.memory_bytes is not None and needed > self.memory_bytes:
             more = f"more than {self.memory_bytes / 2**20:.0f} MiB needed"
             raise BudgetExceededError(f"{RAN_OUT['memory']}: {more}")
 
     def stage(self, name: str) -> None:
-        """Tell what is done now, such as ``bounds of places``."""
+        """Report the current stage, such as ``bounds of places``."""
         if self.stages is not None:
             self.stages(name)
 
     def report(self, progress: Progress) -> None:
-        """Tell how far an engine is; raise `BudgetExceededError` when time is up or states are too many."""
+        """Report progress; raise `BudgetExceededError` if the time is over or there are too many states."""
         if self.progress is not None:
             self.progress(progress)
         is_of_states = progress.unit in ("markings", "states")
@@ -180,7 +180,7 @@ class Budget:
 
 
 UNLIMITED = Budget()
-"""No limit but those that an engine has by itself."""
+"""No limits except those of the engines themselves."""
 
 
 def _smaller(one: int | None, other: int | None) -> int | None:

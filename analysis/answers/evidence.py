@@ -1,6 +1,6 @@
-"""Why a goal is proved unreachable without a state space: what anybody can check again, in integers.
+"""Evidence that a goal is unreachable, found without a state space, that can be checked in integers.
 
-All indices are those of the net that was asked about.
+All indices are those of the net in the question.
 
 References
 ----------
@@ -15,25 +15,25 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-#: Weighted sum of tokens (place -> factor) that has to be at least a number.
+#: Weighted sum of tokens (place -> factor), and the least value that it must have.
 Row = tuple[Mapping[int, int], int]
 
 
 @dataclass(frozen=True)
 class Weighting:
-    """Some conditions that no reachable marking fulfils together, and a weighting of places that shows it.
+    """Conditions that no reachable marking fulfils together, and a weighting of places that proves it.
 
-    No firing raises the weighted sum of tokens, so it never exceeds that of the initial marking. A marking
-    that fulfils all conditions has at least the sum of `factors` times their numbers, which is more.
+    No firing increases the weighted sum of tokens, so the sum never exceeds its initial value. A marking that
+    fulfils all conditions has at least the sum of `factors` times their numbers, which is larger.
 
     Attributes
     ----------
     rows : tuple of Row
         The conditions: each weighted sum of tokens is at least its number.
     weights : mapping
-        Place -> weight, at least the sum of `factors` times what `rows` ask of it; others have weight 0.
+        Place -> weight, at least the sum of `factors` times the factors of `rows`; others have weight 0.
     factors : tuple of Fraction
-        By condition, more than 0.
+        One positive factor for each condition.
     """
 
     rows: tuple[Row, ...]
@@ -42,22 +42,22 @@ class Weighting:
 
     @classmethod
     def of_bound(cls, place: int, bound: int, weights: Mapping[int, int]) -> Weighting:
-        """Return why a place never holds more tokens than its bound."""
+        """Return evidence that a place never has more tokens than its bound."""
         exact = {p: Fraction(weight) for p, weight in weights.items()}
         return cls((({place: 1}, bound + 1),), exact, (exact[place],))
 
 
 @dataclass(frozen=True)
 class Excluded:
-    """A goal that the state equation excludes: each of its alternatives fulfils the conditions of one case.
+    """A goal excluded by the state equation: each of its alternatives fulfils the conditions of one case.
 
     Attributes
     ----------
     cases : tuple of Weighting
-        Of a disjunctive normal form of the goal, every conjunction implies all rows of one of these, but for
-        the rows of traps.
+        Each conjunction of a disjunctive normal form of the goal implies all rows of one of these, except the
+        rows of traps.
     traps : tuple of tuple of int
-        Traps that the initial marking marks, which no firing empties: a row of each asks for a token there.
+        Traps with an initial token, which no firing empties: a row for each requires a token in it.
     """
 
     cases: tuple[Weighting, ...]
@@ -73,26 +73,26 @@ class Excluded:
 
 @dataclass(frozen=True)
 class Inductive:
-    """A number of steps that keep a goal away, with bounds of places and other facts of all markings.
+    """Proof by k-induction, with bounds of places and other facts about all reachable markings.
 
-    The goal is met in no marking that the net reaches in fewer steps, and the clauses hold in all of these.
-    In as many steps through markings within the bounds, the sums and the clauses, none of which meets the
-    goal, no marking is reached that meets it, or violates a clause. A step fires transitions that do not
-    need each other.
+    No marking reachable in fewer than k steps fulfils the goal, and the clauses hold in all of these
+    markings. From k steps through markings within the bounds, sums and clauses that do not fulfil the goal,
+    no marking is reached that fulfils the goal or violates a clause. A step fires transitions that are
+    independent of each other.
 
     Attributes
     ----------
     depth : int
-        k of k-induction; 0 where bounds and sums alone exclude the goal.
+        The k of k-induction; 0: bounds and sums alone exclude the goal.
     bounds : tuple of int
-        By place: most tokens in a reachable marking.
+        For each place, the most tokens in a reachable marking.
     proofs : tuple of mapping
-        By place: weights of places, of which that of this place times its bound and one more is more than the
-        initial sum, which no firing raises.
+        For each place: weights of places with a sum that no firing increases; the weight of the place times
+        one more than its bound exceeds the initial sum.
     weightings : tuple of mapping
         Place -> weight: sums that no firing changes.
     clauses : tuple of tuple of Row
-        Of each, one condition holds in every reachable marking.
+        Clauses; one condition of each holds in every reachable marking.
     """
 
     depth: int
@@ -111,7 +111,7 @@ class Inductive:
 
 @dataclass(frozen=True)
 class Together:
-    """Why each of some goals is unreachable."""
+    """Evidence for several goals, that each of them is unreachable."""
 
     parts: tuple[Excluded | Inductive, ...]
 
@@ -120,11 +120,11 @@ class Together:
 
 
 Evidence = Excluded | Inductive | Together
-"""What an `Outcome` rests on that looked at no state space."""
+"""The evidence of an `Outcome` that was found without a state space."""
 
 
 def together(found: Iterable[Evidence | None]) -> Evidence | None:
-    """Return why none of some goals is reachable; None where that is not known of one."""
+    """Return evidence that none of several goals is reachable; None if it is missing for one of them."""
     parts: list[Excluded | Inductive] = []
     for one in found:
         if one is None:

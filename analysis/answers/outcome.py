@@ -1,4 +1,4 @@
-"""What is answered, whatever was asked and whoever answers."""
+"""The outcome of any question, by any engine."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from dineros.analysis.answers.evidence import Evidence
 
 FiredAt = tuple[float, float, float | None]
-"""When a transition fires: in the schedule that is shown, and at the earliest and at the latest."""
+"""When a transition fires: in the schedule that is shown, and its earliest and latest time."""
 
 
 @dataclass(frozen=True)
@@ -17,34 +17,35 @@ class Outcome:
     Attributes
     ----------
     status : str
-        ``unknown``, or what answers the question: ``reachable`` or ``unreachable`` for a goal, ``holds`` or
-        ``violated`` for a formula, ``conforms`` or ``violated`` for the traces of a run.
+        ``unknown``, or the answer: ``reachable`` or ``unreachable`` for a goal, ``holds`` or ``violated`` for
+        a formula, ``conforms`` or ``violated`` for the traces of a run.
     trace : tuple of int or None
-        Transitions from the initial marking on that show it, replayed by the plain firing rule; None without.
+        Transitions from the initial marking that show the answer, replayed by the firing rule; None: no
+        trace.
     loop : tuple of int
-        Transitions fired again and again after these. Empty when what shows it is a finite path, and when the
-        run ends in a deadlock, where it stays forever.
+        Transitions fired repeatedly after the trace. Empty if a finite path shows the answer, or if the run
+        ends in a deadlock.
     ends_at_fault : bool
-        Whether the trace violates the formula whatever follows it; then there is no loop.
+        Whether the trace violates the formula regardless of its continuation; then there is no loop.
     states : int or None
-        States stored to find the answer; None where they say nothing.
+        Number of states stored to find the answer; None if it is not meaningful.
     seconds : float
         Wall-clock time.
     reason : str
-        Why the answer is unknown, what the trace shows, or why there is none though there could be.
+        Why the answer is unknown, what the trace shows, or why a possible trace is missing.
     question : str
-        What is not known, in a report of many questions.
+        The undecided question, in a report of many questions.
     hint : str
-        What decides it, where that is known.
+        How to decide it, if that is known.
     may_be_fault : bool
-        Whether an unknown answer might be an error or a warning, or was asked for; else it might be a note at
-        worst.
+        Whether an unknown answer may hide an error or a warning, or was requested; else it could only be a
+        note.
     by : str
-        Who answered, in words: ``state equation``, ``explicit search`` ...
+        The method that answered, as text: ``state equation``, ``explicit search`` ...
     times : tuple of FiredAt
-        Of the trace, where only some of its schedules show the answer; empty where all do.
+        Times of the trace, if only some of its schedules show the answer; empty if all do.
     evidence : Evidence or None
-        What the answer rests on, where no state space was looked at.
+        The evidence, if no state space was used.
     """
 
     status: str
@@ -63,12 +64,12 @@ class Outcome:
 
     @classmethod
     def left_open(cls, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> Outcome:
-        """Return a question of a report that was not decided."""
+        """Return the outcome of an undecided question in a report."""
         return cls("unknown", question=question, reason=reason, hint=hint, may_be_fault=may_be_fault)
 
     @property
     def stem(self) -> tuple[int, ...]:
-        """The trace, as the part of a run before its loop; empty without one."""
+        """The trace, as the part of a run before its loop; empty without a trace."""
         return self.trace or ()
 
     def __str__(self) -> str:

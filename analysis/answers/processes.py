@@ -1,4 +1,4 @@
-"""Processes and what they started: what memory they have, and how all of them end (Linux, proc(5))."""
+"""Process trees: their memory, and how to end them (Linux, proc(5))."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ if TYPE_CHECKING:
 
 PROCESSES = Path("/proc")
 LOOK_SECONDS = 0.25
-"""How often it is looked for new processes of a tree; their memory is looked at whenever it is asked for."""
+"""Seconds between searches for new processes of a tree; memory is read at each call."""
 
 _SET_PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 def die_with(parent: int) -> None:
-    """Have the kernel end this process when the thread that started it ends, however that happens (Linux)."""
+    """Have the kernel end this process when the thread that started it ends for any reason (Linux)."""
     ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, int(signal.SIGKILL), 0, 0, 0)
-    if os.getppid() != parent:  # it ended before
+    if os.getppid() != parent:  # the parent ended before
         os._exit(1)
 
 
 def end_group(process: subprocess.Popen[Any]) -> None:
-    """End a program that leads a process group, and what it started there, if any of it still runs."""
+    """End a program that leads a process group, and the processes of the group, if any still runs."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
@@ -38,7 +38,7 @@ def end_group(process: subprocess.Popen[Any]) -> None:
 
 
 class ProcessTree:
-    """A process and all that it started, and these.
+    """A process with all its descendants.
 
     Parameters
     ----------
@@ -52,13 +52,13 @@ class ProcessTree:
         self._looked = 0.0
 
     def memory(self, most: int) -> int:
-        """Return the bytes of the tree that are in memory; pages that several share count once if it matters.
+        """Return resident bytes; shared pages are counted exactly only if the cheap sum exceeds the limit.
 
         Parameters
         ----------
         most : int
-            Where it matters. Pages are looked at one by one only if counting shared ones several times gives
-            more than that, and there are more than two processes: of two, the small one waits for the other.
+            The limit. Pages are counted one by one only if the sum with shared pages counted several times
+            exceeds it, and there are more than two processes: of two, the small one waits for the other.
         """
         if time.monotonic() - self._looked > LOOK_SECONDS:
             self._look()
@@ -68,9 +68,9 @@ class ProcessTree:
         return sum(_share(process) for process in self._known)
 
     def end(self) -> None:
-        """End all of them at once; the root stays to be waited for."""
+        """End all processes at once; the caller waits for the root."""
         with suppress(ProcessLookupError):
-            os.kill(self.root, signal.SIGSTOP)  # starts no others meanwhile
+            os.kill(self.root, signal.SIGSTOP)  # so that it starts no further processes
         self._look(is_exact=True)
         for process in reversed(self._known):
             with suppress(ProcessLookupError):
@@ -79,9 +79,9 @@ class ProcessTree:
     def _look(self, is_exact: bool = False) -> None:
         self._looked = time.monotonic()
         self._known = [self.root]
-        # The kernel's own lists cost little, but may miss one while others end.
+        # The kernel's own lists are cheap to read, but may miss a process while others end.
         all_children = _all_children() if is_exact or not _lists_children(self.root) else None
-        for process in self._known:  # grows meanwhile
+        for process in self._known:  # the list grows meanwhile
             more = _children(process) if all_children is None else all_children.get(process, ())
             self._known += more
 
@@ -103,7 +103,7 @@ def _all_children() -> dict[int, list[int]]:
     for folder in PROCESSES.iterdir() if PROCESSES.is_dir() else ():
         if folder.name.isdigit():
             with suppress(OSError, ValueError, IndexError):
-                # The name of a program, in brackets, may hold anything.
+                # The name of a program, in brackets, may contain any characters.
                 words = (folder / "stat").read_bytes().rpartition(b")")[2].split()
                 found.setdefault(int(words[1]), []).append(int(folder.name))
     return found
@@ -116,7 +116,7 @@ def _resident(process: int) -> int:
 
 
 def _share(process: int) -> int:
-    """Return its bytes in memory, of shared pages its part of each (smaps_rollup of proc(5))."""
+    """Return the resident bytes of a process, with its share of shared pages (smaps_rollup of proc(5))."""
     with suppress(OSError, ValueError, IndexError):
         for line in (PROCESSES / str(process) / "smaps_rollup").read_bytes().splitlines():
             if line.startswith(b"Pss:"):

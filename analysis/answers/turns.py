@@ -1,9 +1,9 @@
-"""Engines that take turns on one question: which one is quick is not known before, so each gets a share.
+"""Engines that take turns on one question: it is not known in advance which is fastest.
 
-Each works in a thread of its own, one at a time: whoever has used its share of the processor's time passes on
-when it next reports how far it is, and later continues where it stopped. So a question costs no more than
-what the quickest of them needs, times the number of engines. Time decides who answers, never what the answer
-is.
+Each engine works in its own thread, one at a time. When it has used its share of processor time and next
+reports progress, it passes the turn on, and later continues from that point. So a question costs at most the
+time of the fastest engine times the number of engines. Timing decides which engine answers, but not the
+answer.
 
 References
 ----------
@@ -24,25 +24,24 @@ from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progres
 Answer = TypeVar("Answer")
 
 SHARE = 0.5
-"""Seconds of the processor for an engine of weight 1, each time."""
+"""Seconds of processor time per turn for an engine of weight 1."""
 
 HEAD_START = 2.0
-"""Seconds for the engine that is best as a rule, before the others begin."""
+"""Seconds for the engine that is usually best, before the others begin."""
 
 
 @dataclass(frozen=True)
 class Member(Generic[Answer]):
-    """One who may answer.
+    """An engine that may answer.
 
     Attributes
     ----------
     work : callable
-        Gets a budget, whose progress must be reported to as `Budget.report` does; returns an answer, or None
-        where it has none.
+        The work. It gets a budget, must report progress by `Budget.report`, and returns an answer or None.
     weight : float
-        Its part of the time, beside those of the others.
+        Its share of the time, relative to the others.
     head_start : float
-        Seconds of the processor for the first turn, where it begins: what it answers so soon costs no more.
+        Seconds of processor time for its first turn; easy questions are answered within it at no extra cost.
     """
 
     work: Callable[[Budget], Answer | None]
@@ -55,16 +54,16 @@ def first_answer(
     budget: Budget,
     is_final: Callable[[Answer], bool] = lambda answer: True,
 ) -> Answer | None:
-    """Return the first final answer of some engines; without one the first other answer, or None.
+    """Return the first final answer of some engines; if there is none, the first other answer, or None.
 
     Parameters
     ----------
     members : sequence of Member
-        The first one begins, and works in this thread: what interrupts it interrupts all.
+        The first one begins, and works in this thread: an interrupt of it interrupts all.
     budget : Budget
-        Its time is for all together, its memory is divided.
+        Its time is shared by all engines, its memory is divided.
     is_final : callable
-        Whether an answer ends the work of the others.
+        Returns whether an answer ends the work of the others.
     """
     if len(members) == 1:
         return members[0].work(budget.begun())
@@ -73,14 +72,14 @@ def first_answer(
 
 
 class _Table(Generic[Answer]):
-    """Who has the turn, and what has been answered."""
+    """The engine whose turn it is, and the answers so far."""
 
     def __init__(
         self, members: Sequence[Member[Answer]], budget: Budget, is_final: Callable[[Answer], bool]
     ) -> None:
         self._members, self._budget, self._is_final = members, budget, is_final
         self._changed = threading.Condition()
-        self._here = list(range(len(members)))  #: who still works
+        self._here = list(range(len(members)))  #: engines that still work
         self._shares = [SHARE * member.weight for member in members]
         self._answers: list[Answer] = []
         self._final: list[Answer] = []
@@ -112,13 +111,13 @@ class _Table(Generic[Answer]):
             self._wait(number)
             self._work(number)
         except BudgetExceededError:
-            pass  # another one has answered before this one began
+            pass  # another engine has answered before this one began
         except BaseException as error:
             self._error = self._error or error
             self._end()
 
     def _work(self, number: int) -> None:
-        """Let a member work to its end, and leave."""
+        """Let an engine work to its end, and remove it."""
         answer = None
         try:
             answer = self._members[number].work(self._share_of(number))
@@ -144,7 +143,7 @@ class _Table(Generic[Answer]):
         return replace(self._budget.share(memory=1 / len(self._members)), progress=tell)
 
     def _report(self, number: int) -> None:
-        """Pass the turn on where the share is used up, and wait for the next one."""
+        """If the share is used up, pass the turn on and wait for the next one."""
         if time.process_time() > self._until or self._is_over:
             with self._changed:
                 self._pass_on(number)

@@ -1,4 +1,4 @@
-"""Conformance: is what was recorded at run time a behaviour of the model? See `docs/conformance.md`."""
+"""Conformance: are the traces of a run a behaviour of the model? See `docs/conformance.md`."""
 
 from dineros.analysis.conformance.conform import ATTEMPTS, Trace, conform
 from dineros.analysis.conformance.monitor import Monitor

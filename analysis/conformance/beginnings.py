@@ -1,10 +1,11 @@
-"""Traces that begin in the middle of a run, since their older parts are not kept any more.
+"""Traces that begin in the middle of a run, because their older parts were deleted.
 
-Each begins with a checkpoint of its node, at a moment of its own. What the node's own places hold is known
-from it. What was under way between two nodes follows from their numbers: a topic holds for a subscriber what
-its publisher had sent, less what the subscriber had taken. Where the subscriber's trace begins later, that
-is less than nothing: what it owes comes when the publisher's trace has got there. The same holds for the
-steps of calls, whose effects on the places between client and server add up in any order.
+Each trace begins with a checkpoint of its node, at its own moment. The checkpoint has the tokens of the
+node's own places. The messages under way between two nodes follow from their numbers: a topic holds for a
+subscriber the messages that its publisher had sent, minus those that the subscriber had taken. If the
+subscriber's trace begins later than the publisher's, this number may be negative; it becomes zero when the
+publisher's trace has advanced. The same applies to the steps of calls, whose effects on the places between
+client and server add up in any order.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ Checkpoints = Mapping[str, Checkpoint]
 
 
 def beginnings(traces: Mapping[str, Iterable[Record]]) -> dict[str, Checkpoint]:
-    """Return the checkpoints that traces begin with; none where all are there from the start of the run.
+    """Return the checkpoints with which traces begin; empty if all traces begin with the run.
 
     Raises
     ------
@@ -50,13 +51,13 @@ def beginnings(traces: Mapping[str, Iterable[Record]]) -> dict[str, Checkpoint]:
 
 
 def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
-    """Put a replay where the traces begin.
+    """Initialise a replay at the beginning of the traces.
 
     Raises
     ------
     DinerosError
-        A channel has an existing message type: if its messages had no ids, nobody knows what was under way.
-        Or it is an action.
+        A channel has an existing message type, so that messages under way are unknown if they have no ids; or
+        the channel is an action.
     """
     net = replay.net
     capacity = {bounded: replay.marking[bounded] + replay.marking[free] for bounded, free in net.room.items()}
@@ -96,7 +97,7 @@ def _begin_topic(replay: Replay, channel: sym.TopicChannel, checkpoints: Checkpo
 
 
 def _last_taken(checkpoint: Checkpoint, port: str, sender: str) -> int:
-    """Return the number of the last message taken: those before it have come or are lost."""
+    """Return the number of the last message taken: all messages before it were received or lost."""
     ranges = checkpoint.seen_apart.get(port, {}).get(sender, [])
     return max([checkpoint.seen.get(port, {}).get(sender, 0), *(last for _, last in ranges)])
 
@@ -139,7 +140,7 @@ def _begin_call(
 def _served(
     instances: Mapping[tuple[str, str], int], channel: str, sender: str, checkpoint: Checkpoint | None
 ) -> tuple[dict[int, int], frozenset[int]]:
-    """Return which requests are served at which instance, and the last ones that were answered."""
+    """Return the requests being served, with their instances, and the last requests that were answered."""
     if checkpoint is None:
         return {}, frozenset()
     serving = {}
@@ -156,7 +157,7 @@ def _numbers(messages: Iterable[str], sender: str) -> Iterable[int]:
 
 
 def _sender(place: pn.Place, checkpoints: Checkpoints) -> tuple[str, int]:
-    """Return what the ids of a place's messages begin with, and the number of its last message."""
+    """Return the prefix of the ids of a place's messages, and the number of its last message."""
     net = node_net_of(place)
     node = net.id if net is not None else ""
     checkpoint = checkpoints.get(node)

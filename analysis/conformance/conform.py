@@ -1,4 +1,4 @@
-"""Whether the traces of a run are a behaviour of the model: all of them at once."""
+"""Decides whether the traces of a run are a behaviour of the model, with complete traces."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.records import Drop, Header, Publish, Record, Take
 
 Trace = Callable[[], Iterable[Record]]
-"""Reads all records of a node, from the first, each time it is called."""
+"""Reads all records of a node from the beginning, at each call."""
 
 ATTEMPTS = 50
-"""How many orders of a run are tried where publishers' queues dropped messages, or messages have no ids."""
+"""Maximum number of orders tried if publishers' queues dropped messages, or messages have no ids."""
 
 
 def conform(
@@ -33,26 +33,26 @@ def conform(
 ) -> Verdict:
     """Replay the traces of a run on the flattened net.
 
-    Every recorded step must be a firing that the net allows, in some order that keeps the order of each
-    node and has no message arrive before it was sent. Steps inside of channels are inferred.
+    Each recorded step must be a firing that the net allows, in some order that keeps the order of each node,
+    and in which no message is received before it was sent. Steps inside of channels are inferred.
 
     Parameters
     ----------
     model : sym.SystemModel
         The model that was run.
     traces : dict of str to callable
-        By node net, what reads its records.
+        For each node net, a function that reads its records.
     attempts : int
-        How many orders are tried where publishers' queues have dropped messages, or where servers do not know
-        whose requests they serve; beyond, it is unknown.
+        Maximum number of orders tried if publishers' queues dropped messages, or if servers do not know the
+        clients of requests; beyond it, the result is unknown.
     firings : bool
-        Whether the verdict shall have the sequence of firings.
+        Whether the verdict contains the sequence of firings.
 
     Raises
     ------
     DinerosError
-        A trace is of a node that the model does not have, or begins in the middle of a run without a
-        checkpoint, or of a run whose messages have no ids.
+        A trace belongs to a node that the model does not have; or it begins in the middle of a run, without a
+        checkpoint or with messages without ids.
     RecordError
         A line of a trace is not a record.
     """
@@ -61,7 +61,7 @@ def conform(
 
 @dataclass
 class _Survey:
-    """What has to be known of a trace before it is replayed.
+    """Facts about a trace, collected before the replay.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class _Survey:
 
 @dataclass(frozen=True)
 class _DropToReach:
-    """A message that a publisher's queue dropped, which needs an order of its own."""
+    """A message that a publisher's queue dropped, for which a special order is needed."""
 
     node: str
     position: int
@@ -135,7 +135,7 @@ class _Conformance:
         return self._verdict(merger, hopeless)
 
     def _in_another_order(self, merger: Merger, goals: list[_DropToReach]) -> Merger:
-        """Draw orders of calls whose servers do not know whose they are, until one fits."""
+        """Draw orders of calls whose servers do not know the clients, until one fits."""
         for seed in range(self._attempts):
             other, stuck = self._attempt(goals, Random(seed))
             if stuck is None and not _is_unclear(other) and other.failed.keys() == merger.failed.keys():
@@ -154,7 +154,7 @@ class _Conformance:
         return merger, None
 
     def _possible_alone(self, goal: _DropToReach) -> bool:
-        """Tell whether a message can be lost when only what must come before it has happened."""
+        """Return whether a message can be lost if only its causal past has happened."""
         keep = [(goal.channel, goal.queue)]
         if self._reach(self._merger(keep), goal):
             return True
@@ -164,7 +164,7 @@ class _Conformance:
         return self._reach(self._merger(keep), goal)
 
     def _reach(self, merger: Merger, goal: _DropToReach) -> bool:
-        """Replay only what must come before a loss, and the loss; tell whether it was possible."""
+        """Replay only the causal past of a loss, and the loss; return whether it was possible."""
         limits: dict[str, int] | None = self._past(goal).records
         if (goal.node, goal.position) in self._generous:
             limits = self._pasts.generous(self._past(goal).records, goal.channel, goal.node)
@@ -181,7 +181,7 @@ class _Conformance:
         return False
 
     def _missed(self, merger: Merger, hopeless: Collection[tuple[str, int]]) -> _DropToReach | None:
-        """Return a loss that the order taken does not allow."""
+        """Return a loss that is not possible in the chosen order."""
         for node, (record, fault) in merger.failed.items():
             position = merger.feeds[node].position
             if fault.queue is not None and (node, position) not in hopeless:
@@ -222,7 +222,7 @@ class _Conformance:
 
 
 def finish(verdict: Verdict, net: ConformanceNet, replay: Replay) -> Verdict:
-    """Put what was found in order and draw the conclusion."""
+    """Sort the findings and set the result."""
     if not verdict.violations:
         verdict.violations.extend(
             Deviation(record, step_words(record), reason) for record, reason in replay.messages.lost()
@@ -267,8 +267,8 @@ def _survey(model: sym.SystemModel, node: str, records: Iterable[Record], fates:
             survey.drops = True
             if record.queue == "publisher" and not has_histories and not any(record.change.values()):
                 sent = published[record.channel, record.place or ""]
-                # The model loses the newest message. Which one it was in truth makes no difference to the
-                # numbers.
+                # The model loses the newest message. The numbers are the same regardless of which message
+                # was lost.
                 survey.lost.update(sent[-record.count :])
                 del sent[-record.count :]
     return survey

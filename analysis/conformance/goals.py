@@ -1,7 +1,7 @@
-"""Replaying the goals of actions (rules A1 to A7): each step is of a goal, which its id tells.
+"""Replays the goals of actions (rules A1 to A7): each step has the id of its goal.
 
-A goal is sent before it is accepted, and over before its client learns of that. Where the client asks to
-cancel it meanwhile, the request is under way until the goal is over, or comes too late.
+A goal is sent before it is accepted, and ends before its client is informed. A cancel request that the client
+sends meanwhile is under way until the goal ends, or arrives too late.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from dineros.metamodel.records import Drop
 from dineros.metamodel.records.declarations import GoalChange
 
 _Key = tuple[GoalChange, str, str | None, int | None, str | None]
-"""What a step does to a goal (nothing, if it is silent), channel, client, slot and outcome."""
+"""The effect of a step on a goal (empty for a silent step), channel, client, slot and outcome."""
 
 
 @dataclass(eq=False)
@@ -32,9 +32,9 @@ class _SentGoal:
     slot : int or None
         The slot that has accepted it.
     outcome : str or None
-        How it has ended.
+        Its outcome.
     is_told : bool
-        Whether its client knows that, or that it is refused.
+        Whether its client knows the outcome or the refusal.
     """
 
     id: str
@@ -77,7 +77,7 @@ class GoalFlow:
     # The records.
 
     def step(self, record: Any, forced: bool) -> Refusal | None:
-        """Replay a step of a goal. If `forced`, feedback that has no room is lost."""
+        """Replay a step of a goal. If `forced`, feedback without room is lost."""
         channel = self._channels.get(record.channel)
         if channel is None:
             return Fault(f"the model has no action channel {record.channel!r}")
@@ -94,7 +94,7 @@ class GoalFlow:
         return _REPLAYS[change](self, record, goal)
 
     def _unknown(self, record: Any) -> Refusal:
-        """Refuse a step of a goal that nobody has sent, or not yet."""
+        """Refuse a step of a goal that was not sent, or not yet."""
         reason = f"goal {record.message} was not sent before"
         if record.declared.end == "server":
             action = self._net.names_in_ros[record.channel]
@@ -123,7 +123,7 @@ class GoalFlow:
     def _learned(self, record: Any, goal: _SentGoal) -> Refusal | None:
         key: _Key = ("is known to be accepted", goal.channel, goal.client, None, None)
         if not self._steps.get(key):
-            return None  # the client names no place for it
+            return None  # the client has no place for it
         if goal.slot is None:
             return Waiting(f"goal {goal.id} was not accepted before", (self._server(goal.channel),))
         return self._fire_one(record, key, goal)
@@ -143,7 +143,7 @@ class GoalFlow:
         return fault
 
     def _canceled_nothing(self, record: Any) -> Refusal | None:
-        """Let a request to cancel find no goal: there is none, or it is refused, as a later record says."""
+        """Drop a cancel request without a goal: there is none, or a later record shows that it is refused."""
         key: _Key = ("is asked to cancel", record.channel, record.client, None, None)
         if not any(map(self._player.is_enabled, self._steps[key])):
             for rejecting in self._steps["", record.channel, record.client, None, None]:
@@ -171,7 +171,7 @@ class GoalFlow:
         return self._fire_one(record, key)
 
     def _refused_cancel(self, _: Any, goal: _SentGoal) -> Refusal | None:
-        """Let a server refuse that has no place for requests to cancel; others were only too late."""
+        """Replay a refusal by a server without places for cancel requests; other refusals came too late."""
         for transition in self._steps.get(("", goal.channel, None, goal.slot, None), ()):
             if goal.outcome is None and self._player.is_enabled(transition):
                 self._player.fire(transition)
@@ -225,7 +225,7 @@ class GoalFlow:
         return self._player.fire_at(record, queue.leave)
 
     def drop(self, record: Drop) -> Refusal | None:
-        """Lose feedback that a client's trace says to be lost, but for what was before."""
+        """Lose the feedback that a client's trace reports as lost, except losses replayed already."""
         of_channel = [key for key in self._queues if key[0] == record.channel]
         key = next((key for key in of_channel if self._place_of(self._queues[key]) == record.place), None)
         if key is None:
@@ -247,7 +247,7 @@ class GoalFlow:
     # The net.
 
     def _fire_one(self, record: Any, key: _Key, goal: _SentGoal | None = None) -> Fault | None:
-        """Fire what a record stands for: the one of several transitions that can be."""
+        """Fire the transition for a record: the enabled one of several candidates."""
         found = self._steps.get(key)
         if not found:
             return Fault(f"action channel {getattr(record, 'channel', '')!r} has no such port")

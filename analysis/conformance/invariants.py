@@ -1,4 +1,4 @@
-"""Conditions that have to hold in every marking of a run that was replayed."""
+"""Conditions that must hold in all markings of a replayed run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Invariant:
     Raises
     ------
     FormulaError
-        The text is no such condition.
+        The text is not such a condition.
     """
 
     def __init__(self, text: str, subject: Subject) -> None:
@@ -46,7 +46,7 @@ class Invariant:
         self._condition = Condition(text, subject.net.places, self._signals)
 
     def first_violation(self, transitions: Sequence[str]) -> int | None:
-        """Return after how many firings of a sequence it does not hold; None: it always does."""
+        """Return the number of firings after which it is first violated; None: it always holds."""
         net = self._net
         index = {name: number for number, name in enumerate(net.transitions)}
         marking = {name: int(tokens) for name, tokens in zip(net.places, net.initial, strict=True)}

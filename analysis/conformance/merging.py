@@ -1,13 +1,13 @@
-"""The traces of several nodes as one sequence of steps that the flattened net allows.
+"""Merges the traces of several nodes into one sequence of steps that the flattened net allows.
 
-Each node's steps keep their order; between nodes, only messages order steps, since clocks differ. What a
-node does to its own places depends on no other node, and of all that a node can do, only two things can
-harm another's step: a message taken too early leaves a publisher's queue that drops later not full, and
-nothing else. So when messages are dropped, takes wait until nothing else can be done; and where that is not
-enough, the merge begins again and first does only what must have come before the drop.
+The steps of each node keep their order; between nodes, only messages order steps, since clocks differ. A
+node's steps on its own places do not depend on other nodes. Only one kind of step can make a step of another
+node impossible: if a message is taken too early, a publisher's queue that drops a message later is not full.
+So if messages are dropped, takes wait until nothing else can be replayed. If that is not sufficient, the
+merge restarts and first replays only the causal past of the drop.
 
-Where messages have no ids, a server's step does not say whose request it serves; it can only be one that was
-made before. So such a step waits, too, until nothing else can be done.
+If messages have no ids, a server's step does not identify the request that it serves, which must have been
+sent before. So such a step also waits until nothing else can be replayed.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from dineros.metamodel.records import (
 )
 
 _WAKING = (Publish, Take, Drop, Request, Serve, Reply, GoalStep)
-"""What a step may wait for."""
+"""The reasons for which a step may wait."""
 
 
 class Feed:
-    """The records of one node, as far as they are there.
+    """The records of one node that are available.
 
     Parameters
     ----------
     records : iterable of Record, optional
-        All of them, read when they are needed; without it, they are added as they come.
+        All records, read when needed; without it, records are added as they arrive.
     """
 
     def __init__(self, records: Iterable[Record] | None = None) -> None:
@@ -56,7 +56,7 @@ class Feed:
         self._ahead.append(record)
 
     def head(self) -> Record | None:
-        """Return the next record, or None where there is none (yet)."""
+        """Return the next record; None: there is none yet, or no more."""
         if not self._ahead:
             following = next(self._rest, None)
             if following is None:
@@ -74,17 +74,17 @@ class Feed:
 
     @property
     def held(self) -> int:
-        """How many records have come, or were read, and are not replayed."""
+        """Number of records that were added or read, and not replayed."""
         return len(self._ahead)
 
     def pop(self) -> None:
-        """Go on to the record after the next."""
+        """Advance to the next record."""
         self.last = self._ahead.popleft()
         self.position += 1
 
     @property
     def has_stopped(self) -> bool:
-        """Whether the node ended in good order: nothing it did can be missing."""
+        """Whether the node ended in order: then no step is missing."""
         return isinstance(self.last, Stop)
 
 
@@ -98,18 +98,18 @@ class Merger:
     feeds : dict of str to Feed
         The records of each node.
     takes_last : bool
-        Whether takes wait until nothing else can be done, instead of the clocks' order.
+        Whether takes wait until nothing else can be replayed, instead of following the order of the clocks.
     is_dropped : callable
-        Tells of a publish record whether the message was lost in the publisher's queue; None: that cannot be
-        told yet.
+        Returns for a publish record whether the message was lost in the publisher's queue; None: this is not
+        known yet.
     draw : Random, optional
-        Draws the order of calls whose server does not know whose they are; without it, clocks tell it.
+        Draws the order of calls whose server does not know the client; without it, clocks decide.
 
     Attributes
     ----------
     forces : bool
-        Whether a message of ROS 2 is lost when nothing else can be done: there is nothing more to come. Until
-        then a loss waits for the record after it, which says whose message was lost.
+        Whether a message of ROS 2 is lost if nothing else can be replayed, because no further records follow.
+        Until then, a loss waits for the next record, which identifies the lost message.
     """
 
     def __init__(
@@ -134,12 +134,12 @@ class Merger:
         self.forces = True
 
     def advance(self, until: Mapping[str, int] | None = None) -> None:
-        """Replay all that can be.
+        """Replay as many steps as possible.
 
         Parameters
         ----------
         until : dict of str to int, optional
-            Of each node, how many records may be replayed.
+            For each node, the maximum number of records to replay.
         """
         for node in self.feeds:
             self._push(node, until)
@@ -167,7 +167,7 @@ class Merger:
             self._wake(node, record, until)
 
     def _force(self, until: Mapping[str, int] | None) -> bool:
-        """Let the oldest step continue that loses a message; return whether there is one."""
+        """Let the oldest waiting step continue by losing a message; return whether there is one."""
         forcible = [
             (record.time or 0.0, node)
             for node, (record, waiting) in self.waiting.items()
@@ -180,25 +180,25 @@ class Merger:
         return bool(self._ready)
 
     def retry(self) -> None:
-        """Try steps again that wait to know whether a message was lost: more may be known now."""
+        """Retry steps that wait to know whether a message was lost, since more may be known now."""
         for node, (_, waiting) in list(self.waiting.items()):
             if waiting.is_forcible:
                 del self.waiting[node]
 
     def skip(self, node: str) -> None:
-        """Pass over the record at which a node has failed, or waits."""
+        """Skip the record at which a node failed or waits."""
         self.failed.pop(node, None)
         self.waiting.pop(node, None)
         self.feeds[node].pop()
 
     def is_unclear(self, node: str) -> bool:
-        """Tell whether a node waits that might not in another order of messages without ids."""
+        """Return whether a node waits but might not in another order of messages without ids."""
         _, waiting = self.waiting[node]
         is_stuck = any(sender in self.waiting for sender in waiting.senders)
         return waiting.unclear or (waiting.unclear_if_stuck and is_stuck)
 
     def _wake(self, node: str, record: Record, until: Mapping[str, int] | None) -> None:
-        """Try nodes again that wait for what has happened."""
+        """Retry nodes that wait for this step."""
         for other, (_, refusal) in list(self.waiting.items()):
             if node in refusal.senders and isinstance(record, _WAKING):
                 del self.waiting[other]
@@ -218,10 +218,10 @@ class Merger:
         self._queued.add(node)
 
     def _urgency(self, record: Record) -> tuple[int, float]:
-        """Return the order of steps that can come in any: what comes last has the greater number.
+        """Return the priority of a step whose order is free; the step with the greatest number comes last.
 
-        A client gives up when nothing else can be done: nobody waits for that, and its request takes room in
-        the history of its service from then on, if it is not served before.
+        A time-out of a client comes when nothing else can be replayed: no step waits for it, and its request
+        uses room in the history of its service from then on, unless it is served before.
         """
         if record.declared.comes_last:
             return 4, record.time or 0.0

@@ -1,8 +1,8 @@
-"""Which messages are under way: the order between nodes that traces must keep.
+"""Messages under way: the order between nodes that a replay must keep.
 
-A message is published before it is taken; a request is made before it is served, then answered, then its
-response got. Numbers of messages go up, per sending place; so what is kept grows with the messages that were
-lost, not with a run.
+A message is published before it is taken. A request is sent before it is served, then answered, then its
+response is received. Numbers of messages increase for each sending place; so the stored data grows with the
+number of lost messages, not with the length of the run.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Messages:
     Parameters
     ----------
     net : ConformanceNet
-        The net, for its clients.
+        The net, which gives the clients.
     """
 
     def __init__(self, net: ConformanceNet) -> None:
@@ -38,36 +38,36 @@ class Messages:
         self._drops: Counter[tuple[str, str]] = Counter()
         self._publishers = {(channel, port) for (channel, _), port in net.ports.items()}
 
-    # Of traces that begin within the run.
+    # Traces that begin in the middle of the run.
 
     def began(self, channel: str, sender: str, number: int) -> None:
-        """Note that a sender's messages up to a number were sent before its trace begins."""
+        """Record that a sender's messages up to a number were sent before its trace begins."""
         if number:
             self._sent[channel, sender].add(number, number)
 
     def began_taking(self, channel: str, place: str, sender: str, number: int) -> None:
-        """Note that a place had taken a sender's messages up to a number before its trace begins."""
+        """Record that a place had taken a sender's messages up to a number before its trace begins."""
         if number:
             self._taken[channel, place, sender].add(number, number)
 
     def began_calling(self, channel: str, client: str, before: Before) -> None:
-        """Note which steps of a client's calls came before the traces of client and server begin."""
+        """Record the steps of a client's calls before the traces of client and server begin."""
         self._clients[channel, before.sender] = client
         self.stages.begin(channel, client, before)
 
-    # What is lost.
+    # Losses.
 
     def dropped(self, record: Drop) -> None:
-        """Note messages that a queue dropped."""
+        """Record messages that a queue dropped."""
         at = record.node if record.queue == "dispatcher" else record.place
         at = self._net.ports.get((record.channel, at or ""), at)
         if record.queue != "publisher" or not any(record.change.values()):
             self._drops[record.channel, at or ""] += record.count
 
     def lost(self) -> list[tuple[Take, str]]:
-        """Return which takes follow on messages that were sent, never came, and that no queue dropped."""
+        """Return the takes before which messages are missing that were sent and that no queue dropped."""
         found = []
-        # A message that a node, or the publisher, lost is missed by each of the subscribers.
+        # A message lost by a node, or by the publisher, is missing for each subscriber.
         used: Counter[tuple[str, str, str]] = Counter()
         for record in self._gaps:
             sender, number = _parts(record.message or "")
@@ -91,7 +91,7 @@ class Messages:
 
     @staticmethod
     def _before(taken: Numbers, last: int) -> Iterable[int]:
-        """Return the numbers of the gap that ends with a number."""
+        """Return the missing numbers before a number."""
         return range(taken.highest_up_to(last) + 1, last + 1)
 
     def may_take(self, record: Take) -> Refusal | None:
@@ -111,7 +111,7 @@ class Messages:
         return None
 
     def taken(self, record: Take) -> None:
-        """Note that a place has taken a message."""
+        """Record that a place has taken a message."""
         if record.message:
             sender, number = _parts(record.message)
             taken = self._taken[record.channel, record.place, sender]
@@ -120,7 +120,7 @@ class Messages:
             taken.add(number or 0)
 
     def client_of(self, record: ServiceStep) -> str | None:
-        """Return the client that a step of a call is of."""
+        """Return the client of a step of a call."""
         if record.client:
             return record.client
         sender, _ = _parts(record.message or "")
@@ -128,11 +128,11 @@ class Messages:
         return self._clients.get((record.channel, sender)) or self._net.clients.get((record.channel, place))
 
     def is_asking(self, record: ServiceStep, client: str) -> bool:
-        """Tell whether a step is of a client's call that is not known to be served."""
+        """Return whether a step belongs to a client's call that is not known to be served."""
         return self.stages.of(record.channel, client, record.message or "") is Request
 
     def may_serve(self, record: ServiceStep, client: str) -> Refusal | None:
-        """Refuse a step of a call that is not the next one of the client's call."""
+        """Refuse a step that is not the next step of the client's call."""
         kind, channel = type(record), record.channel
         after, done, _ = AFTER[kind]
         if after is None:
@@ -167,7 +167,7 @@ class Messages:
         return Waiting(f"{record.message or 'a call'} was not {done} before", (awaited,), outside)
 
     def _serve_after_all(self, channel: str, client: str, message: str, number: int) -> None:
-        """Take up a call again that was over for its client when the traces begin, and not yet served."""
+        """Resume a call that was over for its client when the traces begin, and not served yet."""
         if self.stages.of(channel, client, message) or self.stages.late(channel, message):
             return
         if self.stages.is_unknown_late(channel, client, number):
@@ -176,14 +176,14 @@ class Messages:
             self.stages.resume(channel, client, message)
 
     def served(self, record: ServiceStep, client: str, instance: int | None) -> None:
-        """Note a step of a call."""
+        """Record a step of a call."""
         if isinstance(record, Request):
             self.sent(record)
             self._clients[record.channel, _parts(record.message or "")[0]] = client
         self.stages.step(record, client, instance)
 
     def may_give_up(self, channel: str, client: str, message: str) -> Fault | None:
-        """Refuse that a client gives up a call that it does not wait for."""
+        """Refuse that a client gives up a call for which it does not wait."""
         if self.stages.of(channel, client, message) is not None:
             return None
         if self.stages.late(channel, message) is not None:
@@ -194,7 +194,7 @@ class Messages:
         return Fault(f"{message} was not requested")
 
     def may_lose(self, record: Drop, depth: int) -> Refusal | None:
-        """Refuse that a history loses a request which was not made, or was served, or that there was room."""
+        """Refuse that a history loses a request that was not sent, or was served, or if there was room."""
         sender, number = _parts(record.message or "")
         if number is None:
             return None
@@ -213,7 +213,7 @@ class Messages:
         )
 
     def may_send(self, record: ChannelStep) -> Refusal | None:
-        """Refuse a message or a request that was sent before, or whose id is not an id of its sender's."""
+        """Refuse a message or request that was sent before, or whose id does not belong to its sender."""
         if not record.message:
             return None
         sender, number = _parts(record.message)
@@ -226,7 +226,7 @@ class Messages:
         return Fault(f"{record.message} was sent before") if known else None
 
     def sent(self, record: ChannelStep) -> None:
-        """Note a message, or a request."""
+        """Record a message or a request that is sent."""
         if record.message:
             sender, number = _parts(record.message)
             self._sent[record.channel, sender].add(number or 0)
@@ -238,7 +238,7 @@ def _node(sender: str) -> str:
 
 
 def _parts(message: str) -> tuple[str, int | None]:
-    """Return sender and number of a message id; no number where it is none."""
+    """Return sender and number of a message id; the number is None if there is none."""
     return sender_and_number(message) or (message.rpartition("/")[0], None)
 
 

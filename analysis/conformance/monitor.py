@@ -1,4 +1,4 @@
-"""Conformance while the nodes run: records are replayed as they come."""
+"""Conformance while the nodes run: records are replayed as they arrive."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.records import Drop, Publish, Record, Take
 
 MOST_HELD = 1000
-"""Records of a node that may come while it waits at a loss which only whole traces explain."""
+"""Records of a node that may arrive while it waits at a loss that only complete traces explain."""
 
 
 class Monitor:
-    """Replays the records of a run as they come, each node's in their order, the nodes in any.
+    """Replays the records of a run as they arrive, those of each node in order, the nodes in any order.
 
-    A step of a message waits until the message was sent. Records are forgotten once they are replayed, so
-    that the monitor does not grow with the run. One thing it cannot do is to take back a message that one
-    node took before the publisher's trace says that another one was lost from a full queue: such a loss is
-    `unknown` here, and `conform` decides it afterwards. So is a loss from a history of several publishers,
-    where it is told after messages were taken which came later. Under the rules of ROS 2, a publisher whose
-    histories are full waits here until its subscribers' records say which messages they took.
+    A step with a message waits until the message was sent. Records are removed once they are replayed, so
+    that the monitor does not grow with the run. The monitor cannot undo the take of a message when the
+    publisher's trace later reports that another message was lost from a full queue: such a loss is `unknown`
+    here, and `conform` decides it afterwards. The same applies to a loss from a history of several publishers
+    that is reported after later messages were taken. Under the rules of ROS 2, a publisher with full
+    histories waits here until its subscribers' records show which messages they took.
 
     Parameters
     ----------
@@ -62,23 +62,23 @@ class Monitor:
 
     @property
     def steps(self) -> int:
-        """How many records have been replayed."""
+        """Number of replayed records."""
         return self._replay.steps
 
     @property
     def waiting(self) -> dict[str, Record]:
-        """The record at which each node waits for another one."""
+        """For each waiting node, the record at which it waits."""
         return {node: record for node, (record, _) in self._merger.waiting.items()}
 
     def add(self, records: Iterable[Record]) -> list[Deviation]:
-        """Take further records and return the steps that turn out not to be allowed.
+        """Add records and return the steps that are not allowed.
 
         A node whose step is not allowed is not replayed any further.
 
         Raises
         ------
         DinerosError
-            A record is of no node of the model.
+            A record belongs to no node of the model.
         """
         records = list(records)
         if records and not self._heard:
@@ -95,7 +95,7 @@ class Monitor:
         return self._advance()
 
     def _begin(self, records: Iterable[Record]) -> None:
-        """Begin where the traces begin that are there: they may be those of a run that continues."""
+        """Begin at the first records, which may belong to a run that continues."""
         by_node: dict[str, list[Record]] = {}
         for record in records:
             by_node.setdefault(record.node or "", []).append(record)
@@ -104,7 +104,7 @@ class Monitor:
             begin_within(self._replay, found)
 
     def finish(self) -> Verdict:
-        """Return the verdict on all records: none will follow."""
+        """Return the verdict on all records; no further records may follow."""
         self._finished = self._fates.are_known = self._merger.forces = True
         self._advance()
         for node in set(self._feeds) - self._heard:
@@ -149,7 +149,7 @@ class Monitor:
         return passed
 
     def _is_dropped(self, feed: Feed, record: Publish) -> bool | None:
-        """Tell whether the next record says that the message was lost; only a full queue loses any."""
+        """Return whether the next record reports the message as lost; only a full queue loses messages."""
         if not self._replay.topics.is_full(record):
             return False
         following = feed.following()

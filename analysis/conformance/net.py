@@ -1,4 +1,4 @@
-"""The flattened net that runs are replayed on, and where each recorded step is in it."""
+"""The flattened net on which runs are replayed, with lookups of recorded steps."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ Key = tuple[object, ...]
 
 
 class ConformanceNet:
-    """A system model flattened with fully-enabled signals, and look-up of recorded steps.
+    """A system model flattened with fully-enabled signals, with lookups of recorded steps.
 
-    Traces are our engine's, which runs the net of every node: executors and callback groups of nodes that are
-    written by hand are not part of it.
+    Traces are written by our engine, which runs the net of each node: executors and callback groups of
+    handwritten nodes are not part of it.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class ConformanceNet:
         ]
         self.inhibitor = [self.net.inhibitor.row(index) for index in range(len(self.net.transitions))]
         self.roles: dict[str, StepRole] = step_roles(self.subject.links())
-        if self.subject.flattened is None:  # neither channels nor clauses: the model is its own net
+        if self.subject.flattened is None:  # neither channels nor clauses: the model itself is the net
             for transition in self.subject.transition_index:
                 self.roles[transition] = StepRole(Fire, node=self._node_of_transition.get(transition))
         self._steps: dict[Key, int] = {
@@ -69,9 +69,10 @@ class ConformanceNet:
         }
 
     def _room_on_the_way(self) -> set[int]:
-        """Return the places of room for what is on the way between a client and a server.
+        """Return the places of room for messages under way between a client and a server.
 
-        A run does not need it: a client asks again, so that what is on the way may come at any time later.
+        A run does not need this room: a client sends a request again, so a message under way may arrive at
+        any later time.
         """
         return {
             self.subject.place_index[link.target.id]
@@ -93,7 +94,7 @@ class ConformanceNet:
     ) -> int | None:
         """Return a transition of a call: of the client's port, or between it and a server instance.
 
-        Without a client, it is of a call whose client has given up.
+        Without a client, the call belongs to a client that has given up.
         """
         if kind in (Request, Response):
             return self._steps.get((kind, channel, client))
@@ -102,9 +103,9 @@ class ConformanceNet:
     def giving_up(
         self, channel: str, client: str, stage: type[ServiceStep], instance: int | None
     ) -> list[int]:
-        """Return the transitions by which a client may give up a call whose last step is known.
+        """Return the transitions with which a client may give up a call with a known last step.
 
-        A request that is not served is in the history, or lost; what comes first is what is likelier.
+        A request that is not served is in the history, or lost; likelier cases come first.
         """
         parts = self._histories.get((channel, client), {})
         if stage is Request:
@@ -121,7 +122,7 @@ class ConformanceNet:
 
     @cached_property
     def _giving_up(self) -> dict[tuple[str, str], list[int]]:
-        """The transitions by which each client gives up."""
+        """The transitions with which each client gives up."""
         found: dict[tuple[str, str], list[int]] = defaultdict(list)
         for name, role in self.roles.items():
             if role.kind.declared.call == "is given up":
@@ -130,7 +131,7 @@ class ConformanceNet:
 
     @cached_property
     def _histories(self) -> dict[tuple[str, str], dict[str, int]]:
-        """How the requests of each client enter the history of a service, or are lost."""
+        """The transitions with which a client's requests enter the history of a service, or are lost."""
         found: dict[tuple[str, str], dict[str, int]] = defaultdict(dict)
         for name, role in self.roles.items():
             if role.queue == "request":
@@ -140,12 +141,12 @@ class ConformanceNet:
         return found
 
     def entering(self, channel: str, client: str) -> int | None:
-        """Return the transition by which a client's request enters the history; None: there is none."""
+        """Return the transition with which a client's request enters the history; None: there is none."""
         return self._histories.get((channel, client), {}).get("request.enter")
 
     @cached_property
     def depths(self) -> dict[str, int]:
-        """How many requests each service keeps."""
+        """Depth of the history of each service."""
         return {
             channel.id: channel.depth
             for channel in self.model.channels
@@ -195,7 +196,7 @@ class ConformanceNet:
 
     @cached_property
     def names_in_ros(self) -> dict[str, str]:
-        """Topic, service or action of each channel, in words."""
+        """Topic, service or action of each channel, as text."""
         names = {}
         for channel in self.model.channels:
             match channel:
@@ -209,7 +210,7 @@ class ConformanceNet:
 
     @cached_property
     def typed_channels(self) -> set[str]:
-        """Channels with an existing message type: programs that give no ids may send there, too."""
+        """Channels with an existing message type: programs without ids may send there, too."""
         return {channel.id for channel in self.model.channels if channel.type}
 
     @cached_property
@@ -228,9 +229,9 @@ class ConformanceNet:
         return {index for places in self.places_of.values() for index in places.values()}
 
     def is_of_idle_server(self, place: str) -> bool:
-        """Tell whether a place belongs to a server that no client of the model asks.
+        """Return whether a place belongs to a server without clients in the model.
 
-        The net leaves its page out; a node has it all the same, for programs that are not in the model.
+        The net does not contain its page; but a node has it, for programs outside of the model.
         """
         channel, instance, _ = place.partition("[")
         return bool(instance) and channel in self._idle_servers
@@ -242,7 +243,7 @@ class ConformanceNet:
 
     @cached_property
     def clients(self) -> dict[tuple[str, str], str]:
-        """Client of each channel and request place, where it is the only one of that place."""
+        """Client of each channel and request place, if the place has only one client."""
         found: dict[tuple[str, str], list[str]] = defaultdict(list)
         for role in self.roles.values():
             if role.kind is Request:
@@ -260,7 +261,7 @@ class ConformanceNet:
 
     @cached_property
     def disjunctions(self) -> dict[int, sym.Disjunction]:
-        """The part of a clause that each place counts the true literals of."""
+        """The disjunction of a clause whose true literals a place counts, by place."""
         return {
             self.subject.place_index[link.target.id]: source
             for link in self.subject.links()
@@ -299,7 +300,7 @@ class ConformanceNet:
 
     @cached_property
     def ports(self) -> dict[tuple[str, str], str]:
-        """Place of a publisher's port, as ids of messages name it, by channel and place as it runs."""
+        """Place of a publisher's port in message ids, by channel and place in the running net."""
         return {
             (role.channel or "", role.place or ""): port.place.id
             for link in self.subject.links()
@@ -308,19 +309,19 @@ class ConformanceNet:
         }
 
     def changes_of(self, record: Lifecycle) -> list[int]:
-        """Return the transitions by which a managed node changes its state as a record says."""
+        """Return the transitions for a recorded state change of a managed node."""
         wanted = StepRole(Lifecycle, record.node, label=record.label, state=record.state)
         return [self.subject.transition_index[name] for name, role in self.roles.items() if role == wanted]
 
     def discarding(self, record: Drop) -> int | None:
-        """Return the transition by which a publisher loses a message while its node is inactive."""
+        """Return the transition with which a publisher loses a message while its node is inactive."""
         wanted = StepRole(Drop, record.node, record.channel, "inactive", place=record.place)
         names = [name for name, role in self.roles.items() if role == wanted]
         return self.subject.transition_index[names[0]] if names else None
 
     @cached_property
     def node_of_state(self) -> dict[int, str]:
-        """The managed node whose state a place tells."""
+        """The managed node for each place of a lifecycle state."""
         return {
             self.subject.place_index[link.target.id]: str(getattr(link.sources[0], "id", ""))
             for link in self.subject.links()
@@ -329,12 +330,12 @@ class ConformanceNet:
 
     @cached_property
     def decisions(self) -> Decisions:
-        """What guards and assignments say of the data of tokens."""
+        """Guards and assignments on the data of tokens."""
         return Decisions(self.model, self.subject)
 
     @cached_property
     def emptying(self) -> dict[str, list[int]]:
-        """What takes the rest out of the histories of each node that has been cleaned up."""
+        """The transitions that empty the histories of each node that has been cleaned up."""
         parts = ("left", "gone", "clear", "again", "forget")
         found: dict[str, list[int]] = defaultdict(list)
         for link in self.subject.links():
@@ -346,12 +347,12 @@ class ConformanceNet:
 
     @cached_property
     def feedback_queues(self) -> dict[tuple[str, str], Queue]:
-        """The feedback history of each client of an action that listens, by channel and client."""
+        """The feedback history of each action client that receives feedback, by channel and client."""
         return self._finder.feedback()
 
     @cached_property
     def suppliers(self) -> dict[int, list[int]]:
-        """Steps without records, by the places they supply: ticks, requests that are kept or lost."""
+        """Steps without records, by the places that they supply: ticks, requests that are kept or lost."""
         silent = []
         for link in self.subject.links():
             role = self.roles.get(link.target.id or "") if isinstance(link.target, pn.Transition) else None
@@ -369,7 +370,7 @@ class ConformanceNet:
 
     @cached_property
     def follow_ups(self) -> list[int]:
-        """Steps without records that come at once after what makes them possible."""
+        """Steps without records that are fired as soon as they are enabled."""
         return [
             self.subject.transition_index[link.target.id]
             for link in self.subject.links()
@@ -378,7 +379,7 @@ class ConformanceNet:
 
     @cached_property
     def room(self) -> dict[int, int]:
-        """The place of free room of each place that has a capacity."""
+        """The place of free room of each place with a capacity."""
         index, flattened = self.subject.place_index, self.subject.flattened
         links = {link.target: link for link in self.subject.links()}
         return {
@@ -397,7 +398,7 @@ class ConformanceNet:
         }
 
     def _originals(self, kind: type[pn.Node]) -> list[tuple[str, pn.Node]]:
-        """Return what is in the model as it is, or as a copy per server instance, with its id in the net."""
+        """Return the nodes of the model or their copies per server instance, with their ids in the net."""
         if self.subject.flattened is None:
             return [(node.id, node) for node in nodes(self.model) if isinstance(node, kind)]
         return [
@@ -423,10 +424,10 @@ def _key(role: StepRole) -> Key:
 
 @contextmanager
 def _run_as_nets(model: sym.SystemModel) -> Iterator[None]:
-    """Give all node nets of a model the execution of our engine, for a while, and no guards.
+    """Within the block, give all node nets of a model the execution of our engine, and no guards.
 
-    How many requests a client has under way stays what it is in a node that runs callbacks. The net counts
-    tokens; what guards say about their data is compared by `values`.
+    The number of requests under way of a client in a node with callbacks does not change. The net counts
+    tokens; `values` checks guards on their data.
     """
     by_hand = [node for node in node_nets(model) if node.execution == sym.Execution.callbacks]
     asked = {

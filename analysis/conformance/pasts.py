@@ -1,4 +1,4 @@
-"""What must have happened before a step: its node's earlier steps, and all that their messages came from."""
+"""Causal pasts of steps: the earlier steps of the node, and the pasts of all messages it received."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class Past:
     Attributes
     ----------
     records : dict of str to int
-        How many records of each node it has.
+        Number of records of each node.
     is_certain : bool
-        Whether it is all that must have happened. It is not where a message has no id, or was lost at a
-        receiving end: then others must have been sent before, no matter which.
+        Whether it contains all necessary steps. It does not if a message has no id, or was lost at a
+        receiver: then other messages must have been sent before, but it is unknown which.
     """
 
     records: dict[str, int]
@@ -36,7 +36,7 @@ class Past:
 
 @dataclass(frozen=True)
 class _Arrival:
-    """What comes from another node: its position, and where it was sent; None where that is not known."""
+    """A message of another node: its position, and the sending step; None: it is unknown."""
 
     position: int
     sent: tuple[str, int] | None
@@ -95,7 +95,7 @@ class Pasts:
         }
 
     def of(self, node: str, position: int) -> Past:
-        """Return what happened before a record of a node, that one included."""
+        """Return the past of a record of a node, including the record."""
         counts = dict.fromkeys(self._arrivals, 0)
         seen = dict.fromkeys(self._arrivals, 0)
         counts[node] = position + 1
@@ -116,9 +116,9 @@ class Pasts:
         return Past(counts, is_certain)
 
     def generous(self, limits: Mapping[str, int], channel: str, node: str) -> dict[str, int]:
-        """Return a past in which the other nodes do more, as long as they get nothing of a topic channel.
+        """Return a past in which the other nodes do more steps, but receive nothing on a topic channel.
 
-        What they send can only help: it can be lost, or taken, instead of what shall stay in a queue.
+        Their messages can only help: they can be lost or taken instead of messages that must stay in a queue.
         """
         later = dict(limits)
         for other in limits.keys() - {node}:
@@ -131,16 +131,16 @@ class Pasts:
     def extended(
         self, limits: Mapping[str, int], waiting: Collection[Record], before: tuple[str, int]
     ) -> dict[str, int] | None:
-        """Return a past with one more message that a step waits for; None: there is none.
+        """Return a past extended by one message for which a step waits; None: there is none.
 
         Parameters
         ----------
         limits : dict of str to int
-            The past: how many records of each node it has.
+            The past, as the number of records of each node.
         waiting : collection of Record
-            Steps in it that wait for messages without saying which.
+            Steps in it that wait for messages without ids.
         before : (str, int)
-            Node and position of a record that must not happen before.
+            Node and position of a record that must not be included.
         """
         goal, at = before
         for record in waiting:

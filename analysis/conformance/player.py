@@ -1,4 +1,4 @@
-"""Firing the transitions of the net, for those who replay the steps of nodes, topics, calls and goals."""
+"""Fires the transitions of the net, for the replay of nodes, topics, calls and goals."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from dineros.metamodel.records.schema import Step
 
 
 class Player:
-    """A marking of the flattened net, and the firings that lead to it.
+    """A marking of the flattened net, and the firings that led to it.
 
     Parameters
     ----------
     net : ConformanceNet
         The net.
     firings : list of int, optional
-        Where to note each firing of the net.
+        List to which each firing of the net is appended.
 
     Attributes
     ----------
     marking : list of int
-        The marking; always the same list.
+        The marking; always the same list object.
     fired : int
-        How many transitions have fired.
+        Number of firings.
     """
 
     def __init__(self, net: ConformanceNet, firings: list[int] | None = None) -> None:
@@ -44,24 +44,24 @@ class Player:
             self.firings.append(transition)
 
     def add_between(self, transition: int) -> None:
-        """Let a transition have fired that the traces do not tell: its effect on places of no node."""
+        """Apply an unrecorded firing before the traces begin: its effect on places outside of all nodes."""
         for place, tokens in self.net.net.delta[transition].items():
             if place not in self.net.own_places:
                 self.marking[place] += tokens
 
     def is_enabled(self, transition: int) -> bool:
-        """Tell whether a transition can fire."""
+        """Return whether a transition is enabled."""
         marking = self.marking
         return all(marking[place] >= weight for place, weight in self.net.pre[transition]) and all(
             marking[place] < weight for place, weight in self.net.inhibitor[transition]
         )
 
     def why_not(self, transition: int) -> str:
-        """Return why a transition is not enabled; nothing where it is."""
+        """Return why a transition is not enabled; empty if it is."""
         return why_not(self.net, transition, self.marking)
 
     def at(self, record: Step, transition: int) -> Fault | None:
-        """Refuse a port's step that another node or another place records, or with another change."""
+        """Refuse a step at a port that another node or place records, or with another change."""
         role = self.net.roles[self.net.net.transitions[transition]]
         if role.node != record.node:
             return Fault(f"the port belongs to node {role.node}, not {record.node}")
@@ -70,7 +70,7 @@ class Player:
         return self._differs(record, transition)
 
     def fire_recorded(self, record: Step, transition: int) -> Fault | None:
-        """Fire what a record stands for, if it is enabled and the record tells the same change."""
+        """Fire the transition of a record, if it is enabled and the record has the same change."""
         fault = self._differs(record, transition)
         if fault is None:
             self._supply(transition)
@@ -81,18 +81,18 @@ class Player:
         return fault
 
     def fire_at(self, record: Step, transition: int) -> Fault | None:
-        """Fire what a port's record stands for, if its node and place are those of the model, too."""
+        """Fire the transition of a record at a port, if node and place are also those of the model."""
         return self.at(record, transition) or self.fire_recorded(record, transition)
 
     def _supply(self, transition: int) -> None:
-        """Let happen what nobody records and a transition needs: the tick of its timer."""
+        """Fire unrecorded transitions that a transition needs: the tick of its timer."""
         for place, weight in self.net.pre[transition]:
             for other in self.net.suppliers.get(place, ()):
                 if self.marking[place] < weight and self.is_enabled(other):
                     self.fire(other)
 
     def _differs(self, record: Step, transition: int) -> Fault | None:
-        """Compare the change that a record tells with the net's, on the places of its node."""
+        """Compare the recorded change with that of the net, on the places of the node."""
         own = self.net.places_of.get(record.node or "", {})
         told = {place: tokens for place, tokens in record.change.items() if tokens}
         net_places = self.net.net.places

@@ -1,4 +1,4 @@
-"""Why a transition is not enabled, in the words of the model."""
+"""Explains in terms of the model why a transition is not enabled."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def why_not(net: ConformanceNet, transition: int, marking: Sequence[int]) -> str
 
 
 def step_words(record: Record) -> str:
-    """Return what a record says its node did."""
+    """Describe the recorded step."""
     match record:
         case Fire():
             return f"{record.transition} fires"

@@ -1,4 +1,4 @@
-"""Why a recorded step is not replayed: for good, or not yet."""
+"""Reasons why a recorded step is not replayed: permanently, or not yet."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Fault:
-    """A step that is not allowed now, whatever other nodes do later.
+    """A step that is not allowed now, regardless of later steps of other nodes.
 
     Attributes
     ----------
     reason : str
-        Why.
+        The reason.
     queue : str or None
-        Place of the publisher whose queue was not full, where that is the reason: there, another order of
-        other nodes' steps may allow it.
+        Place of the publisher whose queue was not full, if that is the reason: then another order of other
+        nodes' steps may allow it.
     """
 
     reason: str
@@ -24,25 +24,25 @@ class Fault:
 
 @dataclass(frozen=True)
 class Waiting:
-    """A step that other nodes' steps may still allow: that of a message, or a drop at the receiving side.
+    """A step that other nodes' steps may still allow: one with a message, or a drop at a receiver.
 
     Attributes
     ----------
     reason : str
         What is missing.
     senders : tuple of str
-        The nodes one of whose steps is awaited.
+        The nodes whose steps it waits for.
     outside : str
-        What it means if no node of the model ever does what is awaited.
+        The meaning if no node of the model ever does that step.
     unclear : bool
-        Whether messages without ids are the reason: in another order of other steps, it may be allowed.
+        Whether messages without ids are the reason: then it may be allowed in another order of other steps.
     unclear_if_stuck : bool
-        Whether that is so if the nodes that it waits for wait, too.
+        Whether this is so if the nodes for which it waits also wait.
     is_forcible : bool
-        Whether it is allowed when nothing else can be done: it loses a message then.
+        Whether it is allowed if nothing else can be replayed; then it loses a message.
     in_hindsight : bool
-        Whether whole traces may allow it where records that are replayed as they come do not: a loss from a
-        history of several publishers, which is told after messages were taken that came later.
+        Whether complete traces may allow it although records replayed as they arrive do not: a loss from a
+        history of several publishers, reported after later messages were taken.
     """
 
     reason: str

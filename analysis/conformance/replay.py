@@ -1,4 +1,4 @@
-"""Replaying recorded steps on the flattened net, one at a time."""
+"""Replays recorded steps on the flattened net, one at a time."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ class Replay(Player):
     net : ConformanceNet
         The net.
     keep : collection of (str, str)
-        Channel and place of publishers whose queues should stay as full as they can.
+        Channel and place of publishers whose queues should stay as full as possible.
     firings : list of int, optional
-        Where to note each firing of the net.
+        List to which each firing of the net is appended.
     fates : Fates, optional
-        What became of messages, for topics with histories.
+        Fates of messages, for topics with histories.
     draw : Random, optional
-        Draws what messages without ids leave open.
+        Draws decisions about messages without ids.
     """
 
     def __init__(
@@ -73,16 +73,16 @@ class Replay(Player):
 
     @property
     def silent(self) -> int:
-        """How many firings no record stands for."""
+        """Number of firings without a record."""
         return self.fired - self._recorded
 
     @property
     def noted(self) -> list[int]:
-        """The firings, where they are noted."""
+        """The firings, if they are stored."""
         return self.firings or []
 
     def is_ambiguous(self, record: Record) -> bool:
-        """Tell whether the order of a step counts, since the server does not know whose request it serves."""
+        """Return whether the order of a step matters, since the server does not know the client."""
         if isinstance(record, Serve):
             return is_nameless(record) and len(self.net.clients_of(record.channel)) > 1
         return isinstance(record, Response) and self.calls.are_ambiguous(record.channel)
@@ -94,18 +94,18 @@ class Replay(Player):
         forced: bool = False,
         following: Record | None = None,
     ) -> Refusal | None:
-        """Replay a record; return why it cannot be, and change nothing then.
+        """Replay a record; if this is impossible, return the reason and change nothing.
 
         Parameters
         ----------
         record : Record
             The step.
         dropped : bool
-            Whether a later record says that this message was lost in the publisher's queue.
+            Whether a later record reports that this message was lost in the publisher's queue.
         forced : bool
-            Whether a message may be lost that nothing says to be lost, since nothing else can be done.
+            Whether a message may be lost that is not reported as lost, since nothing else can be replayed.
         following : Record, optional
-            The next record of the node, of one that tells of losses.
+            The next record of the node, for a record of losses.
         """
         handle = _HANDLERS.get(type(record))
         before = self.fired
@@ -235,7 +235,7 @@ _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
 
 
 def _firings_of(record: Record) -> int:
-    """Return how many firings of the net a record stands for, at most."""
-    if isinstance(record, Start):  # signals that have other values than in the model
+    """Return the maximum number of firings of the net for a record."""
+    if isinstance(record, Start):  # signals whose values differ from the model
         return len(record.signals)
     return record.count if isinstance(record, Drop) else 1

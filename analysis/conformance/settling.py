@@ -8,10 +8,10 @@ from dineros.analysis.conformance.verdict import Deviation, Verdict
 
 
 def settle_waiting(merger: Merger, verdict: Verdict) -> None:
-    """Say of each step that waits whether what it waits for is known never to come.
+    """Report for each waiting step whether its message is known never to come.
 
-    It is not known where a node has no trace, or one that ends without a stop: the node may have done more
-    than is recorded. Steps that wait only because of another one that is reported are left out.
+    This is unknown if a node has no trace, or one that ends without a stop: the node may have done more than
+    is recorded. Steps that wait only because of another reported step are left out.
     """
     for node, (record, waiting) in merger.waiting.items():
         step, doubt = step_words(record), _doubt(merger, node)
@@ -27,7 +27,7 @@ def _senders(merger: Merger, node: str) -> list[str]:
 
 
 def _doubt(merger: Merger, node: str) -> str | None:
-    """Return why what a node waits for may have happened, for all that is known."""
+    """Return why the step that a node waits for may have happened without a record."""
     for sender in _senders(merger, node):
         feed = merger.feeds.get(sender)
         if feed is None:
@@ -41,7 +41,7 @@ def _doubt(merger: Merger, node: str) -> str | None:
 
 
 def _is_to_blame(merger: Merger, node: str) -> bool:
-    """Tell whether a node waits for what never comes, and not only for others that do."""
+    """Return whether a node waits for a step that never happens, not only for other waiting nodes."""
     awaited: list[str] = []
     pending = [node]
     while pending:

@@ -1,4 +1,4 @@
-"""What comes out of a comparison of traces with a model."""
+"""The results of comparing traces with a model."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from dineros.metamodel.records import Record
 
 @dataclass(frozen=True)
 class Deviation:
-    """A recorded step that is not allowed, or of which that is not known.
+    """A recorded step that is not allowed, or that could not be decided.
 
     Attributes
     ----------
     record : Record
         The step.
     step : str
-        It, in words.
+        Description of the step.
     reason : str
-        Why it is not allowed.
+        The reason.
     """
 
     record: Record
@@ -51,22 +51,22 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Verdict(Outcome):
-    """Whether traces are a behaviour of the model: what is found, and then the answer.
+    """The outcome of a comparison of traces with the model, with all findings.
 
     Attributes
     ----------
     status : {"conforms", "violated", "unknown"}
-        Exactly `violated` where there are violations.
+        `violated` exactly if there are violations.
     steps : int
-        Recorded steps replayed.
+        Number of replayed records.
     silent : int
-        Steps inside of channels that were inferred.
+        Number of inferred steps inside of channels.
     violations : list of Deviation
-        First steps of the nodes' traces that are not allowed, the earliest first.
+        First steps of nodes that are not allowed, the earliest first.
     unknown : list of Deviation
-        Steps that could not be decided, and why.
+        Undecided steps, with reasons.
     sequence : list of str
-        The firings of the flattened net, where they were asked for.
+        The firings of the flattened net, if requested.
     """
 
     status: str = "conforms"

@@ -1,1 +1,1 @@
-"""Nets without bounds: what can be covered, shown by guided search and proved by Karp and Miller's tree."""
+"""Nets without bounds: coverability, by guided search and by the tree of Karp and Miller."""

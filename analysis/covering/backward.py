@@ -1,14 +1,15 @@
-"""Backward search: from what is to be covered to the smallest markings from which a firing leads there.
+"""Backward search: computes the minimal markings from which a target marking can be covered.
 
-The markings from which a target can be covered are those above finitely many smallest ones, so the search
-ends, also where Karp and Miller's tree explodes: with a smallest marking that the initial one covers, or with
-none left, and then the target can never be covered. Smallest markings that the initial one cannot cover even
-by the state equation are left out, with all that would come of them: weights that no firing raises, checked
-in integers, serve many of them. Transitions that can never fire even in fractions, because some place before
-them never gets a token, are left out beforehand.
+The markings from which a target can be covered are those above finitely many minimal ones. So the search
+terminates, even if the tree of Karp and Miller is too large: either a minimal marking is covered by the
+initial one, or no minimal marking is left, and the target is not coverable. Minimal markings that the initial
+one cannot cover even by the state equation are discarded with all their predecessors: weights that no firing
+increases, checked in integers, exclude many of them. Transitions that can never fire even in fractions,
+because some input place never gets a token, are removed first.
 
-Inhibitor arcs go as in Karp and Miller's tree: those at places with a bound become read arcs of complements,
-the others are left out; then what is out of reach still is, and what is found is not a witness.
+Inhibitor arcs are handled as in the tree of Karp and Miller: those at bounded places become read arcs of
+complements, the others are removed. Then unreachable targets are still proved, but a found sequence is not a
+witness.
 
 References
 ----------
@@ -31,28 +32,28 @@ from dineros.analysis.nets.compiled import ArcTable, CompiledNet
 from dineros.analysis.nets.witness import replay, way_to
 
 MOST_MINIMAL = 5_000
-"""Smallest markings that a search for one target may store."""
+"""Maximum number of minimal markings stored for one target."""
 
 MOST_WEIGHTS = 64
-"""Weightings kept that excluded something, those used last."""
+"""Number of weightings kept that excluded a marking; the last ones used are kept."""
 
 LARGEST_TOKENS = 1 << 60
-"""Of a smallest marking: with more, the search gives way."""
+"""Maximum number of tokens of a minimal marking; with more, the search gives up."""
 
 PULL = 10
-"""How many firings are worth one token that the initial marking lacks less."""
+"""Number of firings that is worth one missing token less in the initial marking."""
 
 REPORTED = 500
-"""Smallest markings after which progress is told."""
+"""Number of minimal markings between progress reports."""
 
 MARKING_BYTES = 300
-"""About what a stored marking takes beside its tokens, which are stored twice."""
+"""Approximate bytes of a stored marking besides its tokens, which are stored twice."""
 
 Marking = tuple[int, ...]
 
 
 class Backward:
-    """Searches of a net, one for each target; they share the weights that exclude.
+    """Searches in a net, one for each target; they share the excluding weights.
 
     Parameters
     ----------
@@ -89,16 +90,16 @@ class Backward:
         transition : int
             The transition.
         budget : Budget
-            Of its time, its memory and its states.
+            Limits of its time, memory and states.
         most : int
-            Smallest markings that may be stored.
+            Maximum number of stored minimal markings.
 
         Returns
         -------
         trace : tuple of int or None
             A firing sequence that ends with the transition.
         is_complete : bool
-            Whether there is no more to be seen: without a trace, it can never fire.
+            Whether the search is exhaustive: then without a trace, the transition can never fire.
         """
         is_complete = True
         for image in self._images.get(transition, ()):
@@ -111,7 +112,7 @@ class Backward:
     def covering(
         self, target: Mapping[int, int], budget: Budget, most: int = MOST_MINIMAL
     ) -> tuple[tuple[int, ...] | None, bool]:
-        """Search for a marking with at least so many tokens, by place, as `way_to` does."""
+        """Search for a marking with at least these tokens, by place, like `way_to`."""
         return self._decide({self._same.place[p]: tokens for p, tokens in target.items()}, budget, most)
 
     def _decide(
@@ -165,11 +166,11 @@ class Backward:
         return None, True
 
     def _leading_to(self, marking: Marking) -> list[int]:
-        """Transitions that put tokens where the marking has some: before all others, more is needed."""
+        """Transitions that put tokens on a marked place: all other predecessors need more tokens."""
         return sorted({t for p, tokens in enumerate(marking) if tokens for t in self._producers[p]})
 
     def _before(self, t: int, marking: Marking) -> Marking:
-        """The smallest marking from which a firing leads to this one or more."""
+        """The minimal marking from which a firing leads to this marking or a larger one."""
         before = list(marking)
         for place, tokens in self._changes[t]:
             before[place] = max(0, before[place] - tokens)
@@ -181,7 +182,7 @@ class Backward:
         return sum(max(0, wanted - there) for wanted, there in zip(marking, self._initial, strict=True))
 
     def _is_excluded(self, marking: Marking) -> bool:
-        """Whether weights prove that the initial marking never leads to this one or more."""
+        """Whether weights prove that the initial marking never leads to this marking or a larger one."""
         if self._lacking(marking) == 0:
             return False
         for number, (weights, there) in enumerate(self._weightings):
@@ -199,7 +200,7 @@ class Backward:
 
 
 class _Minimal:
-    """Markings none of which is above another; each keeps its number when a smaller one takes its place."""
+    """Pairwise incomparable markings; a marking keeps its number when a smaller one replaces it."""
 
     def __init__(self, places: int) -> None:
         self.markings: list[Marking] = []
@@ -207,17 +208,17 @@ class _Minimal:
         self._holds = np.zeros(64, dtype=np.bool_)
 
     def holds(self, number: int) -> bool:
-        """Whether no smaller marking has come since."""
+        """Whether no smaller marking has been added since."""
         return bool(self._holds[number])
 
     def has_below(self, marking: Marking) -> bool:
-        """Whether one of them is not above this one in any place."""
+        """Whether one of them is less than or equal to this one."""
         size = len(self.markings)
         below = (self._rows[:size] <= np.array(marking)).all(axis=1)
         return bool((below & self._holds[:size]).any())
 
     def add(self, marking: Marking) -> None:
-        """Add one that has none below; those above it leave."""
+        """Add a marking that has none below it; markings above it are removed."""
         size = len(self.markings)
         self._holds[:size] &= ~(self._rows[:size] >= np.array(marking)).all(axis=1)
         if size == len(self._holds):
@@ -228,10 +229,10 @@ class _Minimal:
 
 
 def fireable_in_fractions(net: CompiledNet) -> list[int]:
-    """Transitions before which every place can get a token; no other can fire, not even in fractions.
+    """Transitions all of whose input places can get a token; others cannot fire, not even in fractions.
 
     The forward part of the fixed point of E. Fraca and S. Haddad, *Complexity analysis of continuous Petri
-    nets*, Fundamenta Informaticae 137(1), 2015. Inhibitor arcs are not looked at.
+    nets*, Fundamenta Informaticae 137(1), 2015. Inhibitor arcs are ignored.
 
     Examples
     --------
@@ -258,7 +259,7 @@ def fireable_in_fractions(net: CompiledNet) -> list[int]:
 
 
 def _with_transitions(net: CompiledNet, kept: Sequence[int]) -> CompiledNet:
-    """Return the net with some of its transitions only."""
+    """Return the net restricted to some of its transitions."""
     names = tuple(net.transitions[t] for t in kept)
     pre, post, inhibitor = (
         ArcTable.from_rows([dict(table.row(t)) for t in kept]) for table in (net.pre, net.post, net.inhibitor)

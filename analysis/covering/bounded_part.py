@@ -1,8 +1,8 @@
-"""What the part of a net that has bounds proves of the whole net.
+"""Proofs about a net from the part of it with bounded places.
 
-Places without a proved bound are left out. What is left can do all that the net can, and more, and its state
-space ends: what can never fire there never can in the net. Where each of its markings enables a transition
-that no place left out can hold up, the net has no deadlock.
+Places without a proved bound are removed. The rest can do everything that the net can, and has a finite state
+space: transitions that can never fire there can never fire in the net. If each of its markings enables a
+transition that no removed place can disable, the net has no deadlock.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dineros.analysis.nets.compiled import CompiledNet, Transition
 
 @dataclass(frozen=True)
 class BoundedPart:
-    """What is proved.
+    """The proved facts.
 
     Attributes
     ----------
@@ -32,14 +32,14 @@ class BoundedPart:
 
 
 def bounded_part(net: CompiledNet, budget: Budget) -> BoundedPart:
-    """Prove what the places with bounds alone tell; nothing where the budget is not enough.
+    """Prove facts from the bounded places alone; nothing if the budget is not sufficient.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
     budget : Budget
-        What it may cost.
+        Budget of the proof.
     """
     from dineros.analysis.symbolic.engine import symbolic_state_space
     from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
@@ -63,12 +63,12 @@ def bounded_part(net: CompiledNet, budget: Budget) -> BoundedPart:
 
 
 def unbounded_places(net: CompiledNet) -> set[int]:
-    """Places whose structure proves no bound."""
+    """Places without a structural bound."""
     return {place for place, bound in enumerate(place_bounds(net)) if bound is None}
 
 
 def free_transitions(net: CompiledNet, unbounded: Collection[int]) -> list[int]:
-    """Transitions that none of some places can hold up."""
+    """Transitions that none of some places can disable."""
     return [t for t in range(len(net.transitions)) if not _looked_at(net, t).intersection(unbounded)]
 
 

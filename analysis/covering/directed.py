@@ -1,8 +1,9 @@
-"""Directed search: forward from the initial marking, first where the state equation sees the target near.
+"""Directed search: forward from the initial marking, guided by the state equation.
 
-Best first by firings so far and a multiple of the firings still needed: on a net without bounds it does not
-follow what grows forever, since that comes no nearer. What it finds is a firing sequence; it need not be a
-shortest one. Where it ends without, everything was seen, and the target is out of reach.
+Best-first search by the number of firings so far plus a multiple of a lower bound of the firings still
+needed: in an unbounded net, it does not follow unbounded growth, which brings it no nearer to the target. It
+finds a firing sequence, not necessarily a shortest one. If it ends without one, all markings were visited,
+and the target is unreachable.
 
 References
 ----------
@@ -21,20 +22,20 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import way_to
 
 MOST_MARKINGS = 100_000
-"""Markings that a search for one target may store."""
+"""Maximum number of markings stored for one target."""
 
 PULL = 3
-"""How many firings are worth one that the target is nearer."""
+"""Number of firings that is worth one firing less in the distance to the target."""
 
 REPORTED = 2_000
-"""Markings after which progress is told."""
+"""Number of markings between progress reports."""
 
 MARKING_BYTES = 300
-"""About what a stored marking takes beside its tokens."""
+"""Approximate bytes of a stored marking besides its tokens."""
 
 
 class Directed:
-    """Searches of a net, one for each target; they share the programs.
+    """Searches in a net, one for each target; they share the linear programs.
 
     Parameters
     ----------
@@ -53,9 +54,10 @@ class Directed:
     def way_to(
         self, transition: int, budget: Budget, most: int = MOST_MARKINGS
     ) -> tuple[tuple[int, ...] | None, bool]:
-        """Search for a marking that enables a transition, with so many markings stored at the most.
+        """Search for a marking that enables a transition, with at most this number of stored markings.
 
-        Asked and answered as `dineros.analysis.covering.backward.Backward.way_to`, but for memory and states.
+        Parameters and result are those of `dineros.analysis.covering.backward.Backward.way_to`, except memory
+        and states of the budget.
         """
         distance = Distance(self._programs, dict(self._needs[transition]))
         start = tuple(self._net.initial.tolist())
@@ -73,7 +75,7 @@ class Directed:
             if self._enables(transition, marking):
                 return (*way_to(parents, node), transition), True
             if not is_best:
-                # Few markings come to be looked at, so the program is solved for these only.
+                # Only few markings are expanded, so the program is solved only for these.
                 ahead = distance.best(marking)
                 if ahead == inf:
                     continue

@@ -1,10 +1,10 @@
-"""How far a marking is from one that covers a target: a lower bound by the state equation.
+"""A lower bound of the number of firings from a marking to one that covers a target, by the state equation.
 
 The least number of firings x >= 0 with m + C x >= target (C the incidence matrix) is a linear program. Its
-dual gives weights y >= 0 of the places that no firing raises by more than one: whatever m is, at least
-y . (target - m) firings are needed. So one program serves many markings, and few are solved. Where the
-program has no solution, there are weights that no firing raises at all, though they would have to rise: the
-target is out of reach from m, which is checked in integers.
+dual gives weights y >= 0 of the places whose sum no firing increases by more than one: for any m, at least y
+. (target - m) firings are needed. So one program serves many markings, and few are solved. If the program has
+no solution, there are weights whose sum no firing increases although it would have to increase: the target is
+unreachable from m, which is checked in integers.
 
 References
 ----------
@@ -25,25 +25,25 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.linear_programs import FloatArray, LinearProgram
 
 MOST_WEIGHTS = 32
-"""Weights kept for one target."""
+"""Number of weightings kept for one target."""
 
 MOST_PROGRAMS = 2_000
-"""Programs solved for one target: a second or two on a small net."""
+"""Maximum number of programs solved for one target: a second or two on a small net."""
 
 LARGEST_WEIGHT = 1e6
-"""Of a place. Where the target is out of reach, no other limit would hold the program."""
+"""Upper limit of a weight; if the target is unreachable, the program would otherwise be unbounded."""
 
 FARTHEST = LARGEST_WEIGHT / 2
-"""Number of firings from which on a target is thought to be out of reach, until that is proved."""
+"""Number of firings from which a target is assumed to be unreachable, until that is proved."""
 
 
 class CoveringPrograms:
-    """The linear programs of a net, for any target.
+    """The linear programs of a net, for any targets.
 
     Parameters
     ----------
     net : CompiledNet
-        The net; what its inhibitor arcs forbid is not seen.
+        The net; its inhibitor arcs are ignored.
     """
 
     def __init__(self, net: CompiledNet) -> None:
@@ -52,7 +52,7 @@ class CoveringPrograms:
         self._size = len(net.places), len(net.transitions)
 
     def excluding(self, marking: Sequence[int], target: Mapping[int, int]) -> dict[int, int] | None:
-        """Return weights that prove that a target is out of reach, by place; None where there are none.
+        """Return weights by place that prove that a target is unreachable; None: there are none.
 
         No firing raises the weighted sum of tokens, which is smaller than that of the target.
         """
@@ -68,7 +68,7 @@ class CoveringPrograms:
         return weights if missing > 0 else None
 
     def leading(self, marking: Sequence[int], target: Mapping[int, int]) -> list[float] | None:
-        """Return weights that no firing raises by more than one, as large at the target as can be."""
+        """Return weights whose sum no firing increases by more than one, and that are best for the target."""
         places, transitions = self._size
         lacks = self._lacks(marking, target)
         return self._program.solve(
@@ -90,7 +90,7 @@ class Distance:
     programs : CoveringPrograms
         The programs of the net.
     target : mapping of int to int
-        Tokens wanted, by place.
+        Required tokens, by place.
     """
 
     def __init__(self, programs: CoveringPrograms, target: Mapping[int, int]) -> None:
@@ -100,7 +100,7 @@ class Distance:
         self._programs_left = MOST_PROGRAMS
 
     def of(self, marking: Sequence[int]) -> float:
-        """Return a lower bound from weights known so far; infinite where the target is out of reach."""
+        """Return a lower bound from the weights known so far; infinite if the target is unreachable."""
         for proof, least in self._excluding:
             if sum(w * marking[p] for p, w in proof) < least:
                 return inf
@@ -111,7 +111,7 @@ class Distance:
         return most
 
     def best(self, marking: Sequence[int]) -> float:
-        """Return the best lower bound, by a program solved for this marking, while there may be more."""
+        """Return the best lower bound, by a program solved for this marking, if more may be solved."""
         known = self.of(marking)
         if known == inf or self._programs_left == 0:
             return known

@@ -1,8 +1,8 @@
-"""Which transitions can fire, and whether there is a deadlock, in a net whose markings may have no end.
+"""Finds the transitions that can fire, and deadlocks, in nets whose state space may be infinite.
 
-What is near is found by a breadth-first search, all at once, and by the walks of the first round. What is
-left is proved never to fire by the tree of Karp and Miller, or searched for one by one, forward and backward,
-led by the state equation. Each stage has a share of the budget; what none of them decides stays open.
+Firings near the initial marking are found together by a breadth-first search, and by first random walks. The
+remaining transitions are proved dead by the tree of Karp and Miller, or searched for one by one, forward and
+backward, guided by the state equation. Each stage has a share of the budget; undecided transitions stay open.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from dineros.analysis.walks.first_round import first_round
 from dineros.analysis.walks.scouting import short_way
 
 NEAR = 200_000
-"""Markings of the breadth-first search for everything that is near."""
+"""Maximum number of markings of the breadth-first search."""
 
 FEW_MARKINGS = 10_000
-"""Markings of a search for one transition, before the tree of Karp and Miller says whether it ever fires."""
+"""Maximum number of markings of a search for one transition before the tree of Karp and Miller is built."""
 
 NEAR_BYTES = 512 << 20
 """Bytes of its tables."""
 
 WayTo = Callable[[int, Budget], tuple[tuple[int, ...] | None, bool]]
-"""A search for one transition: a firing sequence that ends with it; whether there is no more to be seen."""
+"""A search for one transition: a firing sequence that ends with it; whether the search is exhaustive."""
 
 _REASONS = {
     "unbounded": "there is no end of markings",
@@ -44,28 +44,28 @@ _REASONS = {
 
 @dataclass
 class Firings:
-    """What is known.
+    """The known facts about firings.
 
     Attributes
     ----------
     traces : dict of int to tuple of int
-        By transition that can fire: a firing sequence that ends with it; see `way_to`.
+        For each transition that can fire, a firing sequence that ends with it; see `way_to`.
     possible : frozenset of int
-        Transitions that can fire, by a proof that may name no sequence.
+        Transitions proved to be able to fire, perhaps without a known sequence.
     dead : set of int
         Transitions that can never fire.
     deadlock : tuple of int or None
-        A firing sequence to a marking that enables nothing.
+        A firing sequence to a deadlock.
     has_no_deadlock : bool
-        Whether it is proved that there is no such marking.
+        Whether it is proved that there is no deadlock.
     is_complete : bool
-        Whether all markings were seen, but for what no transition can tell apart.
+        Whether all markings were visited, up to differences that affect no transition.
     tree : Tree or None
-        What the tree of Karp and Miller tells of the net without places that only grow.
+        Result of the tree of Karp and Miller for the net without places that only grow.
     reason : str
-        What ended the search for all markings.
+        Why the search for all markings ended.
     is_late : bool
-        Whether what came after that had no time left.
+        Whether no time was left for the later stages.
     net : CompiledNet or None
         The net.
     """
@@ -83,12 +83,12 @@ class Firings:
     _long: set[int] = field(default_factory=set)
 
     def note(self, transition: int, trace: tuple[int, ...]) -> None:
-        """Note a firing sequence that may go a long way round."""
+        """Record a firing sequence, which may contain detours."""
         self.traces[transition] = trace
         self._long.add(transition)
 
     def way_to(self, transitions: Iterable[int]) -> tuple[int, ...]:
-        """Return a sequence that ends with one of some transitions, without what that does not need."""
+        """Return a sequence that ends with one of some transitions, without unnecessary firings."""
         t = min((t for t in transitions if t in self.traces), key=lambda t: len(self.traces[t]))
         if t in self._long and self.net is not None:
             self._long.discard(t)
@@ -97,12 +97,12 @@ class Firings:
 
     @property
     def why_open(self) -> str:
-        """Why something is open, in words."""
+        """Reason of open questions, as text."""
         whys = [_REASONS.get(self.reason, self.reason), _REASONS["time"] if self.is_late else ""]
         return ", and ".join(dict.fromkeys(filter(None, whys)))
 
     def is_open(self, transition: int) -> bool:
-        """Whether it is not known if a transition can fire."""
+        """Whether it is unknown if a transition can fire."""
         return not any(transition in known for known in (self.traces, self.possible, self.dead))
 
 
@@ -113,20 +113,20 @@ def firings(
     asks_deadlock: bool = True,
     known: Firings | None = None,
 ) -> Firings:
-    """Find out which transitions can fire, and whether there is a deadlock.
+    """Find the transitions that can fire, and a deadlock.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
     budget : Budget
-        What all stages may cost together.
+        Budget of all stages together.
     wanted : iterable of int, optional
-        Transitions that are asked for; all by default.
+        The transitions in question; all by default.
     asks_deadlock : bool
-        Whether a deadlock is asked for.
+        Whether a deadlock is to be found.
     known : Firings, optional
-        What `near_firings` found of the same.
+        Result of `near_firings` for the same question.
     """
     asked = range(len(net.transitions)) if wanted is None else wanted
     search = _FiringSearch(net, budget.begun(), asked, asks_deadlock)
@@ -145,7 +145,7 @@ def firings(
 
 
 def near_firings(net: CompiledNet, budget: Budget) -> Firings:
-    """Find out what costs little: which transitions can fire, and what is a deadlock; for `firings`."""
+    """Run the cheap stages of `firings`, which find near transitions that can fire, and near deadlocks."""
     search = _FiringSearch(net, budget.begun(), range(len(net.transitions)), asks_deadlock=True)
     search.look_near()
     search.look_around()
@@ -161,7 +161,7 @@ class _FiringSearch:
         self.found = Firings(dead={t for t in self.wanted if t not in self.images}, net=net)
 
     def look_near(self) -> None:
-        """Search breadth first for everything."""
+        """Search breadth first for all transitions."""
         asked = self._open
         goals = [Goal.enabled(self.small.net, *self.images[t]) for t in asked]
         share = self.budget.share(0.4, most_bytes=NEAR_BYTES, most_states=NEAR)
@@ -184,7 +184,7 @@ class _FiringSearch:
             raise KeyboardInterrupt
 
     def look_around(self) -> None:
-        """Walk to what is left."""
+        """Walk to the remaining transitions."""
         found, asked = self.found, self._open
         if not asked and self._knows_deadlock:
             return
@@ -198,7 +198,7 @@ class _FiringSearch:
             found.deadlock = self.small.back(met.deadlock)
 
     def look_at_bounds(self) -> None:
-        """Prove what the places with bounds alone tell."""
+        """Prove facts by the bounded places alone."""
         found = self.found
         if not self._open and self._knows_deadlock:
             return
@@ -207,19 +207,19 @@ class _FiringSearch:
         found.has_no_deadlock |= self.asks_deadlock and part.has_no_deadlock
 
     def make_tree(self) -> None:
-        """Prove by the tree of Karp and Miller what can never fire."""
+        """Prove transitions dead by the tree of Karp and Miller."""
         if self._open and not self.budget.is_over:
             tree = self.found.tree = tree_of(self.small.net, self.budget.share(0.5))
             self.found.dead |= {t for t in self._open if tree.dead.issuperset(self.images[t])}
 
     def look_far(self, most: int) -> None:
-        """Search forward for each transition that is left, led by the state equation."""
+        """Search forward for each remaining transition, guided by the state equation."""
         if self._open:
             directed = Directed(self.small.net)
             self._look_for_each(lambda image, share: directed.way_to(image, share, most))
 
     def look_back(self) -> None:
-        """Search backward for each transition that is left, which decides it where numbers stay small."""
+        """Search backward for each remaining transition; this decides if numbers stay small."""
         if self._open and not self.budget.is_over:
             self._look_for_each(Backward(self.small.net).way_to)
 
@@ -250,7 +250,7 @@ class _FiringSearch:
         return [t for t in self.wanted if self.found.is_open(t)]
 
     def _back(self, trace: Sequence[int], transition: int) -> tuple[int, ...]:
-        """Return a sequence of the net itself, replayed."""
+        """Return a replayed sequence of the original net."""
         own = (*self.small.back(trace), transition)
         replay(self.net, own)
         return own

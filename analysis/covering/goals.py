@@ -1,7 +1,7 @@
-"""Goals of a search as transitions: one that is enabled exactly where a goal is met.
+"""Goals of a search as transitions that are enabled exactly in the markings that fulfil a goal.
 
-Then all that is known of transitions answers for goals too: places that only grow stop where the goal cannot
-tell more apart, the state equation leads to it, and trees prove it out of reach.
+So all methods for transitions apply to goals: places that only grow are limited as far as the goal cannot
+distinguish, the state equation guides the search, and trees prove that a goal is unreachable.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ _Sum = frozenset[tuple[int, int]]
 """A weighted sum of tokens: factors by place."""
 
 _Limits = tuple[dict[_Sum, int], dict[_Sum, int]]
-"""By sum: at least so many tokens; fewer than so many."""
+"""For each sum of tokens: its least value; and the least value that is too large."""
 
 
 def decide_goal(net: CompiledNet, goal: Goal, budget: Budget) -> Outcome | None:
-    """Find out whether a goal can be met, where markings may have no end.
+    """Decide whether a goal can be reached, even if the state space is infinite.
 
     Parameters
     ----------
@@ -32,12 +32,12 @@ def decide_goal(net: CompiledNet, goal: Goal, budget: Budget) -> Outcome | None:
     goal : Goal
         The goal.
     budget : Budget
-        What it may cost.
+        Budget of the decision.
 
     Returns
     -------
     Outcome or None
-        ``reachable`` with a trace, ``unreachable``, or None where it is not known.
+        ``reachable`` with a trace, ``unreachable``, or None if it is unknown.
     """
     if goal.is_deadlock:
         found = firings(net, budget, [])
@@ -56,16 +56,16 @@ def decide_goal(net: CompiledNet, goal: Goal, budget: Budget) -> Outcome | None:
 
 @dataclass(frozen=True)
 class WithGoals:
-    """A net with transitions that are enabled exactly where goals are met.
+    """A net with transitions that are enabled exactly in the markings that fulfil a goal.
 
     Attributes
     ----------
     net : CompiledNet
         The net. Its own transitions keep their numbers.
     transitions : tuple of int
-        The transitions that stand for the goals, some of its own among them.
+        The transitions for the goals; some may be the net's own transitions.
     own : int
-        How many transitions are its own.
+        Number of the net's own transitions.
     """
 
     net: CompiledNet
@@ -73,12 +73,12 @@ class WithGoals:
     own: int
 
     def way(self, firings: Iterable[int]) -> tuple[int, ...]:
-        """Return the same way in the original net; the others change nothing."""
+        """Return the same sequence in the original net; the added transitions change nothing."""
         return tuple(t for t in firings if t < self.own)
 
 
 def with_goals(net: CompiledNet, goals: Sequence[Goal]) -> WithGoals | None:
-    """Return a net with transitions for goals, but for deadlocks; None where a goal cannot be said so."""
+    """Return a net with transitions for goals other than deadlocks; None: a goal cannot be expressed."""
     own = [t for goal in goals for t in goal.transitions]
     limits = [_limits(net, conjunction) for goal in goals for conjunction in goal.conjunctions]
     kept = [each for each in limits if each is not None]
@@ -91,9 +91,9 @@ def with_goals(net: CompiledNet, goals: Sequence[Goal]) -> WithGoals | None:
 
 
 def _limits(net: CompiledNet, conjunction: Sequence[Comparison]) -> _Limits | None:
-    """Return what a conjunction asks of sums of tokens; None where it asks for something else.
+    """Return the limits of sums of tokens in a conjunction; None: it has another kind of condition.
 
-    A sum has factors that are all positive, so that it is a number of tokens of a place of its own.
+    All factors of a sum are positive, so that it is the number of tokens on an additional place.
     """
     least: dict[_Sum, int] = {}
     below: dict[_Sum, int] = {}
@@ -118,7 +118,7 @@ _TURNED: dict[Relation, Relation] = {"<=": ">=", ">=": "<=", "<": ">", ">": "<"}
 
 
 def _with_transitions(net: CompiledNet, goals: Sequence[_Limits]) -> CompiledNet:
-    """Return the net with a transition for each goal, which changes nothing, behind all others."""
+    """Return the net with a transition for each goal, which changes no tokens, after all others."""
     tokens, rows = net.by_names()
     never = unused("never", tokens)
     sums = _with_sums(net, {key for limits in goals for part in limits for key in part}, tokens, rows)
@@ -136,7 +136,7 @@ def _with_transitions(net: CompiledNet, goals: Sequence[_Limits]) -> CompiledNet
 def _with_sums(
     net: CompiledNet, keys: Iterable[_Sum], tokens: dict[str, int], rows: list[Transition]
 ) -> dict[_Sum, str]:
-    """Add a place for each sum, which holds as many tokens; return their names, of a single place its own."""
+    """Add a place for each sum of tokens; return their names; a sum of one place is that place."""
     named: dict[_Sum, str] = {}
     for key in sorted(keys, key=sorted):
         factors = dict(key)

@@ -1,10 +1,10 @@
-"""Places that hold no more than is looked at: counters and logs leave a net, others forget what is too much.
+"""Limits places without changing the answers of a question: counters and logs are removed or limited.
 
-A place that nothing takes from only grows. What compares it with numbers up to K cannot tell K from more, so
-it may stop at K: every run of the net is a run of the new one and the other way round, with the same answers.
-A place from which nothing is taken and at which nothing looks stops at 0, and leaves the net. Where a place
-that is taken from stops at K, what comes on top is lost: the new net has fewer runs, but each is one of the
-net, with more tokens there.
+A place from which no transition takes tokens only grows. If it is compared only with numbers up to K, no
+comparison distinguishes K from more tokens, so it may be limited to K: every run of the net is a run of the
+new net and vice versa, with the same answers. Such a place that is compared with nothing is removed. If a
+place from which transitions take tokens is limited to K, further tokens are lost: the new net has fewer runs,
+but each of them is a run of the net, with more tokens on that place.
 """
 
 from __future__ import annotations
@@ -24,19 +24,18 @@ _Choice = tuple[Arcs, Arcs, dict[str, int], dict[str, int]]
 
 @dataclass(frozen=True)
 class Limited:
-    """A net in which some places hold no more than a number of tokens.
+    """A net in which some places hold at most a given number of tokens.
 
     Attributes
     ----------
     net : CompiledNet
-        It. Places that are left keep their names and their order; behind them stand the complements of places
-        with a limit.
+        The net. Remaining places keep their names and their order; complements of limited places follow them.
     origin : tuple of int
-        By transition: the one of the original net that it fires.
+        For each transition, the transition of the original net that it fires.
     place : dict of int to int
-        By place of the original net: the place that stands for it. Places that left the net have none.
+        For each place of the original net, the place that represents it; removed places have none.
     added : frozenset of int
-        Transitions by which a full place stays full though tokens are taken from it.
+        Transitions with which a full place stays full although tokens are taken from it.
     """
 
     net: CompiledNet
@@ -51,11 +50,11 @@ class Limited:
         return cls(net, tuple(transitions), {place: place for place in places})
 
     def back(self, trace: Iterable[int]) -> tuple[int, ...]:
-        """Return the transitions of the original net that a sequence fires."""
+        """Return the transitions of the original net in a firing sequence."""
         return tuple(self.origin[t] for t in trace)
 
     def images(self) -> dict[int, list[int]]:
-        """Return, by transition of the original net, those that fire it; one without can never fire."""
+        """For each transition of the original net, those that fire it; without any, it can never fire."""
         images: dict[int, list[int]] = {}
         for number, t in enumerate(self.origin):
             images.setdefault(t, []).append(number)
@@ -63,7 +62,7 @@ class Limited:
 
 
 def growing_places(net: CompiledNet) -> tuple[int, ...]:
-    """Places that some transition puts tokens on and none takes from, those included that are only read."""
+    """Places onto which some transition puts tokens and from which none takes; they may be read."""
     changes: dict[int, list[int]] = {}
     for change in net.delta:
         for place, tokens in change.items():
@@ -72,7 +71,7 @@ def growing_places(net: CompiledNet) -> tuple[int, ...]:
 
 
 def largest_weights(net: CompiledNet) -> list[int]:
-    """By place: the largest weight with which a transition looks at it, by an input or an inhibitor arc."""
+    """For each place, the largest weight of an input or inhibitor arc."""
     largest = [0] * len(net.places)
     for table in (net.pre, net.inhibitor):
         for place, weight in zip(table.place.tolist(), table.weight.tolist(), strict=True):
@@ -81,14 +80,14 @@ def largest_weights(net: CompiledNet) -> list[int]:
 
 
 def without_growth(net: CompiledNet, compared: Mapping[int, int] | None = None) -> Limited | None:
-    """Let places that nothing takes from stop where nobody can tell; None where there are none.
+    """Limit the places that only grow, as far as no comparison can distinguish; None: there are none.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
     compared : mapping of int to int, optional
-        By place: the number of tokens from which on a question cannot tell more apart.
+        For each place, the number of tokens from which the question distinguishes no more.
 
     Examples
     --------
@@ -106,21 +105,21 @@ def without_growth(net: CompiledNet, compared: Mapping[int, int] | None = None) 
 
 
 def limited(net: CompiledNet, limits: Mapping[int, int], *, is_open: bool = False) -> Limited:
-    """Let places hold no more than a limit each; what comes on top is lost.
+    """Limit places to a number of tokens each; further tokens are lost.
 
-    A transition that can meet a limit becomes several: one that puts all, and one for each smaller number
-    that there is room for. Exactly one of them is enabled where it was.
+    A transition that can reach a limit is replaced by several: one that puts all tokens, and one for each
+    smaller number for which there is room. Exactly one of them is enabled when the original one was.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
     limits : mapping of int to int
-        By place: how many tokens it holds at most.
+        For each place, its maximum number of tokens.
     is_open : bool
-        Whether a full place stands for any number of tokens from its limit on: then it may stay full when
-        tokens are taken from it. Such a net can do all that the net can, and more, if no limit is less than a
-        weight with which a transition looks at the place.
+        Whether a full place represents any number of tokens from its limit on: then it may stay full when
+        tokens are taken from it. Such a net can do everything that the net can, and more, if no limit is less
+        than the weight of an input or inhibitor arc at its place.
     """
     names = list(net.places)
     left = [place for place in range(len(names)) if limits.get(place) != 0]
@@ -157,7 +156,7 @@ def _rows(
     free: Mapping[int, str],
     is_open: bool,
 ) -> list[Transition]:
-    """Return what a transition becomes: one for each way in which the limits of its places may be met."""
+    """Return the replacements of a transition, one for each way in which its places reach their limits."""
     inputs, outputs = dict(net.pre.row(t)), dict(net.post.row(t))
     inhibitors = dict(net.inhibitor.row(t))
     reads: dict[str, int] = {}
@@ -180,7 +179,7 @@ def _rows(
             row_inputs |= {names[p]: w for p, w in taken_here.items()} | free_taken
             row_outputs |= {names[p]: w for p, w in put_here.items()} | free_put
         for place_name, weight in reads.items():
-            # A read beside what is taken and put: as much has to be there, and what is not taken stays.
+            # A read arc together with taking and putting: all tokens must be there, those not taken stay.
             more = max(0, weight - row_inputs.get(place_name, 0))
             row_inputs[place_name] = row_inputs.get(place_name, 0) + more
             row_outputs[place_name] = row_outputs.get(place_name, 0) + more
@@ -196,7 +195,7 @@ def _rows(
 
 
 def _choices(place: int, free: str, limit: int, taken: int, put: int, is_open: bool) -> list[_Choice]:
-    """Return arcs to a place and to its complement, for each number of tokens that there may be room for."""
+    """Return arcs to a place and to its complement, for each number of tokens for which there may be room."""
     gain = put - taken
     if gain <= 0:
         left = range(-gain) if is_open else ()

@@ -1,4 +1,4 @@
-"""How tokens grow without bound, and what would end it."""
+"""Unbounded growth of tokens, and remedies for it."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ from dineros.analysis.nets.linear_programs import LinearProgram
 from dineros.analysis.walks.first_round import first_round
 
 FEW_NODES = 1_000
-"""Nodes of the coverability tree that are made before walks are tried: part of a second."""
+"""Nodes of the coverability tree before walks are tried: a fraction of a second."""
 
 NEAR = 100_000
-"""Markings of the search for a way to grow that inhibitor arcs do not stop."""
+"""Markings of the search for growth that inhibitor arcs do not stop."""
 
 
 def near_growth(net: CompiledNet, budget: Budget) -> list[Pumping]:
-    """Return proofs that places grow without bound, of what is near or met by walks.
+    """Return proofs that places are unbounded, found near the initial marking or by walks.
 
-    Where the coverability tree shows one at once, that is all; else each place that may grow is looked at.
+    If the coverability tree shows one at once, only this one is returned; else each place that may grow is
+    examined.
     """
     growing = [place for place, bound in enumerate(place_bounds(net)) if bound is None]
     if not growing:
@@ -40,7 +41,7 @@ def near_growth(net: CompiledNet, budget: Budget) -> list[Pumping]:
 
 
 def growth_of(net: CompiledNet, budget: Budget) -> Pumping | None:
-    """Return a proof that a net is unbounded, replayed; None where none was found."""
+    """Return a replayed proof that a net is unbounded; None: none was found."""
     budget = budget.begun()
     found = coverability(net, budget=budget.share(0.3), only_boundedness=True).pumping
     if found is None and net.inhibitor.place.size:
@@ -52,18 +53,18 @@ def growth_of(net: CompiledNet, budget: Budget) -> Pumping | None:
 
 @dataclass(frozen=True)
 class Remedy:
-    """Credits with which a net is bounded: who puts more tokens on some places waits until others took some.
+    """Credits that bound a net: a transition that adds tokens waits until others have removed some.
 
     Attributes
     ----------
     weights : dict of int to int
-        The places, and how many credits each of their tokens takes.
+        The places, and the credits for each of their tokens.
     credits : int
-        How many there are in all, those of the initial tokens included.
+        Total number of credits, including those of the initial tokens.
     waiting, acknowledging : tuple of int
-        Transitions that take credits, and that give some back.
+        Transitions that take credits, and that return some.
     counters : tuple of int
-        Places that nothing takes from: they have to go, or to stop at a number.
+        Places from which no transition takes tokens: they must be removed or limited.
     """
 
     weights: dict[int, int]
@@ -74,11 +75,11 @@ class Remedy:
 
 
 def remedy_of(net: CompiledNet) -> Remedy | None:
-    """Look for credits with which a net is bounded, which is proved; None where none were found.
+    """Search for credits with which the net is provably bounded; None: none were found.
 
-    A linear program proposes weights of all places without a bound that as few transitions as possible raise.
-    A place of credits keeps their sum below a number: with one such place it is a capacity, with several of
-    them an acknowledgement.
+    A linear program proposes weights of all unbounded places, such that few transitions increase their sum. A
+    place of credits keeps the weighted sum below a number: for one place, this is a capacity; for several, an
+    acknowledgement.
     """
     counters = growing_places(net)
     small = without_places(net, counters)
@@ -86,7 +87,7 @@ def remedy_of(net: CompiledNet) -> Remedy | None:
     if weights is None:
         return None
     gains = [sum(weights.get(p, 0) * n for p, n in change.items()) for change in small.delta]
-    # Enough for each step that takes credits, and for some step that gives them back.
+    # Enough credits for each step that takes some, and for some step that returns them.
     asked = [
         sum(weights.get(p, 0) * n for p, n in small.pre.row(t)) for t, gain in enumerate(gains) if gain < 0
     ]
@@ -104,12 +105,12 @@ def remedy_of(net: CompiledNet) -> Remedy | None:
 
 
 def _proposed(net: CompiledNet) -> dict[int, int] | None:
-    """Return weights of at least one for each place without a bound."""
+    """Return weights of at least one for each unbounded place."""
     places, transitions = len(net.places), len(net.transitions)
     low = np.zeros(places + transitions)
     for place, bound in enumerate(place_bounds(net)):
         low[place] = bound is None
-    # Unknowns: the weights, and by how much each transition raises their sum at most.
+    # Unknowns: the weights, and an upper bound of the increase of their sum for each transition.
     rows = [{**change, places + t: -1} for t, change in enumerate(net.delta)]
     costs = np.concatenate([np.full(places, 1e-3), np.ones(transitions)])
     found = LinearProgram(rows, places + transitions).solve(
@@ -119,7 +120,7 @@ def _proposed(net: CompiledNet) -> dict[int, int] | None:
 
 
 def with_credits(net: CompiledNet, weights: Mapping[int, int], most: int) -> CompiledNet:
-    """Return the net with a place of credits: a weighted sum of tokens never grows above a number."""
+    """Return the net with a place of credits: a weighted sum of tokens never exceeds a number."""
     (tokens, rows), credits = net.by_names(), unused("credits", net.places)
     for t, row in enumerate(rows):
         gain = sum(weights.get(p, 0) * n for p, n in net.delta[t].items())

@@ -1,4 +1,4 @@
-"""How many tokens a place can hold while another one is marked, and how they grow where there is no limit."""
+"""The most tokens of a place while another one is marked, and their growth if there is no limit."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ MOST_MARKINGS = 5_000
 
 
 def largest_beside(net: CompiledNet, place: int, others: Iterable[int], budget: Budget) -> float | None:
-    """Return the most tokens of a place in a reachable marking that also has one on some other place.
+    """Return the most tokens of a place in a reachable marking that also marks one of some other places.
 
     Parameters
     ----------
     net : CompiledNet
-        The net; its markings may have no end.
+        The net; its state space may be infinite.
     place : int
         The place.
     others : iterable of int
         The other places.
     budget : Budget
-        Of its time.
+        Limit of its time.
 
     Returns
     -------
     float or None
-        `inf` where there is no limit, -1 where there is no such marking; None where the tree of Karp and
-        Miller is too large to tell, or inhibitor arcs make it inexact.
+        `inf` if there is no limit, -1 if there is no such marking; None if the tree of Karp and Miller is too
+        large, or inexact because of inhibitor arcs.
     """
     others = list(others)
     small = None if {place, *others}.intersection(growing_places(net)) else without_growth(net)
@@ -45,12 +45,12 @@ def largest_beside(net: CompiledNet, place: int, others: Iterable[int], budget: 
         return None
     known = tree.covered if tree.maximal is None else tree.maximal
     largest = max((m[place] for m in known if any(m[other] >= 1 for other in others)), default=-1)
-    # More of a tree that is too large could show more, but for no limit at all.
+    # A larger part of the tree could show more tokens, but infinity is final.
     return largest if tree.maximal is not None or largest == inf else None
 
 
 def loop_raising(net: CompiledNet, place: int, budget: Budget) -> Pumping | None:
-    """Search breadth first for a loop that can be repeated forever and puts tokens on a place.
+    """Search breadth first for a loop that can be repeated forever and adds tokens to a place.
 
     Parameters
     ----------
@@ -59,12 +59,12 @@ def loop_raising(net: CompiledNet, place: int, budget: Budget) -> Pumping | None
     place : int
         The place.
     budget : Budget
-        Of its time.
+        Limit of its time.
 
     Returns
     -------
     Pumping or None
-        No place loses tokens in the loop, and none that gains some inhibits it; None where none is near.
+        In the loop, no place loses tokens, and none that gains tokens inhibits it; None: none is near.
     """
     count = range(len(net.transitions))
     inhibitors = [{p for p, _ in net.inhibitor.row(t)} for t in count]

@@ -1,8 +1,8 @@
-"""What Karp and Miller's tree proves: transitions that can never fire, and places without a bound.
+"""Proofs by the tree of Karp and Miller: dead transitions, and unbounded places.
 
-Inhibitor arcs do not go with it. Those at places with a proved bound become read arcs of complements, which
-changes nothing; the others are left out, which lets more happen: then what can never fire still never can,
-and what can may not.
+The tree does not support inhibitor arcs. Those at places with a proved bound become read arcs of complements,
+which is exact. The others are removed, which allows more runs: dead transitions are still dead in the net,
+but transitions that can fire may be dead in the net.
 """
 
 from __future__ import annotations
@@ -17,30 +17,30 @@ from dineros.analysis.nets.compiled import ArcTable, CompiledNet
 from dineros.analysis.nets.coverability import OmegaMarking, Pumping, coverability
 
 MOST_NODES = 10_000
-"""Nodes of the tree."""
+"""Maximum number of nodes of the tree."""
 
 LARGEST_COMPLEMENT = 1_000
-"""Bound up to which a place gets a complement."""
+"""Largest bound of a place for which a complement is added."""
 
 
 @dataclass(frozen=True)
 class Tree:
-    """What is known of a net.
+    """The results of the tree for a net.
 
     Attributes
     ----------
     maximal : tuple of OmegaMarking or None
-        The largest markings, by place, with `inf` where there is no limit; None where the tree is too large.
+        The maximal markings, by place, with `inf` for no limit; None: the tree is too large.
     is_exact : bool
-        Whether the largest markings are those of the net; otherwise it has smaller ones only.
+        Whether the maximal markings are exact; otherwise they are upper bounds.
     dead : frozenset of int
-        Transitions that can never fire, as far as the tree proves it.
+        Transitions that the tree proves dead.
     pumping : Pumping or None
-        Where places are unbounded: the proof, which the net can repeat.
+        If places are unbounded: a proof that can be replayed in the net.
     covered : tuple of OmegaMarking
-        Where it is too large: the largest markings of what was made of it.
+        If the tree is too large: the maximal markings of the part that was built.
     reason : str
-        Why something is not known.
+        Why something is unknown.
     """
 
     maximal: tuple[OmegaMarking, ...] | None
@@ -52,14 +52,14 @@ class Tree:
 
 
 def tree_of(net: CompiledNet, budget: Budget) -> Tree:
-    """Make the tree of Karp and Miller, pruned.
+    """Build the pruned tree of Karp and Miller.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
     budget : Budget
-        Of its time.
+        Limit of its time.
     """
     budget = budget.begun()
     same = with_complements(net)
@@ -92,7 +92,7 @@ def _of_net(net: CompiledNet, same: Limited, markings: Iterable[OmegaMarking]) -
 
 
 def with_complements(net: CompiledNet) -> Limited:
-    """Return the net in which places with a bound are no longer looked at by inhibitor arcs."""
+    """Return the net without inhibitor arcs at bounded places, which are replaced by complements."""
     inhibiting = set(net.inhibitor.place.tolist())
     limits: dict[int, int] = {}
     if inhibiting:
@@ -108,7 +108,7 @@ def with_complements(net: CompiledNet) -> Limited:
 
 
 def without_inhibitors(net: CompiledNet) -> CompiledNet:
-    """Return the net without its inhibitor arcs; the same one where it has none."""
+    """Return the net without its inhibitor arcs; the same object if it has none."""
     if not net.inhibitor.place.size:
         return net
     return replace(net, inhibitor=ArcTable.from_rows([{} for _ in net.transitions]))

@@ -1,1 +1,1 @@
-"""Evidence of answers: certificates of what is unreachable, and how they are found, written and checked."""
+"""Evidence of answers: certificates of unreachability, and how they are created, written and checked."""

@@ -1,6 +1,6 @@
-"""Certificates as files: what stands in them, and whether they are still what was written about a net.
+"""Certificate files: their format, and whether they belong to a net and are unchanged.
 
-Nothing here proves anything: `dineros.analysis.evidence.checker` does.
+This module proves nothing; `dineros.analysis.evidence.checker` does.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from dineros.metamodel.json_text import decode_json
 from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 BASE = "base"
-"""Instead of a variant of signals: the net without them that `dineros check` asks."""
+"""Value for the variant of signals: the net without signals, which `dineros check` uses."""
 
 FORMAT, TIMED_FORMAT = "dineros certificate 2", "dineros certificate with times 1"
 SIZE_LIMIT = 64 << 20
-"""Bytes of a file."""
+"""Maximum size of a file, in bytes."""
 
 MOST_STEPS = 100
-"""Of an induction."""
+"""Maximum number of steps of an induction."""
 
 _ROW = {"sum": {"": int}, "least": int}
 _OF_ALL: dict[str, Any] = {
@@ -53,11 +53,11 @@ _TIMED_SHAPE: dict[str, Any] = {
     "classes": [{"marking": {"": int}, "times": {"": str}, "differences": [_DIFFERENCE]}],
     "schedule": [{"fires": str, "at": str}],
 }
-"""Types, lists of them, objects by their names or of any names, and what some may be."""
+"""Formats: types, lists, objects with given or any names, and optional values."""
 
 
 class CertificateFileError(DinerosError):
-    """A file holds no certificate."""
+    """A file is not a certificate."""
 
 
 def read_certificate(path: Path) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def read_certificate(path: Path) -> dict[str, Any]:
     Raises
     ------
     CertificateFileError
-        It is none.
+        It is not a certificate.
     ModelFileError
         The file cannot be read, or is too large.
     """
@@ -78,18 +78,18 @@ def read_certificate(path: Path) -> dict[str, Any]:
 
 
 def write_certificate(certificate: Mapping[str, Any], path: Path) -> None:
-    """Write a certificate, as a whole or not at all."""
+    """Write a certificate completely or not at all."""
     write_atomically(path, json.dumps(certificate, indent=1, ensure_ascii=False).encode() + b"\n")
 
 
 def sealed(certificate: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a certificate with the digest of what it says."""
+    """Return a certificate with the digest of its content."""
     says = {name: value for name, value in certificate.items() if name != "digest"}
     return {**says, "digest": _digest(says)}
 
 
 def subject_as(model: pn.Net, signals: str, overflow: str, is_timed: bool = False) -> Subject:
-    """Return the net of a model that a certificate is about."""
+    """Return the net of a model to which a certificate refers."""
     if is_timed:
         if signals == BASE:
             return timed_base_subject(model, overflow)  # type: ignore[arg-type]
@@ -100,7 +100,7 @@ def subject_as(model: pn.Net, signals: str, overflow: str, is_timed: bool = Fals
 
 
 def net_digest(subject: Subject) -> str:
-    """Identify places, tokens, transitions and arcs; of a net with times, intervals and priorities, too."""
+    """Return a digest of places, tokens, transitions and arcs; also of intervals and priorities, if any."""
     net = subject.net
     tables: tuple[ArcTable, ...] = (net.pre, net.post, net.inhibitor)
     more: list[object] = []
@@ -113,7 +113,7 @@ def net_digest(subject: Subject) -> str:
 
 
 def difference(certificate: Mapping[str, Any], subject: Subject) -> str:
-    """Return in what a certificate is not what was written about a net; nothing where it is."""
+    """Return how a certificate differs from one for this net; empty if it is for this net and unchanged."""
     if certificate["digest"] != sealed(certificate)["digest"]:
         return "it was changed after it was written"
     return "" if certificate["net"] == net_digest(subject) else "it is about another net"

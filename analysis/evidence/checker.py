@@ -1,15 +1,16 @@
-"""Checks certificates: that no reachable marking does what a question asks for. No engine has a part in it.
+"""Checks certificates that no reachable marking fulfils a condition. No analysis engine is used.
 
-This module is all there is of it, beside what reads models and formulas. A certificate holds facts about all
-reachable markings m of a net with the initial marking m0, and what they exclude:
+The checker consists of this module and the readers of models and formulas. A certificate has facts about all
+reachable markings m of a net with the initial marking m0, and the conditions that they exclude:
 
-* ``never``: inequalities A . m >= b that no m fulfils together, with factors f >= 0 and a weighting y that no
-  firing raises. If f . A <= y and y . m0 < f . b, they cannot: f . b <= f . A . m <= y . m <= y . m0.
-  That is checked in integers.
-* ``clauses`` of inequalities and a number of ``steps``: the clauses, and that what is asked for is not met,
-  hold in all markings of fewer steps, and after a firing if they held in as many markings before. With 0
-  steps, what is never suffices. That is asked of a SAT solver: literal n of a place says that it holds n
-  tokens or more.
+* ``never``: inequalities A . m >= b that no m fulfils together, with factors f >= 0 and a weighting y whose
+  sum no firing increases. If f . A <= y and y . m0 < f . b, they cannot: f . b <= f . A . m <= y . m <= y .
+  m0.
+  This is checked in integers.
+* ``clauses`` of inequalities and a number of ``steps``: in all markings of fewer steps, the clauses hold and
+  the condition does not; and this is preserved by a firing if it was so in the last ``steps`` markings. With
+  0 steps, the ``never`` facts suffice. This is checked by a SAT solver: literal n of a place means that it
+  has n or more tokens.
 
 References
 ----------
@@ -32,26 +33,26 @@ from dineros.analysis.model.subject import Subject
 from dineros.metamodel.errors import DinerosError
 
 MOST_SUMMANDS = 1_000
-"""Tokens that may be in a sum of which the solver is told what it is."""
+"""Maximum value of a sum of tokens that is encoded for the solver."""
 
 Row = tuple[tuple[tuple[int, int], ...], int]
-"""Terms, places with factors that are not 0, and the number that their sum is at least."""
+"""Pairs of a place and a non-zero factor, and the least value of their sum."""
 
 
 def refutation(certificate: Mapping[str, Any], subject: Subject) -> str:
-    """Return what is wrong with a certificate about a net; nothing where it stands.
+    """Return what is wrong with a certificate about a net; empty if it is valid.
 
     Parameters
     ----------
     certificate : mapping
-        As `dineros.analysis.evidence.certificate.read_certificate` returns it.
+        Result of `dineros.analysis.evidence.certificate.read_certificate`.
     subject : Subject
-        The net, of the model that was changed and flattened as the certificate says.
+        The net of the model, changed and flattened as the certificate states.
 
     Raises
     ------
     DinerosError
-        The question cannot be read as one of the net.
+        The question is not valid for the net.
     """
     known: list[list[Row]] = []
     try:
@@ -75,12 +76,12 @@ def refutation(certificate: Mapping[str, Any], subject: Subject) -> str:
 
 
 def excluded(kind: str, text: str, answer: str) -> syntax.Formula:
-    """Return what no reachable marking may fulfil for an answer to be right.
+    """Return the condition that no reachable marking may fulfil if an answer is correct.
 
     Raises
     ------
     DinerosError
-        The formula cannot be read, or asks for more than markings that are never reached.
+        The formula is invalid, or is not about unreachable markings.
     """
     match kind, answer:
         case "enabled", "unreachable":
@@ -125,7 +126,7 @@ def _wrong_with(
 
 
 class _Markings:
-    """Markings at some times as a propositional formula; what is never is so at each."""
+    """Markings at several times as a propositional formula; the ``never`` facts are added at each time."""
 
     def __init__(
         self, subject: Subject, goal: syntax.Formula, known: Sequence[Sequence[Row]], is_first: bool
@@ -144,7 +145,7 @@ class _Markings:
                 self.bounds[p] = min(bound, self.bounds.get(p, bound))
 
     def lead_to_it(self, steps: int, clauses: Sequence[Sequence[Row]]) -> bool:
-        """Whether the last marking may meet the goal, or violate a clause, while those before do not."""
+        """Whether the last marking may fulfil the goal or violate a clause while the earlier ones do not."""
         for time in reversed(range(steps + 1)):
             met = self.literal(time)
             held = [self.any(self.at_least(time, row) for row in clause) for clause in clauses]
@@ -180,7 +181,7 @@ class _Markings:
         return -self.any(-literal for literal in literals)
 
     def holds(self, time: int, place: int, number: int) -> int:
-        """Return the literal of a place with a number of tokens or more."""
+        """Return the literal for a place with at least this number of tokens."""
         if number <= 0 or number > self.bounds.get(place, number):
             return 1 if number <= 0 else -1
         known = self.numbers.setdefault((time, place), {})
@@ -192,7 +193,7 @@ class _Markings:
         return known[number]
 
     def at_least(self, time: int, row: Row) -> int:
-        """Return the literal of an inequality; of a sum without bounds, it is any."""
+        """Return the literal of an inequality; for a sum without bounds, it is unconstrained."""
         terms, least = row
         if not terms or terms[0][1] < 0:
             return -self.at_least(time, _negated(row)) if terms else 1 if least <= 0 else -1
@@ -224,7 +225,7 @@ class _Markings:
             self.add(*others, *clause)
 
     def step(self, time: int) -> None:
-        """Fire one transition, from a time to the next; all that is asked of the next has its literals."""
+        """Fire one transition, from a time to the next; all literals of the next time exist."""
         net = self.net
         fires = [self.new() for _ in net.transitions]
         self.add(*fires)
@@ -250,7 +251,7 @@ class _Markings:
         return self.all([*needed, *(-self.holds(time, p, k) for p, k in self.net.inhibitor.row(transition))])
 
     def literal(self, time: int) -> int:
-        """Return the literal of the goal; what is fired may be whatever is enabled."""
+        """Return the literal of the goal; a `fired(t)` atom is over-approximated by `enabled(t)`."""
         found: dict[syntax.Formula, int] = {}
         for part in self.goal.subformulas():
             operands = [found[operand] for operand in part.operands]
@@ -290,7 +291,7 @@ class _Markings:
 
 
 def _row(subject: Subject, weights: Mapping[str, int], least: int) -> Row:
-    """Return an inequality of places by their names; raises `KeyError` for one that is not there."""
+    """Return an inequality with place names resolved; raises `KeyError` for an unknown place."""
     return tuple(sorted((subject.place_index[p], index(k)) for p, k in weights.items() if k)), index(least)
 
 

@@ -1,4 +1,4 @@
-"""What a check, or a property file, says that no marking does, where structure or induction prove it."""
+"""Claims of a check or a property file that no marking fulfils a condition, proved without a state space."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from dineros.metamodel.errors import DinerosError
 
 @dataclass(frozen=True)
 class Claim:
-    """That no marking of the net without signals fulfils a condition.
+    """The claim that no marking of the net without signals fulfils a condition.
 
     Attributes
     ----------
     name : str
-        What it is called; may stand as the name of a file.
+        Name of the claim, usable as a file name.
     condition : Formula
     evidence : Evidence or None
-        Why, where that is known.
+        The evidence, if it is known.
     """
 
     name: str
@@ -44,18 +44,18 @@ class Claim:
 def certificates_of(
     model: pn.Net, report: Report, settings: Sequence[str], budget: Budget
 ) -> tuple[list[tuple[str, Certificate]], Certificate | None]:
-    """Return the certificates of what a check has found that no marking does, and one of all of them.
+    """Return the certificates of conditions that a check proved unreachable, and a common certificate.
 
     Parameters
     ----------
     model : pn.Net
         The model.
     report : Report
-        What the check has found.
+        The results of the check.
     settings : sequence of str
-        How the model was changed.
+        Settings that changed the model.
     budget : Budget
-        What looking for proofs may cost.
+        Budget of the search for proofs.
     """
     subject, budget = subject_as(model, BASE, "weighted"), budget.begun()
     claims = list(_claims(subject, report))
@@ -79,15 +79,15 @@ def certificates_of(
 def property_certificate(
     asked: Asked, one: Property, names: GroupedNames, answer: PropertyAnswer
 ) -> Certificate | None:
-    """Return the certificate of the answer to a property; None where it rests on something else.
+    """Return the certificate of the answer to a property; None: it has another kind of evidence.
 
     Parameters
     ----------
     asked : Asked
-        What the net is; its kind and text are those that the property has for a certificate.
+        The net; its kind and text are those of the property in a certificate.
     one : Property
     names : GroupedNames
-        Those that the property was read with.
+        The names with which the property was read.
     answer : PropertyAnswer
     """
     evidence, said = answer.evidence, "holds" if answer.value is True else "violated"
@@ -107,7 +107,7 @@ def property_certificate(
         asked, said = replace(asked, kind="enabled", text=answer.dead), "unreachable"
     try:
         return certificate_of(asked, said, evidence)
-    except DinerosError:  # of an answer that is not about markings alone
+    except DinerosError:  # the answer is not only about markings
         return None
 
 
@@ -116,7 +116,7 @@ def _asked(subject: Subject, condition: Formula, settings: Sequence[str]) -> Ask
 
 
 def _claims(subject: Subject, report: Report) -> Iterator[Claim]:
-    """Yield what is claimed, but for what was found to happen."""
+    """Yield the claims, except those that the check refuted."""
     faults = {finding.rule for finding in report.findings}
     overflows = {fault.rule for fault in Overflow.faults}
     losing = {finding.elements for finding in report.findings if finding.rule in overflows}
@@ -134,7 +134,7 @@ def _claims(subject: Subject, report: Report) -> Iterator[Claim]:
 
 
 def _bounded(subject: Subject) -> Iterator[Claim]:
-    """Yield that no place exceeds its bound, where weightings prove one of each."""
+    """Yield the claim that no place exceeds its bound, if weightings prove all bounds."""
     found = place_bounds(subject.net)
     bounds = [bound for bound in found if bound is not None]
     if bounds and len(bounds) == len(found):
@@ -152,5 +152,5 @@ def _any_enabled(transitions: Sequence[str]) -> Formula:
 
 
 def file_name(*words: str) -> str:
-    """Return a name of a file for something that anybody may have named."""
+    """Return a safe file name for untrusted names."""
     return "-".join(re.sub(r"[^\w.]+", "_", word) for word in words)

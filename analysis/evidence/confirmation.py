@@ -1,8 +1,8 @@
-"""Answers that rest on all markings, asked again: of another engine, and of diagrams with another order.
+"""Confirms answers that depend on all markings: by another engine, or by diagrams with another order.
 
-What one engine says is not evidence against its own faults. Explicit search and decision diagrams share the
-net and nothing else; where search would need too much, diagrams of two different orders of the levels share
-no node.
+The answer of one engine is no protection against its own bugs. Explicit search and decision diagrams have
+only the net in common. If search would be too expensive, diagrams with two different variable orders have no
+node in common.
 """
 
 from __future__ import annotations
@@ -50,16 +50,16 @@ SEARCH, DIAGRAMS, OTHER_ORDER = "explicit search", "decision diagrams", "decisio
 
 @dataclass(frozen=True)
 class Confirmation:
-    """What others say to an answer.
+    """The result of a confirmation.
 
     Attributes
     ----------
     agrees : bool or None
-        Whether all that decided say the same; None where too few did.
+        Whether all engines that decided agree; None: too few did.
     by : tuple of str
-        Who decided besides the answer itself, each with its time.
+        The confirming engines, each with its time.
     reason : str
-        Why nobody did, or what each says where they disagree.
+        Why there is no confirmation, or the different answers.
     """
 
     agrees: bool | None
@@ -78,14 +78,14 @@ class Confirmation:
 
 @dataclass(frozen=True)
 class Figures:
-    """What is compared of a state space; None is not known.
+    """The compared figures of a state space; None: unknown.
 
     Attributes
     ----------
     markings, arcs, deadlocks, most_in_place, most_in_marking : int or None
-        As `StateSpace` has them.
+        As in `StateSpace`.
     never_enabled : frozenset of str or None
-        Transitions that no marking enables.
+        Transitions that are enabled in no marking.
     """
 
     markings: int | None
@@ -96,7 +96,7 @@ class Figures:
     never_enabled: frozenset[str] | None = None
 
     def compared(self, other: Figures) -> Figures:
-        """Return the other's figures; those that are not known here, or there, as they are here."""
+        """Return the other's figures; those unknown on either side are replaced by this object's."""
         pairs = zip(astuple(self), astuple(other), strict=True)
         return Figures(*(mine if mine is None or theirs is None else theirs for mine, theirs in pairs))
 
@@ -108,16 +108,16 @@ class Figures:
 
 
 def rests_on_markings(answer: Outcome) -> bool:
-    """Whether an answer stands without a run that shows it, and without structure or induction."""
+    """Return whether an answer depends on all markings: it has neither a run nor a structural proof."""
     if answer.evidence is not None:
         return False
     return answer.status not in ("unknown", "reachable") and not answer.trace and not answer.loop
 
 
 def confirm_answer(question: Question, answer: Outcome, budget: Budget = UNLIMITED) -> Confirmation:
-    """Ask explicit search and diagrams what was answered; whichever answered it is one of them.
+    """Confirm an answer by explicit search and diagrams; one of them may have given the answer.
 
-    Where search cannot decide it, diagrams with two orders do.
+    If search cannot decide it, diagrams with two orders are used.
     """
     formula = _formula(question)
     if formula is None:
@@ -131,12 +131,12 @@ def confirm_answer(question: Question, answer: Outcome, budget: Budget = UNLIMIT
 def confirm_claims(
     net: CompiledNet, names: Names, claims: Sequence[Formula], budget: Budget = UNLIMITED
 ) -> list[Confirmation]:
-    """Ask explicit search and diagrams whether formulas hold, all at once; one by one where not all do.
+    """Confirm formulas by explicit search and diagrams: all at once, or one by one if not all hold.
 
     Returns
     -------
     list of Confirmation
-        Of each formula.
+        One for each formula.
     """
     budget = budget.begun()
 
@@ -157,12 +157,12 @@ def confirm_properties(
     answers: Mapping[str, PropertyAnswer],
     budget: Budget = UNLIMITED,
 ) -> dict[str, Confirmation]:
-    """Have others decide the answers to properties that rest on all markings.
+    """Confirm the answers to properties that depend on all markings.
 
     Returns
     -------
     dict
-        By their ids; answers that rest on something else have none.
+        By property id; answers with other evidence have no entry.
     """
     said: dict[str, Confirmation] = {}
     claims: dict[bool, dict[str, Formula]] = {True: {}, False: {}}
@@ -184,12 +184,12 @@ def confirm_properties(
 
 
 def confirm_space(space: SymbolicStateSpace, budget: Budget = UNLIMITED) -> Confirmation:
-    """Have explicit search, or diagrams in another order, count what complete diagrams hold."""
+    """Confirm the figures of complete diagrams by explicit search, or by diagrams with another order."""
     return _confirm_figures(space.net, _figures_of(space), "symbolic", space.order, budget)
 
 
 def confirm_counts(net: CompiledNet, counted: StateSpace, budget: Budget = UNLIMITED) -> Confirmation:
-    """Have another engine count a complete state space, or diagrams in another order."""
+    """Confirm the counts of a complete state space by another engine, or by diagrams with another order."""
     most = (counted.max_tokens_in_place, counted.max_tokens_in_marking)
     figures = Figures(counted.states, counted.arcs, counted.deadlocks, *most)
     return _confirm_figures(net, figures, counted.engine, counted.levels, budget)
@@ -222,7 +222,7 @@ def _figures_of(space: SymbolicStateSpace) -> Figures:
 
 
 def _formula(question: Question) -> Formula | None:
-    """Return a formula of CTL with the answer to a question; None where there is none."""
+    """Return a CTL formula with the answer to a question; None: there is none."""
     match question:
         case Enabled(name=name):
             return Exists(Finally(AtomEnabled(Name(name))))
@@ -236,9 +236,9 @@ def _formula(question: Question) -> Formula | None:
 
 
 def _claim(one: Property, value: bool | int, net: CompiledNet) -> Formula | None:
-    """Return a formula that holds just where a property's answer is right; None where there is none.
+    """Return a formula that holds exactly if the answer to a property is correct; None: there is none.
 
-    Its names are those of the property; of a question of any net, those of the net.
+    Its names are those of the property; for a question about the net as a whole, those of the net.
     """
     if one.kind == "bound":
         tokens = tuple((1, Name(name)) for name in one.places)
@@ -254,7 +254,7 @@ def _claim(one: Property, value: bool | int, net: CompiledNet) -> Formula | None
 
 
 def _in_branching_time(formula: Formula) -> Formula | None:
-    """Return "all runs satisfy a formula of linear time" in branching time, where that can be said."""
+    """Return "all runs satisfy an LTL formula" as a CTL formula, if there is one."""
     found = of_linear(formula)
     parts = found.operands if isinstance(found, And) else (found,)
     steps = (isinstance(atom, Fired) for part in parts for atom in part.subformulas())
@@ -264,7 +264,7 @@ def _in_branching_time(formula: Formula) -> Formula | None:
 def _confirm_formula(
     net: CompiledNet, names: Names, formula: Formula, expected: str, words: tuple[str, str], budget: Budget
 ) -> Confirmation:
-    """Have others decide a formula; they say one of two words, as it holds or not."""
+    """Have other engines decide a formula; the result is one of two words."""
     wanted, atoms = basic(formula), BoundAtoms(net, formula, names)
 
     def word(holds: bool) -> str:
@@ -292,9 +292,10 @@ def _confirmed(
     orders: list[LevelOrder],
     budget: Budget,
 ) -> Confirmation:
-    """Let others decide: one of them besides the engine that answered, or two where that is not known.
+    """Have other engines decide: one besides the engine that answered, or two if that is unknown.
 
-    `orders` are those of diagrams that decided already; another order is tried only where there are some.
+    `orders` are the orders of diagrams that have decided already; another order is tried only if there are
+    some.
     """
     budget, said, by, why = budget.begun(), [("the answer", expected)], list[str](), list[str]()
 

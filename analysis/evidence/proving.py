@@ -1,6 +1,6 @@
-"""Certificates of answers: what an answer rests on, written down so that anybody can check it again.
+"""Creates certificates of answers: the evidence in a form that other programs can check.
 
-Nothing is searched for that who answers has found.
+Evidence that the answering engine has found is reused.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ Certificate = dict[str, Any]
 Fact = dict[str, Any]
 
 MOST_STEPS, MOST_FIRINGS = 3, 10_000
-"""Of an induction without bounds: steps, and these times the transitions of the net."""
+"""Limits of an induction without bounds: steps, and steps times transitions of the net."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """A question, as a certificate names it.
+    """A question, as named in a certificate.
 
     Attributes
     ----------
     subject : Subject
         The net.
     kind : {"enabled", "marking", "ctl", "ltl"}
-        What the text is: the name of a transition, a condition, a formula.
+        Kind of the text: the name of a transition, a condition, a formula.
     text : str
     signals, overflow : str
-        How a system model was flattened.
+        Options with which a system model was flattened.
     settings : sequence of str
-        How the model was changed.
+        Settings that changed the model.
     """
 
     subject: Subject
@@ -52,7 +52,7 @@ class Asked:
 
 
 def proved(asked: Asked, budget: Budget = UNLIMITED) -> Outcome | None:
-    """Answer a question by structure or induction; None where these do not do."""
+    """Answer a question by structure or induction; None: these do not decide it."""
     from dineros.analysis.evidence.checker import excluded
     from dineros.analysis.portfolio.asking import proof_against
 
@@ -62,13 +62,13 @@ def proved(asked: Asked, budget: Budget = UNLIMITED) -> Outcome | None:
             goal = excluded(asked.kind, asked.text, answer)
             found = proof_against(asked.subject.net, goal, asked.subject.names, budget)
             return _inductive(asked, answer, budget) if found is None else replace(found, status=answer)
-        except DinerosError:  # the question has an error, which the engine reports
+        except DinerosError:  # an invalid question, which the engine reports
             continue
     return None
 
 
 def _inductive(asked: Asked, answer: str, budget: Budget) -> Outcome | None:
-    """Ask who checks whether a goal is kept away by few steps, of places without bounds, too."""
+    """Let the checker decide whether few induction steps exclude a goal, even for unbounded places."""
     from dineros.analysis.proofs.induction import INDUCTION
 
     for depth in range(1, MOST_STEPS + 1):
@@ -81,7 +81,7 @@ def _inductive(asked: Asked, answer: str, budget: Budget) -> Outcome | None:
 
 
 def certificate_of(asked: Asked, answer: str, evidence: Evidence | None) -> Certificate | None:
-    """Return the certificate of an answer, which is checked first; None where it rests on something else."""
+    """Return the certificate of an answer after checking it; None: the answer has other evidence."""
     from dineros.analysis.evidence.checker import refutation
 
     if evidence is None:
@@ -110,7 +110,7 @@ def certificate_of(asked: Asked, answer: str, evidence: Evidence | None) -> Cert
 
 
 def _never(net: CompiledNet, evidence: Excluded | Inductive) -> Iterator[Fact]:
-    """Yield what is never fulfilled together, with its proofs."""
+    """Yield the inequalities that are never fulfilled together, with their proofs."""
     if isinstance(evidence, Excluded):
         for case in evidence.cases:
             if any(terms for terms, _ in case.rows):
@@ -136,7 +136,7 @@ def _fact(net: CompiledNet, case: Weighting) -> Fact:
 
 
 def _clauses(evidence: Excluded | Inductive) -> Iterator[tuple[Row, ...]]:
-    """Yield clauses of inequalities that firings keep; a marked trap is one."""
+    """Yield clauses of inequalities that firings preserve; a marked trap is one."""
     if isinstance(evidence, Inductive):
         yield from evidence.clauses
     else:

@@ -1,7 +1,7 @@
-"""What a check with times says, decided again: by time as a counter, or by strong state classes.
+"""Confirms the results of a check with times: by time as a counter, or by strong state classes.
 
-The markings, the firings and the ends that the check found are compared with all that the other engine
-finds. Whether callbacks wait forever, and each stored property that rests on all state classes, is asked
+The markings, firings and final markings of the check are compared with all those that the other engine finds.
+Callbacks that wait forever, and each stored property whose answer depends on all state classes, are decided
 again, too.
 """
 
@@ -36,21 +36,21 @@ MARKINGS, FIRINGS, ENDS = "which markings are reached", "which transitions fire"
 CALLBACKS = "which callbacks wait forever"
 
 COUNTED_SHARE = 0.3
-"""Part of the time in which time is counted; then strong classes are asked."""
+"""Share of the time for counted time; after it, strong classes are used."""
 
 
 @dataclass(frozen=True)
 class Behaviour:
-    """What a net with times does, as one engine found it.
+    """The behaviour of a net with times, as found by one engine.
 
     Attributes
     ----------
     by : str
         The engine.
     markings : int64 array, shape (markings, places)
-        Sorted.
+        The markings, sorted.
     firings : frozenset of int
-        The transitions that fire.
+        The transitions that can fire.
     """
 
     by: str
@@ -58,24 +58,24 @@ class Behaviour:
     firings: frozenset[int]
 
     def ends(self, net: TimedNet) -> Int64Array:
-        """Return the markings in which nothing is enabled; the net ends there, unless priorities go round."""
+        """Return the markings that enable nothing, in which the net ends, unless priorities are cyclic."""
         return self.markings[nothing_enabled(net, self.markings)]
 
 
 def confirm_timed_check(checked: TimedChecked, budget: Budget = UNLIMITED) -> dict[str, Confirmation]:
-    """Decide again what a check with times has decided.
+    """Confirm the results of a check with times.
 
     Parameters
     ----------
     checked
-        The check, which has ended.
+        The completed check.
     budget
         Limits.
 
     Returns
     -------
     dict
-        By question, in words, what the other engine says. Questions that a run answers are left out.
+        For each question, as text, the other engine's result. Questions answered by a run are left out.
     """
     budget = budget.begun()
     told: dict[str, Confirmation] = {}
@@ -88,7 +88,7 @@ def confirm_timed_check(checked: TimedChecked, budget: Budget = UNLIMITED) -> di
 
 
 def add_confirmations(report: Report, told: dict[str, Confirmation]) -> None:
-    """Put into a report who confirmed what. After a disagreement, nothing counts as proved."""
+    """Add confirmations to a report. After a disagreement, nothing counts as proved."""
     disputed = [what for what, one in told.items() if one.agrees is False]
     if disputed:
         why = f"engines disagree about {', '.join(disputed)}"
@@ -102,7 +102,7 @@ def add_confirmations(report: Report, told: dict[str, Confirmation]) -> None:
 
 
 def _compared(checked: TimedChecked, budget: Budget) -> dict[str, Confirmation]:
-    """Compare markings, firings and ends."""
+    """Compare markings, firings and final markings."""
     net, explored = checked.timed.timed, checked.explored
     budget.stage("confirming the markings")
     began = time.perf_counter()
@@ -130,19 +130,19 @@ def _compared(checked: TimedChecked, budget: Budget) -> dict[str, Confirmation]:
 
 
 def _difference(ours: Int64Array, theirs: Int64Array, by: str) -> str:
-    """Say how two sorted sets of markings differ; empty if they do not."""
+    """Describe the difference of two sorted sets of markings; empty if they are equal."""
     if np.array_equal(ours, theirs):
         return ""
     return f"state classes find {len(ours)} markings, {by} {len(theirs)}, and not the same ones"
 
 
 def behaviour(net: TimedNet, budget: Budget) -> Behaviour:
-    """Let time be counted, or strong classes be built if the intervals or the budget do not allow that.
+    """Explore with counted time, or with strong classes if the intervals or the budget do not allow it.
 
     Raises
     ------
     BudgetExceededError
-        No other engine suits the net, or a limit was hit.
+        No other engine supports the net, or a limit was exceeded.
     """
     budget = budget.begun()
     try:
@@ -160,7 +160,7 @@ def behaviour(net: TimedNet, budget: Budget) -> Behaviour:
 
 
 def _again_callbacks(checked: TimedChecked, budget: Budget) -> Confirmation:
-    """Ask strong classes which callbacks wait forever."""
+    """Find the callbacks that wait forever by strong classes."""
     net = checked.timed.timed
     if net.has_priorities:
         return Confirmation(None, reason=ONE_ENGINE)
@@ -177,7 +177,7 @@ def _again_callbacks(checked: TimedChecked, budget: Budget) -> Confirmation:
 
 
 def _again_properties(checked: TimedChecked, budget: Budget) -> Iterator[tuple[str, Confirmation]]:
-    """Ask again for each stored property whose answer no run shows."""
+    """Decide again each stored property that no run answers."""
     for property, question, outcome in checked.answered:
         if not rests_on_markings(outcome):
             continue
@@ -189,5 +189,5 @@ def _again_properties(checked: TimedChecked, budget: Budget) -> Iterator[tuple[s
         asked = question.question()
         if isinstance(asked, Linear):
             asked = replace(asked, weak=(), strong=())  # it was decided for all runs
-        raw = question.verdict(outcome)  # turned round twice, it is the answer to the question
+        raw = question.verdict(outcome)  # the double negation gives the answer to the question
         yield what, confirm_timed_answer(question.subject.timed, asked, raw, budget)

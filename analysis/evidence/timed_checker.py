@@ -1,13 +1,15 @@
-"""Checks certificates of nets with times. No engine has a part in it: plain Python, exact fractions.
+"""Checks certificates about nets with times. No analysis engine is used: plain Python, exact fractions.
 
-This module and `dineros.analysis.timed.plain_classes` are all there is of it, beside what reads models and
+The checker consists of this module, `dineros.analysis.timed.plain_classes`, and the readers of models and
 formulas. There are two kinds of certificates:
 
-* ``classes`` say that something never happens. Each is a marking with bounds on when its transitions fire, a
-  set of states. One holds the initial states, the states after each firing in a class are within one, and
-  none does what is asked for. So no run does (by induction over its firings). Priorities are left out, which
-  only adds runs.
-* a ``schedule`` says that something happens: it is replayed with a clock for each enabled transition.
+* ``classes`` prove that a condition is never fulfilled. A class is a set of states: a marking with bounds on
+the
+  firing times of its transitions. One class contains the initial states, the states after each firing in a
+  class are contained in a class, and no class fulfils the condition. So no run does (by induction over its
+  firings). Priorities are ignored, which only adds runs.
+* a ``schedule`` proves that a condition is fulfilled: it is replayed with a clock for each enabled
+transition.
 
 References
 ----------
@@ -59,17 +61,17 @@ class _RefutedError(Exception):
 
 
 def timed_goal(kind: str, text: str, answer: str) -> tuple[Formula, bool]:
-    """Return what an answer is about, and whether a run shows it; else no run does it.
+    """Return the condition of an answer, and whether a run shows it; otherwise no run fulfils it.
 
     Parameters
     ----------
     kind, text, answer
-        The question, as certificates name it, and its answer.
+        The question, as in certificates, and its answer.
 
     Raises
     ------
     DinerosError
-        The formula cannot be read, or the answer is about more than one moment of a run.
+        The formula is invalid, or the answer is about more than one moment of a run.
     """
     match kind, answer:
         case "enabled", ("reachable" | "unreachable"):
@@ -95,21 +97,21 @@ def timed_goal(kind: str, text: str, answer: str) -> tuple[Formula, bool]:
 def timed_refutation(
     certificate: Mapping[str, Any], subject: TimedSubject, budget: Budget = UNLIMITED
 ) -> str:
-    """Return what is wrong with a certificate about a net with times; nothing if it proves its answer.
+    """Return what is wrong with a certificate about a net with times; empty if it proves its answer.
 
     Parameters
     ----------
     certificate : mapping
-        As `dineros.analysis.evidence.certificate.read_certificate` returns it.
+        Result of `dineros.analysis.evidence.certificate.read_certificate`.
     subject : TimedSubject
-        The net, of the model that was changed and flattened as the certificate says.
+        The net of the model, changed and flattened as the certificate states.
     budget
-        Its time.
+        Limit of its time.
 
     Raises
     ------
     DinerosError
-        The question cannot be read as one of the net.
+        The question is not valid for the net.
     BudgetExceededError
         The time ran out.
     """
@@ -135,7 +137,7 @@ def timed_refutation(
 
 
 def _check_classes(net: TimedNet, classes: Sequence[PlainClass], is_met: Any, budget: Budget) -> None:
-    """Check that classes hold all states, and that none does what is asked for."""
+    """Check that the classes contain all states, and that none fulfils the condition."""
     alike: dict[tuple[int, ...], list[PlainClass]] = {}
     for one in classes:
         alike.setdefault(one.marking, []).append(one)
@@ -161,7 +163,7 @@ def _check_classes(net: TimedNet, classes: Sequence[PlainClass], is_met: Any, bu
 
 
 def _classes(net: TimedNet, found: Sequence[Mapping[str, Any]]) -> Iterator[PlainClass]:
-    """Read classes; their matrices are put into normal form here."""
+    """Read classes and bring their matrices into normal form."""
     for number, one in enumerate(found, 1):
         where = f"class {number}"
         marking = [0] * len(net.untimed.places)
@@ -189,7 +191,7 @@ def _classes(net: TimedNet, found: Sequence[Mapping[str, Any]]) -> Iterator[Plai
 
 
 def _interval(text: str, where: str) -> tuple[Bound, Bound]:
-    """Read when a transition fires: the bound of 0 - x, and that of x."""
+    """Read the firing time of a transition: the bound of 0 - x, and that of x."""
     found = _INTERVAL.fullmatch(text)
     if found is None:
         raise _RefutedError(f"{where}: {text!r} is not an interval")
@@ -219,7 +221,7 @@ def _steps(net: TimedNet, schedule: Sequence[Mapping[str, str]]) -> Iterator[tup
 def _run(
     net: TimedNet, schedule: Iterator[tuple[int, Fraction]]
 ) -> Iterator[tuple[tuple[int, ...], int | None]]:
-    """Replay a schedule; yield each marking with what fires there, and the last one."""
+    """Replay a schedule; yield each marking with the transition fired there, and the last marking."""
     marking = tuple(net.untimed.initial.tolist())
     clocks, now = dict.fromkeys(enabled_in(net, marking), Fraction(0)), Fraction(0)
     for number, (fired, at) in enumerate(schedule, 1):
@@ -251,13 +253,13 @@ def _run(
 
 
 def _is_late(net: TimedNet, transition: int, clock: Fraction) -> bool:
-    """Whether a transition had to fire before its clock showed this."""
+    """Whether a transition had to fire before its clock reached this value."""
     interval = net.intervals[transition]
     latest = interval.latest
     return latest is not None and (clock > latest or (clock == latest and interval.is_open_above))
 
 
 def _is_ripe(net: TimedNet, transition: int, clock: Fraction) -> bool:
-    """Whether a transition can fire when its clock shows this."""
+    """Whether a transition can fire at this value of its clock."""
     interval = net.intervals[transition]
     return clock > interval.earliest or (clock == interval.earliest and not interval.is_open_below)

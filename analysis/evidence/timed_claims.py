@@ -1,4 +1,4 @@
-"""Certificates of what a check with times has found never to happen, and of stored properties."""
+"""Certificates of a check with times: for conditions proved unreachable, and for stored properties."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ Named = tuple[str, Certificate]
 
 @dataclass(frozen=True)
 class _Claim:
-    """That no run does something.
+    """The claim that no run fulfils a condition.
 
     Attributes
     ----------
     name : str
-        What it is called; may stand as the name of a file.
+        Name of the claim, usable as a file name.
     goal : Formula
     """
 
@@ -49,16 +49,16 @@ class _Claim:
 def timed_certificates_of(
     checked: TimedChecked, settings: Sequence[str], budget: Budget
 ) -> tuple[list[Named], Certificate | None]:
-    """Return the certificates of what a check with times has decided, and one of all that never happens.
+    """Return the certificates of a check with times, and a common one of all unreachable conditions.
 
     Parameters
     ----------
     checked : TimedChecked
-        The check, which has ended.
+        The completed check.
     settings : sequence of str
-        How the model was changed.
+        Settings that changed the model.
     budget : Budget
-        What building and checking them may cost. Those that are not checked by then are left out.
+        Budget for creating and checking them. Certificates not checked within it are left out.
     """
     budget = budget.begun()
     found: list[Named] = []
@@ -71,8 +71,8 @@ def timed_certificates_of(
                 _never(checked, Or(tuple(one.goal for one in claims)), settings), "holds", classes
             )
             if timed_refutation(everything, checked.timed, budget):
-                claims, everything = [], None  # what needs priorities has no certificate
-            # What no class does of all this together, none does of each part.
+                claims, everything = [], None  # results that need priorities have no certificate
+            # If no class fulfils any of the conditions, none fulfils a single one.
             found += [
                 (one.name, timed_form(_never(checked, one.goal, settings), "holds", classes))
                 for one in claims
@@ -88,7 +88,7 @@ def _never(checked: TimedChecked, goal: Formula, settings: Sequence[str]) -> Ask
 
 
 def _claims(checked: TimedChecked) -> Iterator[_Claim]:
-    """Yield what never happens."""
+    """Yield the conditions that are never fulfilled."""
     explored, names = checked.explored, checked.timed.net.transitions
     most = explored.markings.max(axis=0).tolist()
     more: list[Formula] = [
@@ -113,7 +113,7 @@ def _claims(checked: TimedChecked) -> Iterator[_Claim]:
 
 
 def _properties(checked: TimedChecked, settings: Sequence[str], budget: Budget) -> Iterator[Named]:
-    """Yield the certificates of stored properties that have one."""
+    """Yield the certificates of stored properties, if there are any."""
     for property, question, outcome in checked.answered:
         if not isinstance(question, Stored) or not isinstance(question.subject, TimedSubject):
             continue
@@ -121,7 +121,7 @@ def _properties(checked: TimedChecked, settings: Sequence[str], budget: Budget) 
         signals = BASE if variant == "none" else variant
         text = str(question.reading.formula)
         asked = Asked(question.subject, question.reading.logic, text, signals, "weighted", settings)
-        raw = question.verdict(outcome)  # turned round twice, it is the answer to the question
+        raw = question.verdict(outcome)  # the double negation gives the answer to the question
         certificate = timed_certificate(asked, raw, budget)
         if certificate is not None:
             yield file_name("property", str(property.id)), certificate

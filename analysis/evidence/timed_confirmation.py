@@ -1,4 +1,4 @@
-"""Answers about nets with time, decided again: by time as a counter, or by another kind of state classes.
+"""Confirms answers about nets with times: by time as a counter, or by another kind of state classes.
 
 A question about markings is asked of the net in which time is counted, which shares nothing with state
 classes but the net. It knows closed intervals without priorities only. Otherwise, and for questions about
@@ -52,14 +52,14 @@ ONLY_ATOMIC = "only atomic classes tell what can come next; whole units of time 
 def confirm_timed_answer(
     net: TimedNet, question: engines.Question, answer: Outcome, budget: Budget = UNLIMITED
 ) -> Confirmation:
-    """Decide an answer that rests on all state classes once more.
+    """Confirm an answer that depends on all state classes.
 
     Parameters
     ----------
     net
         The net with its times.
     question, answer
-        What was asked, and the answer: ``unreachable`` or ``holds``.
+        The question, and the answer: ``unreachable`` or ``holds``.
     budget
         Limits.
     """
@@ -98,7 +98,7 @@ def _confirm_branching(
 def _confirm_marking(
     net: TimedNet, condition: Formula, names: Names, answer: Outcome, budget: Budget
 ) -> Confirmation:
-    """Ask the net in which time is counted for a marking, or strong classes where it does not suit."""
+    """Search the net that counts time for a marking, or use strong classes if it is not suitable."""
     try:
         made = integer_net(net)
     except DinerosError:
@@ -113,7 +113,7 @@ def _confirm_marking(
 
 
 def _by_strong(net: TimedNet, answer: Outcome, ask: Callable[[], Outcome]) -> Confirmation:
-    if net.has_priorities:  # strong classes have answered already
+    if net.has_priorities:  # strong classes have given the answer already
         return Confirmation(None, reason=ONE_ENGINE)
     try:
         return _compared(answer, ask(), STRONG)
@@ -132,9 +132,9 @@ def _compared(answer: Outcome, other: Outcome, by: str) -> Confirmation:
 
 
 def _in_counted_time(net: TimedNet, made: IntegerNet, condition: Formula, names: Names) -> Formula | None:
-    """Return a condition about the net in which time is counted; None if it asks more than tokens.
+    """Return the condition for the net that counts time; None: it is not only about tokens.
 
-    A marking of that net is one of the timed net if its place `end` is marked.
+    A marking of that net corresponds to one of the timed net if its place `end` is marked.
     """
     atoms = BoundAtoms(net.untimed, condition, names).conditions
     if any(isinstance(one, NoneEnabled) for one in atoms.values()):
@@ -160,7 +160,7 @@ def _in_counted_time(net: TimedNet, made: IntegerNet, condition: Formula, names:
 
 
 def _enabled(net: TimedNet, transition: int) -> Formula:
-    """Return what `enabled` means: the tokens are there."""
+    """Return the condition that the input tokens of a transition are there."""
     plain, places = net.untimed, net.untimed.places
     needed = [Comparison(((1, Name(places[p])),), ">=", w) for p, w in plain.pre.row(transition)]
     kept = [Comparison(((1, Name(places[p])),), "<", w) for p, w in plain.inhibitor.row(transition)]

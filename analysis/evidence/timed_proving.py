@@ -1,6 +1,6 @@
-"""Certificates of answers about nets with times: all state classes, or a schedule.
+"""Creates certificates of answers about nets with times: all state classes, or a schedule.
 
-The classes are those of the search, read from its tables; `timed_checker` checks them without it.
+The classes are read from the tables of the search; `timed_checker` checks them independently.
 """
 
 from __future__ import annotations
@@ -25,36 +25,36 @@ from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.metamodel.errors import DinerosError
 
 Class = dict[str, Any]
-"""A state class as certificates have it: a marking, and when its transitions fire."""
+"""A state class in the format of certificates: a marking, and the firing times of its transitions."""
 
 
 def timed_certificate(asked: Asked, answer: Outcome, budget: Budget = UNLIMITED) -> Certificate | None:
-    """Return the certificate of an answer about a net with times, which is checked first.
+    """Return the certificate of an answer about a net with times, after checking it.
 
     Parameters
     ----------
     asked
         The question; its subject has times.
     answer
-        The answer, with the run that shows it if one does.
+        The answer, with a run if it has one.
     budget
-        What building the classes and checking them may cost.
+        Budget for creating and checking the classes.
 
     Returns
     -------
     Certificate or None
-        None if the answer is about more than one moment of a run, or rests on priorities.
+        None if the answer is about more than one moment of a run, or depends on priorities.
 
     Raises
     ------
     BudgetExceededError
-        A limit was hit before the certificate was checked.
+        A limit was exceeded before the certificate was checked.
     """
     subject, budget = asked.subject, budget.begun()
     assert isinstance(subject, TimedSubject)
     try:
         _, is_shown = timed_goal(asked.kind, asked.text, answer.status)
-    except DinerosError:  # of the question of a certificate; whoever answers says what is wrong with it
+    except DinerosError:  # the question is invalid; the engine that answers reports it
         return None
     net = subject.timed
     classes = [] if is_shown else list(classes_of(net, budget))
@@ -89,12 +89,12 @@ def _schedule(net: TimedNet, trace: Sequence[int]) -> list[dict[str, str]]:
 
 
 def classes_of(net: TimedNet, budget: Budget) -> Iterator[Class]:
-    """Yield the largest linear classes of a net without its priorities, as certificates have them.
+    """Yield the maximal linear classes of a net without its priorities, in the format of certificates.
 
     Raises
     ------
     BudgetExceededError
-        A limit was hit, or tokens grow without bound.
+        A limit was exceeded, or tokens grow without bound.
     """
     without = replace(net, above=tuple(() for _ in net.above)) if net.has_priorities else net
     explored = explore_timed(without, budget)
@@ -115,7 +115,7 @@ def classes_of(net: TimedNet, budget: Budget) -> Iterator[Class]:
 
 
 def _intervals(net: TimedNet, names: Sequence[str], matrix: Int64Array) -> Iterator[tuple[str, str]]:
-    """Yield in how much time each transition can fire."""
+    """Yield the firing interval of each transition."""
     for at, name in enumerate(names, 1):
         low, is_open_below = _bound(net, matrix[0, at])
         left = "]" if is_open_below else "["
@@ -127,7 +127,7 @@ def _intervals(net: TimedNet, names: Sequence[str], matrix: Int64Array) -> Itera
 
 
 def _differences(net: TimedNet, names: Sequence[str], matrix: Int64Array) -> Iterator[dict[str, object]]:
-    """Yield the bounds of differences that do not follow from the intervals."""
+    """Yield the bounds of differences that are not implied by the intervals."""
     for i, first in enumerate(names, 1):
         for j, second in enumerate(names, 1):
             if i == j or matrix[i, j] >= UNBOUNDED:

@@ -1,4 +1,4 @@
-"""What a search expands next: whole levels, or what a bound says to cost the least."""
+"""The next markings to expand in a search: whole levels, or those with the least cost by a bound."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ Rows = list[int]
 
 
 class AgendaPart(NamedTuple):
-    """Rows to be expanded.
+    """Rows to expand.
 
     Attributes
     ----------
     starts, ends : list of int
-        By worker: the first row, and the one after the last.
+        For each worker, the first row, and the row after the last.
     transitions : int64 array
-        The set of those that are fired.
+        The set of transitions to fire.
     goes_on : bool
-        Whether what is found by that belongs to the next part and may be expanded at once.
+        Whether markings found now belong to the next part and may be expanded at once.
     """
 
     starts: Rows
@@ -34,18 +34,18 @@ class AgendaPart(NamedTuple):
 def closure(
     transitions: Int64Array, starts: Rows, ends: Callable[[], Rows], done: Callable[[], Rows]
 ) -> Iterator[AgendaPart]:
-    """Yield all rows from these on, and those that are found meanwhile, breadth first.
+    """Yield all rows from the given ones on, including those found meanwhile, breadth first.
 
     Parameters
     ----------
     transitions
-        Those that are fired.
+        The transitions to fire.
     starts
-        By worker: the first row.
+        For each worker, the first row.
     ends
-        Tells the row after the last one that was found.
+        Returns for each worker the row after the last one found.
     done
-        Tells the row after the last one that was expanded.
+        Returns for each worker the row after the last one expanded.
     """
     while starts != (now := ends()):
         yield AgendaPart(starts, now, transitions, True)
@@ -53,15 +53,14 @@ def closure(
 
 
 def sets_by_cost(costs: Sequence[int], wanted: Sequence[int]) -> dict[int, Int64Array]:
-    """Return the sets of transitions by what they cost.
+    """Return the sets of transitions by cost.
 
     Parameters
     ----------
     costs
-        By transition, in the engine's order.
+        Cost of each transition, in the engine's order.
     wanted
-        Transitions that are looked for: they stand with those that cost nothing, which every marking is
-        asked for.
+        Transitions to be found: they are put in the set with cost 0, which is checked in every marking.
     """
     return {
         cost: transition_set(
@@ -78,19 +77,20 @@ def by_cost(
     done: Callable[[], Rows],
     most: int | None = None,
 ) -> Iterator[AgendaPart]:
-    """Yield rows in the order of what the cheapest way to them costs, as Dijkstra's algorithm does.
+    """Yield rows in order of their least cost, as Dijkstra's algorithm does.
 
-    A level are the markings of one cost. It is closed under what costs nothing; then what costs more waits
-    until the level it leads to. So each marking is met at its least cost, and never moved.
+    A level is the set of markings of one cost. It is closed under transitions of cost 0; transitions of a
+    higher cost wait until the level to which they lead. So each marking is found at its least cost, and never
+    moved.
 
     Parameters
     ----------
     sets
-        Transitions by cost; those that cost nothing are among them.
+        Transitions by cost, including those of cost 0.
     starts, ends, done
         As for `closure`.
     most
-        The largest cost that is looked at.
+        The largest cost to examine.
     """
     costs = sorted(cost for cost in sets if cost)
     waiting: list[tuple[int, int, Rows, Rows]] = []

@@ -1,4 +1,4 @@
-"""What the explicit engine counts, and how it searches."""
+"""The counts of the explicit engine, and the options of its search."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ Order = Literal["breadth-first", "depth-first"]
 
 
 class Options(TypedDict, total=False):
-    """How a search is done; all may be left out.
+    """The options of a search; all are optional.
 
     Attributes
     ----------
     workers : int
-        Threads; as many as there are processors unless given. Depth first goes one.
+        Number of threads; by default the number of processors. Depth-first search uses one.
     order : {"breadth-first", "depth-first"}
-        Breadth first, the default, finds shortest ways, led by the state equation; depth first is often
-        sooner at a goal that is far away.
+        Breadth first, the default, finds shortest traces, guided by the state equation; depth first often
+        finds a distant goal sooner.
     reduction : str
-        ``stubborn`` fires stubborn sets only: of a count it keeps the deadlocks only.
+        ``stubborn`` fires stubborn sets only; then only the number of deadlocks is preserved.
     is_shortest : bool
-        Whether a search for one goal continues for a shorter way where what it found may not be a shortest
-        one; it does unless told.
+        Whether a search for one goal continues for a shorter trace if the found one may not be a shortest
+        one; true by default.
     most_if_unbounded : int
-        Markings at which a search for goals ends if it has seen that there is no end of them.
+        Number of markings at which a search for goals ends if the net is known to be unbounded.
     """
 
     workers: int | None
@@ -42,28 +42,26 @@ class Options(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class ExplicitStateSpace:
-    """What an exploration saw; exact for the net when `complete` and nothing was reduced.
+    """The results of an exploration; exact for the net if `complete` and without reduction.
 
     Attributes
     ----------
     markings, arcs, deadlocks : int
-        Reachable markings, firings (pairs of a marking and an enabled transition), markings that enable
-        nothing.
+        Reachable markings, firings (pairs of a marking and an enabled transition), and deadlocks.
     largest_place : tuple of int
-        By place: the most tokens in any marking.
+        For each place, the most tokens in a marking.
     largest_total : int
         The most tokens in all places together in any marking.
     enabled : bool array
-        By transition: whether some marking enables it.
+        For each transition, whether some marking enables it.
     complete : bool
-        Whether everything was seen.
+        Whether all markings were visited.
     reason : str, optional
-        What ended an incomplete exploration: ``memory``, ``states``, ``time``, ``unbounded`` or
-        ``interrupted``.
+        Why an exploration is incomplete: ``memory``, ``states``, ``time``, ``unbounded`` or ``interrupted``.
     memory : int
-        Bytes of markings and tables at the end.
+        Memory of markings and tables at the end, in bytes.
     pumping : Pumping, optional
-        Where unbounded: the proof.
+        If the net is unbounded: the proof.
     """
 
     markings: int

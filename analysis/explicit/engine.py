@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 NO_END = 1 << 60
 
 NEAR = 5_000
-"""Markings in which a goal is looked for without guidance: that takes milliseconds."""
+"""Number of markings of an unguided search for a goal: it takes milliseconds."""
 
 
 def explore(net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Options]) -> ExplicitStateSpace:
-    """Count what is reachable.
+    """Count the reachable markings.
 
     Parameters
     ----------
     net
         The net.
     budget
-        Limits; a share of the free memory unless one is given.
+        Limits; by default a share of the free memory.
     **options
         See `Options`.
 
@@ -67,7 +67,7 @@ def explore(net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Opti
 
 
 def count_marked(net: CompiledNet, place: str, budget: Budget = UNLIMITED) -> tuple[int | None, str]:
-    """Count the reachable markings in which a place holds tokens; None, and why, where a limit is hit."""
+    """Count the reachable markings in which a place is marked; None and a reason if a limit was exceeded."""
     search = _search(net, (), budget, {})
     search.run()
     if search.reason is not None:
@@ -78,7 +78,7 @@ def count_marked(net: CompiledNet, place: str, budget: Budget = UNLIMITED) -> tu
 def all_marked(
     net: CompiledNet, place: str, places: Sequence[str], budget: Budget = UNLIMITED
 ) -> tuple[Int64Array, frozenset[str]]:
-    """Return the markings in which a place holds tokens, and what some marking enables.
+    """Return the markings in which a place is marked, and the transitions enabled in any marking.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def all_marked(
     Raises
     ------
     BudgetExceededError
-        A limit was hit before all markings were found.
+        A limit was exceeded before all markings were found.
     """
     search = _search(net, (), budget, {})
     search.run()
@@ -111,10 +111,10 @@ def all_marked(
 
 
 def find(net: CompiledNet, goal: Goal, budget: Budget = UNLIMITED, **options: Unpack[Options]) -> Outcome:
-    """Search a witness of a goal, a shortest one unless depth first; budget and options as for `explore`.
+    """Search for a witness of a goal, a shortest one unless depth first; budget and options as for `explore`.
 
-    Breadth first, what is not near is searched for with guidance, which needs a fraction of the markings.
-    Where time or memory then ends the search for a shorter one, a witness may be longer by a few steps.
+    Breadth first, distant goals are searched for with guidance, which needs a fraction of the markings. If
+    the search for a shorter one then exceeds time or memory, the witness may be a few steps longer.
 
     Examples
     --------
@@ -139,10 +139,10 @@ def find(net: CompiledNet, goal: Goal, budget: Budget = UNLIMITED, **options: Un
 
 
 def _find_guided(net: CompiledNet, goal: Goal, known: Guidance, budget: Budget, options: Options) -> Outcome:
-    """Search where a bound leads, and then for what is shorter than what was found.
+    """Search with guidance by a bound, and then for a shorter trace than the one found.
 
-    The marking of a goal that is met first is the cheapest. A way to it is a shortest one, unless the bound
-    is below 0 there: then another may be shorter that costs more and goes less far below.
+    The marking of the goal that is found first is the cheapest. A trace to it is a shortest one, unless the
+    bound is below 0 there: then a more expensive trace, with a bound less far below 0, may be shorter.
     """
     best: Outcome | None = None
     wanted, most_cost = goal, None
@@ -153,7 +153,7 @@ def _find_guided(net: CompiledNet, goal: Goal, known: Guidance, budget: Budget, 
         if 0 not in search.found:
             return best or _not_found(search)
         found = _witness(net, wanted, search.trace(search.found[0]))
-        del search  # its markings make room for those of the next one
+        del search  # release the memory of its markings for the next search
         best = found if best is None or len(found.stem) < len(best.stem) else best
         excess = -known.bound(replay(net, found.stem)[-1])
         if excess <= 0 or not options.get("is_shortest", True):
@@ -166,12 +166,12 @@ def find_all(
 ) -> list[Outcome]:
     """Search for several goals at once, until each is found; budget and options as for `explore`.
 
-    Unknown answers have one of the reasons of `ExplicitStateSpace`.
+    An unknown answer has one of the reasons in `ExplicitStateSpace`.
 
     Raises
     ------
     WitnessError
-        If a witness does not replay: an error in the engine, never a wrong answer.
+        A witness cannot be replayed: an error in the engine, never a wrong answer.
     """
     if not goals:
         return []

@@ -1,4 +1,4 @@
-"""Figures over all stored markings."""
+"""Counts over all stored markings."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from dineros.analysis.explicit.kernels.markings import survey
 from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.explicit.tables import SET_BITS, Int64Array, NetTables
 
-#: Markings from which threads share the work.
+#: Number of markings from which threads share the work.
 LEAST_FOR_THREADS = 1 << 16
 
 
 def members(order: Sequence[int], sets: Sequence[Int64Array]) -> NDArray[np.bool_]:
-    """By transition: whether one of the sets, in the engine's order, has it."""
+    """For each transition, whether one of the sets, in the engine's order, contains it."""
     flags = np.zeros(len(order), dtype=np.bool_)
     for position, t in enumerate(order):
         s, bit = divmod(position, SET_BITS)
@@ -26,7 +26,7 @@ def members(order: Sequence[int], sets: Sequence[Int64Array]) -> NDArray[np.bool
 
 
 def tokens_of(layout: Layout, rows: Int64Array, place: int) -> Int64Array:
-    """Return the tokens of a place in packed markings, one a row."""
+    """Return the tokens of a place in packed markings, one per row."""
     k, cell = next((k, cell) for k, cell in enumerate(layout.cells) if place in cell.places)
     word, shift, mask = (int(row[k]) for row in (layout.word, layout.shift, layout.masks))
     codes: Int64Array = rows[:, word] >> shift & mask
@@ -36,7 +36,7 @@ def tokens_of(layout: Layout, rows: Int64Array, place: int) -> Int64Array:
 def largest_tokens(
     layout: Layout, tables: NetTables, store: Int64Array, parts: Sequence[tuple[int, int]]
 ) -> tuple[tuple[int, ...], int]:
-    """Largest tokens of each place, and of all places together.
+    """Return the largest number of tokens of each place, and of all places together.
 
     Parameters
     ----------

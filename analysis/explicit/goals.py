@@ -49,7 +49,7 @@ class Comparison(NamedTuple):
 
 @dataclass(frozen=True)
 class Goal:
-    """What a search looks for; make it with `enabled`, `deadlock` or `where`.
+    """The goal of a search; create it with `enabled`, `deadlock` or `where`.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class Goal:
         )
 
     def alternatives(self, net: CompiledNet) -> list[tuple[Comparison, ...]]:
-        """Conjunctions of which any will do: those given, or what enables a transition."""
+        """Conjunctions any of which suffices: the given ones, or the conditions that enable a transition."""
         enabling = [
             (
                 *(Comparison({place: 1}, ">=", weight) for place, weight in net.pre.row(t)),
@@ -114,7 +114,7 @@ class Goal:
         return [*enabling, *self.conjunctions]
 
     def holds(self, net: CompiledNet, marking: Sequence[int]) -> bool:
-        """Whether a marking is one that is looked for."""
+        """Whether a marking fulfils the goal."""
         if self.is_deadlock:
             return not any(net.is_enabled(t, marking) for t in range(len(net.transitions)))
         return any(net.is_enabled(t, marking) for t in self.transitions) or any(
@@ -123,7 +123,7 @@ class Goal:
 
 
 def excludes(net: CompiledNet, known: Coverability, goal: Goal) -> bool:
-    """Whether the largest markings prove that a goal is never met; False where that is not known.
+    """Whether the maximal markings prove that a goal is unreachable; False if this is unknown.
 
     Every reachable marking is below one of the coverability set. So a comparison that holds nowhere below a
     marking of the set excludes its conjunction there.
@@ -138,7 +138,7 @@ def excludes(net: CompiledNet, known: Coverability, goal: Goal) -> bool:
 
 
 def _can_hold(comparison: Comparison, largest: OmegaMarking) -> bool:
-    """Whether some number of tokens up to the largest ones, each place by itself, fulfils a comparison."""
+    """Whether a comparison holds for some numbers of tokens up to the largest ones, place by place."""
     products = [factor * largest[place] for place, factor in comparison.weights.items() if factor]
     high, low = sum(value for value in products if value > 0), sum(value for value in products if value < 0)
     match comparison.relation:
@@ -156,7 +156,7 @@ Constraint = tuple[tuple[tuple[int, int], ...], int]
 
 
 def normalized(goal: Goal) -> list[list[Constraint]]:
-    """The conjunctions of a goal with lower bounds only; an inequality ``!=`` makes two of one."""
+    """The conjunctions of a goal with lower bounds only; an inequality ``!=`` splits a conjunction in two."""
     result: list[list[Constraint]] = []
     for conjunction in goal.conjunctions:
         products: list[list[Constraint]] = [[]]
@@ -178,7 +178,7 @@ def normalized(goal: Goal) -> list[list[Constraint]]:
 
 
 def goal_tables(layout: Layout, conjunctions: Sequence[Sequence[Constraint]]) -> Goals:
-    """Conjunctions as tables over the cells of a layout, all open."""
+    """Return conjunctions as tables over the cells of a layout, all open."""
     home = {place: (k, i) for k, cell in enumerate(layout.cells) for i, place in enumerate(cell.places)}
     starts, term_starts, least = [0], [0], []
     cells: list[int] = []

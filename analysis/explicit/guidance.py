@@ -1,4 +1,4 @@
-"""How far a marking is from a goal at least, by the state equation: it leads the search for a shortest way.
+"""A lower bound of the distance to a goal by the state equation; it guides the search for a shortest trace.
 
 A way from marking m to a goal fires transitions x with ``m + C x`` in the goal. Relaxed to fractions, the
 least ``sum x`` is a linear program, and each solution of its dual bounds it from below for every m at once:
@@ -29,28 +29,28 @@ from dineros.analysis.explicit.goals import Comparison, Constraint, Goal, normal
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
 
-#: Steps that a bound must see for the search to be led: nearer goals are found at once.
+#: Least bound in the initial marking for a guided search: nearer goals are found at once.
 LEAST_BOUND = 4
-#: Different costs, each of which has markings looked at once more.
+#: Maximum number of different costs: for each, markings are examined once more.
 MOST_COSTS = 24
-#: Entries of the program's matrix that may be looked at: a second at most.
+#: Maximum number of entries of the program's matrix examined: a second at most.
 MOST_WORK = 100_000_000
 
 
 @dataclass(frozen=True)
 class Guidance:
-    """A lower bound on the firings that are missing, in parts of `unit`.
+    """A lower bound of the number of missing firings, in fractions `unit` of a firing.
 
     Attributes
     ----------
     goal : tuple of Comparison
-        What is looked for, as one conjunction.
+        The goal, as one conjunction.
     weights : mapping
         Place -> weight.
     value : int
-        The bound of marking m is ``value - weights m``; 0 or less in the goal.
+        The bound of marking m is ``value - weights m``; at most 0 in the goal.
     unit : int
-        What one firing counts.
+        The value of one firing.
     """
 
     net: CompiledNet
@@ -61,15 +61,15 @@ class Guidance:
 
     @cached_property
     def costs(self) -> tuple[int, ...]:
-        """By transition: `unit` less what firing it lowers the bound by; 0 or more."""
+        """For each transition, `unit` minus the decrease of the bound by its firing; at least 0."""
         return tuple(self.unit - self._weighted(change) for change in self.net.delta)
 
     def bound(self, marking: Sequence[int]) -> int:
-        """Return the parts of a firing that are missing at least."""
+        """Return a lower bound of the missing firings, in fractions of a firing."""
         return self.value - self._weighted(dict(enumerate(marking)))
 
     def nearer(self, excess: int) -> Goal:
-        """Return the goal, cut down to markings in which the bound is less than this below 0."""
+        """Return the goal restricted to markings whose bound is less than `excess` below 0."""
         return Goal(conjunctions=((*self.goal, Comparison(self.weights, "<", self.value + excess)),))
 
     def _weighted(self, tokens: Mapping[int, int]) -> int:
@@ -77,9 +77,9 @@ class Guidance:
 
 
 def guidance(net: CompiledNet, goal: Goal) -> Guidance | None:
-    """Return the bound that sees the most firings from the initial marking.
+    """Return the bound with the highest value in the initial marking.
 
-    None where there is none in whole numbers, or the goal is near, or no conjunction, or excluded.
+    None if there is none in integers, the goal is near, is no conjunction, or is excluded.
     """
     alternatives = goal.alternatives(net)
     constraints = normalized(Goal(conjunctions=tuple(alternatives)))
@@ -97,17 +97,17 @@ def guidance(net: CompiledNet, goal: Goal) -> Guidance | None:
         for place, weight in term:
             weights[place] += factor * weight
     made = Guidance(net, conjunction, {place: w for place, w in weights.items() if w}, value, unit)
-    # The program was solved in floating point: here is what the search rests on.
+    # The program was solved in floating point; the search relies on these exact conditions.
     is_bound = all(number >= 0 for number in (*factors, *made.costs))
     is_useful = made.bound(net.initial.tolist()) >= LEAST_BOUND * unit and len(set(made.costs)) <= MOST_COSTS
     return made if is_bound and is_useful else None
 
 
 def _dual(net: CompiledNet, constraints: Sequence[Constraint]) -> list[float] | None:
-    """Return factors of the constraints and of the places, none negative, whose bound is the largest.
+    """Return non-negative factors of the constraints and of the places with the largest bound.
 
-    No firing lowers the bound by more than 1. None where the bound has no end, as the state equation excludes
-    the goal.
+    No firing decreases the bound by more than 1. None if the bound is infinite, as the state equation
+    excludes the goal.
     """
     first = len(constraints)
     rows = []

@@ -1,10 +1,10 @@
-"""Packed markings: how the explicit engine writes a marking as a few machine words.
+"""Packed markings: the representation of a marking in few machine words.
 
-Places are gathered in *cells*. A cell's tokens are numbered by a linear *code*, the sum of factor times
-tokens, which tells apart all combinations that the invariants allow; places that others determine get the
-factor 0 and cost nothing, and k places that share one token cost log2 k bits. As codes are linear, firing a
-transition adds one constant to each word of the marking. Places that nothing bounds have cells of their
-own, with a guard bit that tells when a cell is too small.
+Places are combined into *cells*. A cell's tokens are numbered by a linear *code*, the sum of factor times
+tokens, which is different for all combinations that the invariants allow. Places that are determined by
+others have the factor 0 and need no bits, and k places that share one token need log2 k bits. As codes are
+linear, firing a transition adds one constant to each word of the marking. Unbounded places have their own
+cells, with a guard bit that detects an overflow.
 
 References
 ----------
@@ -29,11 +29,11 @@ from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, pr
 
 Int64Array = NDArray[np.int64]
 
-#: Codes a cell may have: what is looked up by code must stay in the cache of a core.
+#: Maximum number of codes of a cell: tables by code must fit into the cache of a core.
 LARGEST_CELL = 256
-#: Combinations looked at while cells are joined.
+#: Maximum number of combinations examined while cells are joined.
 LARGEST_JOIN = 1 << 14
-#: First number of bits of a place that nothing bounds.
+#: Initial number of bits of an unbounded place.
 FIRST_BITS = 6
 WORD_BITS = 64
 #: Most bits of a place, one less than a positive word for its guard.
@@ -41,12 +41,12 @@ WIDEST = 61
 
 
 class TooManyTokensError(OverflowError):
-    """A place holds more tokens than fit into a word."""
+    """A place has more tokens than fit into a word."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """Some places and where their tokens stand.
+    """Some places, with the representation of their tokens.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Cell:
     bits : int
         Bits of the code.
     has_guard : bool
-        Whether the next higher bit is kept free to tell an overflow.
+        Whether the next higher bit is kept free to detect an overflow.
     """
 
     places: tuple[int, ...]
@@ -80,7 +80,7 @@ class Layout:
 
     @classmethod
     def of(cls, cells: Sequence[Cell]) -> Layout:
-        """Give each cell a position: widest first, each in the first word with room."""
+        """Assign a position to each cell: widest first, each in the first word with room."""
         used: list[int] = []
         word = np.zeros(len(cells), dtype=np.int64)
         shift = np.zeros(len(cells), dtype=np.int64)
@@ -94,24 +94,24 @@ class Layout:
         return cls(tuple(cells), word, shift, max(1, len(used)))
 
     def with_number(self, size: int) -> Layout:
-        """Return the layout with one more cell, the last: of a number below `size` that is not a place's."""
+        """Return the layout with an additional last cell, for a number below `size` that is no place's."""
         return Layout.of(
             [*self.cells, Cell((), (), np.zeros((size, 0), dtype=np.int64), (size - 1).bit_length())]
         )
 
     @property
     def is_bounded(self) -> bool:
-        """Whether no place can outgrow its cell."""
+        """Whether no place can overflow its cell."""
         return not any(cell.has_guard for cell in self.cells)
 
     @property
     def masks(self) -> Int64Array:
-        """By cell: the ones of its code."""
+        """For each cell, the mask of its code."""
         return np.array([(1 << cell.bits) - 1 for cell in self.cells], dtype=np.int64)
 
     @property
     def guards(self) -> Int64Array:
-        """By word: the guard bits."""
+        """For each word, its guard bits."""
         guards = [0] * self.words
         for k, cell in enumerate(self.cells):
             if cell.has_guard:
@@ -128,7 +128,7 @@ class Layout:
 
     @cached_property
     def _homes(self) -> dict[int, tuple[int, int]]:
-        """By place: its word, and what one token adds to that."""
+        """For each place, its word, and the increment of that for one token."""
         return {
             place: (word, factor << shift)
             for cell, word, shift in zip(self.cells, self.word.tolist(), self.shift.tolist(), strict=True)
@@ -147,7 +147,7 @@ class Layout:
         return tokens
 
     def overflowing(self, net: CompiledNet, marking: Sequence[int]) -> set[int]:
-        """Places that some firing in a marking fills past their cells."""
+        """Places that overflow their cells by some firing in a marking."""
         sizes = {cell.places[0]: 1 << cell.bits for cell in self.cells if cell.has_guard}
         return {
             place
@@ -176,7 +176,7 @@ def signed(words: Sequence[int]) -> Int64Array:
 
 
 def layout(net: CompiledNet) -> Layout:
-    """Choose cells for the places of a net; ask by `CompiledNet.once`."""
+    """Choose cells for the places of a net; call it by `CompiledNet.once`."""
     flows, proved = net.once(flows_and_bounds)
     bounds = [None if bound is None else bound.value for bound in proved]
     known = [*place_invariants(net), *(proportional_places(net) if flows is None else flows)]
@@ -202,7 +202,7 @@ def layout(net: CompiledNet) -> Layout:
 
 
 def _first_bits(net: CompiledNet, place: int) -> int:
-    """Enough bits that one firing from any value in them cannot pass the guard."""
+    """Number of bits such that one firing from any value in them cannot pass the guard."""
     largest = int(net.initial[place])
     for table in (net.pre, net.post, net.inhibitor):
         largest = max(largest, int(table.weight[table.place == place].max(initial=0)))
@@ -213,7 +213,7 @@ def _first_bits(net: CompiledNet, place: int) -> int:
 
 @dataclass(frozen=True)
 class _LayoutPart:
-    """Places and the combinations of their tokens that are possible as far as is known."""
+    """Places with the combinations of their tokens that are not known to be impossible."""
 
     places: tuple[int, ...]
     states: Int64Array
@@ -222,7 +222,7 @@ class _LayoutPart:
 def _joined_by_invariants(
     parts: list[_LayoutPart], invariants: Sequence[PlaceInvariant]
 ) -> list[_LayoutPart]:
-    """Join the parts that an invariant connects, where few enough combinations are left."""
+    """Join the parts that an invariant connects, if few combinations result."""
     home = {p: part for part in parts for p in part.places}
     for y in invariants:
         if not y.weights.keys() <= home.keys():
@@ -236,7 +236,7 @@ def _joined_by_invariants(
 def _join(parts: list[_LayoutPart], y: PlaceInvariant) -> _LayoutPart | None:
     sums = [part.states @ np.array([y.weights.get(p, 0) for p in part.places]) for part in parts]
     if len(parts) == 1 and (sums[0] == y.constant).all():
-        return None  # known already
+        return None  # known before
     if not 0 < _combinations(sums, y.constant) <= LARGEST_CELL:
         return None
     smallest, largest = sum(int(s.min()) for s in sums), sum(int(s.max()) for s in sums)
@@ -248,7 +248,7 @@ def _join(parts: list[_LayoutPart], y: PlaceInvariant) -> _LayoutPart | None:
             return None
         smallest, largest = smallest - int(gain.min()), largest - int(gain.max())
         both = total[:, None] + gain[None, :]
-        # What is still to come must be able to fill up the sum.
+        # The remaining places must be able to complete the sum.
         left, right = np.nonzero((both + smallest <= y.constant) & (both + largest >= y.constant))
         states = np.hstack([states[left], part.states[right]])
         total = both[left, right]
@@ -257,7 +257,7 @@ def _join(parts: list[_LayoutPart], y: PlaceInvariant) -> _LayoutPart | None:
 
 
 def _combinations(sums: Sequence[Int64Array], constant: int) -> int:
-    """In how many ways one number of each array can be taken that together make a constant; 0: too many."""
+    """Number of ways to choose one number of each array with a constant sum; 0: too many."""
     smallest, largest = sum(int(s.min()) for s in sums), sum(int(s.max()) for s in sums)
     ways = {0: 1}
     for numbers in sums:
@@ -275,7 +275,7 @@ def _combinations(sums: Sequence[Int64Array], constant: int) -> int:
 
 
 def _encoded(part: _LayoutPart) -> Cell:
-    """A code for a part: factors one by one, each the smallest that keeps all combinations apart."""
+    """Return a code for a part: each factor is the smallest one that distinguishes all combinations."""
     kept = list(range(len(part.places)))
     largest = part.states.max(axis=0)
     if len(part.places) > 1:
@@ -289,7 +289,7 @@ def _encoded(part: _LayoutPart) -> Cell:
     for k in sorted(kept, key=lambda k: int(largest[k])):
         done.append(k)
         different = _different(part.states[:, done])
-        # With the first factor past all codes so far, nothing can coincide, so the search ends.
+        # If the first factor exceeds all codes so far, all codes differ, so the search ends.
         factors[k] = next(
             a
             for a in range(1, int(codes.max()) + 2)
@@ -302,12 +302,12 @@ def _encoded(part: _LayoutPart) -> Cell:
 
 
 def _different(rows: Int64Array) -> int:
-    """Count the rows that differ; of the few that a cell has, a set is quicker than sorting."""
+    """Count the different rows; for the few rows of a cell, a set is faster than sorting."""
     return len(set(map(tuple, rows.tolist())))
 
 
 def _joined_by_use(net: CompiledNet, cells: list[Cell]) -> list[Cell]:
-    """Join small cells to larger ones, those that the same transitions touch first: fewer bits are lost."""
+    """Join small cells to larger ones, first those used by the same transitions: fewer bits are wasted."""
     users: dict[int, set[int]] = {}
     for t in range(len(net.transitions)):
         for p, _ in [*net.pre.row(t), *net.inhibitor.row(t)]:
@@ -342,7 +342,7 @@ def _product(one: Cell, other: Cell) -> Cell:
     assert one.values is not None and other.values is not None
     size = len(one.values)
     values = np.hstack([np.tile(one.values, (len(other.values), 1)), np.repeat(other.values, size, axis=0)])
-    # A code of which one half does not occur does not occur.
+    # A code does not occur if one half of it does not occur.
     values[(values < 0).any(axis=1)] = -1
     factors = one.factors + tuple(factor * size for factor in other.factors)
     return Cell(one.places + other.places, factors, values, (len(values) - 1).bit_length())

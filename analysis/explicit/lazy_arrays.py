@@ -1,4 +1,4 @@
-"""Memory of the explicit engine: large arrays that cost nothing until they are touched."""
+"""Large arrays of the explicit engine that use no memory until they are touched."""
 
 from __future__ import annotations
 
@@ -10,33 +10,34 @@ from numpy.typing import NDArray
 
 Int64Array = NDArray[np.int64]
 
-#: Bytes from which huge pages are asked for: fewer misses of the address cache, more touched at once.
+#: Size in bytes from which huge pages are requested: fewer TLB misses, but more memory touched at once.
 LEAST_FOR_HUGE_PAGES = 1 << 22
 HUGE_PAGE = 1 << 21
-#: Elements between small arrays of different threads: a cache line that both write to slows both down.
+#: Distance between small arrays of different threads, in elements: a shared cache line slows both down.
 APART = 32
 
 
 def lazy_zeros(rows: int, columns: int | None = None, is_huge: bool = True) -> Int64Array:
-    """Zeroed int64 array of ``rows`` or ``rows x columns`` whose pages are taken when first touched.
+    """Zeroed int64 array of ``rows`` or ``rows x columns`` whose pages are allocated when first touched.
 
     Parameters
     ----------
     rows, columns
         Its shape.
     is_huge
-        Whether pages of 2 MiB are welcome.
+        Whether pages of 2 MiB may be used.
 
     Raises
     ------
     MemoryError
-        They cannot even be mapped.
+        The address space is not sufficient.
     """
     shape = (rows,) if columns is None else (rows, columns)
     size = 8 * int(np.prod(shape))
     if size == 0 or not hasattr(mmap, "MAP_ANONYMOUS"):
         return np.zeros(shape, dtype=np.int64)
-    # Without a reserve, the system promises more than it has; the budget keeps what is touched below that.
+    # Without a reserve, the system may promise more than it has; the budget keeps the touched pages below
+    # that.
     no_reserve = getattr(mmap, "MAP_NORESERVE", 0x4000 if os.uname().sysname == "Linux" else 0)
     try:
         pages = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | no_reserve)
@@ -48,5 +49,5 @@ def lazy_zeros(rows: int, columns: int | None = None, is_huge: bool = True) -> I
 
 
 def zeros_apart(size: int) -> Int64Array:
-    """Zeroed small array that shares no cache line with any other."""
+    """Small zeroed array that shares no cache line with any other."""
     return np.zeros(size + 2 * APART, dtype=np.int64)[APART : APART + size]

@@ -1,4 +1,4 @@
-"""Ways back from a stored marking to the initial one, and what they prove about boundedness."""
+"""Traces from the initial marking to a stored marking, and proofs of unboundedness from them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dineros.analysis.explicit.tables import Markings
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping
 
-#: Markings at the end of a way that are compared with all earlier ones.
+#: Number of markings at the end of a trace that are compared with all earlier ones.
 LAST_MARKINGS = 64
 
 
@@ -25,7 +25,7 @@ def path(layout: Layout, markings: Markings, row: int) -> list[list[int]]:
 
 
 def steps(net: CompiledNet, markings: Sequence[list[int]]) -> tuple[int, ...]:
-    """A transition for each step of a path; they are not stored, as the markings tell them."""
+    """Return a transition for each step of a path; they are not stored, but follow from the markings."""
     return tuple(
         next(
             t
@@ -39,8 +39,8 @@ def steps(net: CompiledNet, markings: Sequence[list[int]]) -> tuple[int, ...]:
 def pumping(net: CompiledNet, markings: Sequence[list[int]]) -> Pumping | None:
     """A proof of unboundedness on a path: a later marking strictly covers an earlier one.
 
-    What fired between the two can be repeated forever unless a place that gained tokens inhibits it (Karp
-    and Miller, *Parallel program schemata*, JCSS 3(2), 1969).
+    The transitions fired between the two can be repeated forever unless a place that gained tokens inhibits
+    them (Karp and Miller, *Parallel program schemata*, JCSS 3(2), 1969).
     """
     rows, trace = np.array(markings, dtype=np.int64), steps(net, markings)
     inhibitors = [{p for p, _ in net.inhibitor.row(t)} for t in trace]

@@ -49,7 +49,7 @@ from dineros.analysis.explicit.tables import (
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, coverability
 
-#: Rows per call of a kernel at first; later calls take about `CALL_SECONDS`.
+#: Number of rows per call of a kernel at first; later calls take about `CALL_SECONDS`.
 FIRST_SLICE, LARGEST_SLICE = 1 << 11, 1 << 24
 CALL_SECONDS = 0.1
 PROGRESS_SECONDS = 0.5
@@ -66,24 +66,24 @@ COVERABILITY_NODES, COVERABILITY_SHARE = 2_000, 0.2
 
 @dataclass
 class Search:
-    """A search; `run` goes through with it.
+    """A search; `run` performs it.
 
     Attributes
     ----------
     net, goals, budget
-        What is searched, for what, with what: the budget has begun.
+        The net, the goals and the budget of the search; the clock of the budget runs.
     workers : int
-        Threads; one goes depth first, or through a net with places that nothing bounds.
+        Number of threads; one for depth-first search, or for a net with unbounded places.
     is_depth_first : bool
     reduction : bool
         Whether to fire stubborn sets only.
     most_if_unbounded : int
-        Markings at which a search ends that has seen that there is no end of them.
+        Number of markings at which a search ends if the net is known to be unbounded.
     guidance : Guidance, optional
-        What leads the search for its only goal, if it goes breadth first and all places are bounded: what it
-        finds then costs the least.
+        Guides the search for its only goal, if it is breadth first and all places are bounded: the result
+        then has the least cost.
     most_cost : int, optional
-        What a way may cost, if guided.
+        The largest cost of a trace, if guided.
     """
 
     net: CompiledNet
@@ -138,7 +138,7 @@ class Search:
     # tables
 
     def _prepare(self) -> None:
-        """Make the tables that depend on the layout."""
+        """Create the tables that depend on the layout."""
         self._net_tables = net_tables(self.net, self.layout, self._order)
         self._goal_tables = goal_tables(self.layout, self._conjunctions)
         for conjunction, goal in enumerate(self._owner):
@@ -152,7 +152,7 @@ class Search:
             not self.goals or any(goal.is_deadlock for goal in self.goals),
         )
         words = self.layout.words
-        # Loops over a tuple have a length that the compiler knows.
+        # For a tuple, the compiler knows the number of iterations of a loop.
         self._shape = (0,) * words if words <= LARGEST_SPECIAL_WIDTH else np.zeros(words, dtype=np.int64)
         box_rows = BATCH + len(self._order) + 1
         self._boxes = [
@@ -188,13 +188,13 @@ class Search:
     # rounds
 
     def run(self) -> None:
-        """Search until all is seen, all goals are found or a limit is hit."""
+        """Search until all markings are visited, all goals are found or a limit is exceeded."""
         self.budget.stage("explicit search")
         try:
             self._run()
-        except KeyboardInterrupt:  # who watches over the time asks a search to end in this way, too
+        except KeyboardInterrupt:  # a supervisor of the time also ends a search by an interrupt
             self.reason = "time" if self.budget.is_over else "interrupted"
-        except MemoryError:  # the system gives less than was counted on; what was seen is kept
+        except MemoryError:  # less memory than expected; the results so far are kept
             self.reason = "memory"
         finally:
             if self._pool is not None:
@@ -213,7 +213,7 @@ class Search:
             left = self._left()
             if left == 0:
                 return
-            # Chunks are not handed over: whoever began one ends it.
+            # Chunks are not handed over: the worker that began one ends it.
             has_begun = any(notes.control[NEXT] < notes.control[CHUNK_END] for notes in self._crew[1:])
             active = self.workers if left >= LEAST_FOR_THREADS or has_begun else 1
             if not self._storage.make_room(controls, active, self._shape, self._together):
@@ -232,7 +232,7 @@ class Search:
             self._pause()
 
     def _left(self) -> int:
-        """Markings still to be expanded: of the level, then of the next one; on the stack, depth first."""
+        """Number of markings to expand: of the level, then of the next one; depth first, of the stack."""
         if self.is_depth_first:
             return self.markings if self.expanded == 0 else int(self._crew[0].control[DEPTH])
         left = 0
@@ -249,7 +249,7 @@ class Search:
         return sum(part.ends) - sum(part.starts)
 
     def _parts(self) -> Iterator[AgendaPart]:
-        """Say what is expanded next, unless the search goes depth first."""
+        """Yield the next rows to expand, unless the search is depth first."""
         rows = self._storage.markings.rows
         starts = [me * rows for me in range(self.workers)]
 
@@ -276,7 +276,7 @@ class Search:
         if self.is_depth_first:
             descend(self._shape, net, goals, stubborn, markings, self._crew[0], *self._stack, rows)
             return
-        # Of a level that is large enough, the others are to have their share.
+        # In a large level, the other workers get their share.
         alone = EVERYTHING if self.workers == 1 else LEAST_FOR_THREADS
         if active > 1 or not self._goes_on:
             alone = 0
@@ -291,12 +291,12 @@ class Search:
             work(0)
 
     def _together(self, work: Callable[[int], None]) -> None:
-        """Let all workers work, the first one in this thread, and wait for all."""
+        """Run all workers, the first one in this thread, and wait for all."""
         tasks = [] if self._pool is None else [self._pool.submit(work, me) for me in range(1, self.workers)]
         try:
             work(0)
         finally:
-            # Threads cannot be stopped; a call is short.
+            # Threads cannot be stopped; but a call is short.
             wait(tasks)
         for task in tasks:
             task.result()
@@ -315,7 +315,7 @@ class Search:
         elif budget.states is not None and self.markings > budget.states:
             self.reason = "states"
         elif self._is_guarded and self.pumping is None and self.markings >= self._next_look:
-            # Ways back take time: looked at whenever there are twice as many markings.
+            # Traces take time: they are examined whenever the number of markings has doubled.
             self._next_look = 2 * self.markings
             newest = path(self.layout, self._storage.markings, self.markings - 1)
             self.pumping = pumping(self.net, newest)
@@ -325,7 +325,7 @@ class Search:
     # goals
 
     def _note_goals(self) -> None:
-        """Note which goals are met, and stop looking for them."""
+        """Record the goals that are fulfilled, and stop searching for them."""
         if not self.goals:
             return
         for g, goal in enumerate(self.goals):
@@ -355,13 +355,13 @@ class Search:
                     yield int(notes.goal_row[conjunction])
 
     def trace(self, row: int) -> tuple[int, ...]:
-        """Transitions that lead to a stored marking."""
+        """Return the transitions that lead to a stored marking."""
         return steps(self.net, path(self.layout, self._storage.markings, row))
 
     # places without a bound
 
     def _widen(self) -> None:
-        """Give more bits to the places that overflow, and write all markings again."""
+        """Use more bits for places that overflow, and write all markings again."""
         control = self._crew[0].control
         row = self._stack[0][control[DEPTH] - 1] if self.is_depth_first else control[NEXT]
         before = self.layout.unpack(self._storage.markings.store[row])
@@ -387,22 +387,22 @@ class Search:
 
     @property
     def markings(self) -> int:
-        """Markings seen."""
+        """Number of visited markings."""
         return self._sum(COUNT)
 
     @property
     def expanded(self) -> int:
-        """Markings of which successors were made."""
+        """Number of markings whose successors were computed."""
         return self._sum(EXPANDED)
 
     @property
     def arcs(self) -> int:
-        """Firings seen."""
+        """Number of firings."""
         return self._sum(ARCS)
 
     @property
     def deadlocks(self) -> int:
-        """Markings seen in which nothing is enabled."""
+        """Number of visited deadlocks."""
         return self._sum(DEADLOCKS)
 
     @property
@@ -411,15 +411,15 @@ class Search:
         return self.markings * self._storage.row_bytes + self._storage.table_bytes
 
     def enabled_somewhere(self) -> NDArray[np.bool_]:
-        """By transition: whether it was enabled in some marking."""
+        """For each transition, whether it was enabled in some marking."""
         return members(self._order, [notes.ever for notes in self._crew])
 
     def count_marked(self, place: int) -> int:
-        """Return in how many of the markings a place holds tokens."""
+        """Return the number of markings in which a place has tokens."""
         return sum(len(rows) for rows in self.marked(place, []))
 
     def marked(self, place: int, wanted: Sequence[int]) -> Iterator[Int64Array]:
-        """Yield the tokens of some places in the markings in which a place holds tokens, one a row."""
+        """Yield the tokens of some places in the markings in which a place is marked, one marking per row."""
         store, rows = self._storage.markings.store, self._storage.markings.rows
         for me, notes in enumerate(self._crew):
             first, last = me * rows, me * rows + int(notes.control[COUNT])
@@ -430,7 +430,7 @@ class Search:
                 yield np.array(columns, dtype=np.int64).reshape(len(wanted), len(part)).T
 
     def largest(self) -> tuple[tuple[int, ...], int]:
-        """Largest tokens of each place, and of all places together, over all markings seen."""
+        """Return the largest number of tokens of each place, and of all places together, so far."""
         markings = self._storage.markings
         parts = [(me * markings.rows, int(notes.control[COUNT])) for me, notes in enumerate(self._crew)]
         return largest_tokens(self.layout, self._net_tables, markings.store, parts)

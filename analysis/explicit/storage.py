@@ -1,4 +1,4 @@
-"""Room for markings: the store, the table and how they grow within a budget."""
+"""Memory for markings: the store, the table, and their growth within a budget."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ USUAL_LOAD, HIGHEST_LOAD = 0.7, 0.93
 FIRST_TABLE = 1 << 12
 #: Tables up to here grow fourfold.
 SMALL_TABLE = 1 << 20
-#: Budgets that can spare the rest of a huge page for every array and worker.
+#: Budget from which the rest of a huge page can be spared for every array and worker.
 LEAST_FOR_HUGE_PAGES = 1 << 26
 #: Share of the address space left that markings may map; tables, threads, and a second store while markings
 #: are written again, need the rest.
@@ -36,7 +36,7 @@ class Storage:
     markings : Markings
         The arrays.
     row_bytes : int
-        Bytes that a marking takes, without its share of the table.
+        Size of a marking in bytes, without its share of the table.
     """
 
     def __init__(
@@ -69,22 +69,22 @@ class Storage:
 
     @property
     def table_bytes(self) -> int:
-        """Bytes of the table."""
+        """Size of the table in bytes."""
         return int(self.markings.table.nbytes)
 
     def make_room(self, controls: Sequence[Int64Array], active: int, shape: object, run: Run) -> bool:
-        """Give each worker rows that it may fill, in a larger table where it is time; False without memory.
+        """Give each worker rows to fill, and grow the table when needed; False: no memory.
 
         Parameters
         ----------
         controls
-            Of all workers.
+            Control arrays of all workers.
         active
-            How many of them are going to work: the first one, or all.
+            Number of workers that will work: the first one, or all.
         shape
-            Of markings, for kernels.
+            Shape of markings, for kernels.
         run
-            Lets all workers fill the larger table.
+            Runs all workers, to fill the larger table.
         """
         total = sum(int(control[COUNT]) for control in controls)
         needed = total + active * self._reserve
@@ -110,14 +110,14 @@ class Storage:
         rows = (self._budget - 8 * slots) // self.row_bytes
         if slots == self.markings.table.size or rows <= needed + needed // 16:
             return False
-        # Under a limit of the address space, a table that cannot be had leaves the one that there is.
+        # With a limit of the address space, if a larger table is impossible, the current one is kept.
         if 8 * slots - self.table_bytes > mappable_memory() - SPARE_ADDRESSES:
             return False
         self._fill_anew(slots, controls, shape, run)
         return True
 
     def _fill_anew(self, slots: int, controls: Sequence[Int64Array], shape: object, run: Run) -> None:
-        # The old table goes before the new one comes.
+        # The old table is freed before the new one is allocated.
         self.markings = self.markings._replace(table=np.zeros(1, dtype=np.int64))
         table = lazy_zeros(slots, None, self._is_huge)
         markings = self.markings = self.markings._replace(table=table)
@@ -130,12 +130,12 @@ class Storage:
     def exchange(
         self, words: int, controls: Sequence[Int64Array], shape: object, write: Callable[[Int64Array], None]
     ) -> bool:
-        """Write all markings of a lone worker again, with another number of words; False without memory.
+        """Write all markings of a single worker again, with another number of words; False: no memory.
 
         Parameters
         ----------
         words
-            Of a marking from now on.
+            New number of words of a marking.
         write
             Fills the new store.
         """

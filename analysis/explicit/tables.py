@@ -94,7 +94,7 @@ class StubbornTables(NamedTuple):
 
 
 def transition_order(net: CompiledNet, layout: Layout) -> list[int]:
-    """Transitions that look at the same cells side by side, so that a cell's tables span few words."""
+    """Order transitions that test the same cells next to each other: a cell's tables then span few words."""
     home = {place: k for k, cell in enumerate(layout.cells) for place in cell.places}
     cells = [
         sorted({home[p] for p, _ in [*net.pre.row(t), *net.inhibitor.row(t)]})
@@ -173,7 +173,7 @@ def stubborn_tables(
     is_used: bool,
     keeps_deadlocks: bool,
 ) -> StubbornTables:
-    """What stubborn sets need; empty tables when they are not used.
+    """Return the tables for stubborn sets; empty tables if they are not used.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Temporal logic on nets: conditions on markings, state/event LTL with fairness, and CTL.
 
-`verify_ltl` answers with an `Outcome`; its trace has been replayed by the plain firing rule.
-Importing this package imports neither Numba nor what answers; the first use does.
+`verify_ltl` returns an `Outcome`; its trace has been replayed by the firing rule. Importing this package
+imports neither Numba nor the model checkers; their first use does.
 """
 
 import importlib
@@ -36,7 +36,7 @@ _MODULES = {
     "parse": "dineros.analysis.logic.language.parser",
     "verify_ltl": "dineros.analysis.logic.ltl.verification",
 }
-"""Where names of this package are, whose modules most commands need only some of."""
+"""Modules of the names in this package, which are imported at their first use."""
 
 
 def __getattr__(name: str) -> Any:

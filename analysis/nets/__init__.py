@@ -1,1 +1,1 @@
-"""Nets of places and transitions as arrays, and what their structure alone tells."""
+"""Place/transition nets as arrays, and their structural analysis."""

@@ -1,9 +1,9 @@
-"""Bounds of places, proved: from semiflows and from the linear relaxation of the state equation.
+"""Proved bounds of places, from semiflows and from the linear relaxation of the state equation.
 
-A bound is the value of a weighting y >= 0 with y . C <= 0: no firing raises y . m, so m(p) <= y . m0 /
+A bound is the value of a weighting y >= 0 with y . C <= 0: no firing increases y . m, so m(p) <= y . m0 /
 y(p). Linear programming proposes a weighting in floating point; it is accepted only after an exact check in
 integers. One program usually bounds a whole part of the net, so few are solved; each place's bound is then
-tightened by leaving out of the weighting what cannot flow to the place.
+improved by removing weights of places from which no tokens can flow to it.
 
 References
 ----------
@@ -34,7 +34,7 @@ class Bound:
 
 
 def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list[Bound | None]:
-    """Bound of each place, or None where no weighting gives one.
+    """Return a bound for each place, or None if no weighting gives one.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def _bound_by_programs(
     bounds: list[Bound | None],
     weightings: dict[tuple[tuple[int, int], ...], dict[int, int]],
 ) -> None:
-    """Bound places by linear programs; a weighting that is found is used for all places that it bounds."""
+    """Bound places by linear programs; each weighting found is used for all places that it bounds."""
     program, sought = LinearProgram(net.delta, len(net.places)), 0
 
     def seek(place: int) -> None:
@@ -82,8 +82,9 @@ def _bound_by_programs(
         if bounds[place] is None:
             sought += 1
             seek(place)
-    # The weighting of another place does not bound one as well as its own may: as many are sought once more,
-    # where the most tokens seem possible, and all to which no token comes.
+    # The weighting of another place may give a weaker bound than the best one. So the same number of places
+    # is
+    # tried once more: those with the largest bounds, and all places to which no token comes.
     values = {place: bound.value for place in unknown if (bound := bounds[place]) is not None}
     most = sorted(values, key=lambda place: -values[place])[:sought]
     never = [place for place in unmarked_siphon(net) if values.get(place, 0) > 0]
@@ -92,18 +93,18 @@ def _bound_by_programs(
 
 
 def flows_and_bounds(net: CompiledNet) -> tuple[Sequence[PlaceInvariant] | None, Sequence[Bound | None]]:
-    """Minimal semiflows, None where there are too many, and the bounds of places that they and others prove.
+    """Return the minimal semiflows (None: too many), and the bounds of places that they and others prove.
 
-    All engines begin with it: ask by `CompiledNet.once`.
+    All engines start with these: call it by `CompiledNet.once`.
     """
     flows = semiflows(net)
     return flows, place_bounds(net, flows or ())
 
 
 def bounds_like(net: CompiledNet, bounds: Iterable[Bound | None]) -> list[int | None]:
-    """Bounds of another net of the same structure by the same weightings, each checked again."""
+    """Bounds of another net of the same structure with the same weightings, each checked again."""
     answers: list[int | None] = []
-    valid: dict[int, bool] = {}  # most places share their weighting with others
+    valid: dict[int, bool] = {}  # most places share their weighting with other places
     for place, bound in enumerate(bounds):
         if bound is not None and id(bound.weights) not in valid:
             valid[id(bound.weights)] = not grows(net, bound.weights)
@@ -134,7 +135,7 @@ def weighted_sum(net: CompiledNet, weights: dict[int, int]) -> int:
 
 
 def grows(net: CompiledNet, weights: dict[int, int]) -> bool:
-    """Whether some firing would raise the weighted sum."""
+    """Whether some firing increases the weighted sum."""
     changing = {t for p in weights for t in net.changing[p]}
     return any(sum(weights.get(p, 0) * tokens for p, tokens in net.delta[t].items()) > 0 for t in changing)
 
@@ -144,8 +145,8 @@ def _flowing_to(
 ) -> dict[int, int]:
     """The part of a weighting from which tokens can flow to `place`.
 
-    What a transition produces into the part, it takes from the part; leaving out its other outputs only
-    lowers the sum, so the part is a valid weighting too.
+    Each transition takes from the part what it produces into the part; removing its other outputs only
+    decreases the sum, so the part is also a valid weighting.
     """
     part = {place}
     open_places = [place]

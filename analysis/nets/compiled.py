@@ -1,4 +1,4 @@
-"""Compiled nets: place/transition nets as flat integer arrays, the one input of every engine.
+"""Compiled nets: place/transition nets as flat integer arrays, the common input of all engines.
 
 A `CompiledNet` is built once from names and weights and is never changed afterwards. Arcs are kept in
 compressed sparse row (CSR) form: the arcs of transition ``t`` are the entries ``pointer[t]:pointer[t + 1]``
@@ -21,11 +21,11 @@ Known = TypeVar("Known")
 
 
 class NetError(ValueError):
-    """A net that cannot be compiled: unknown place, duplicate name, or a weight below one."""
+    """A net cannot be compiled: unknown place, duplicate name, or a weight below one."""
 
 
 class Transition(NamedTuple):
-    """A transition in plain Python, as `CompiledNet.build` takes it.
+    """A transition in plain Python, as used by `CompiledNet.build`.
 
     Every mapping goes from the name of a place to the weight (at least 1) of the arc. ``inhibitors`` with
     weight w allow firing while the place holds fewer than w tokens; ``reads`` stand for a pair of normal
@@ -152,7 +152,7 @@ class CompiledNet:
 
     @cached_property
     def delta(self) -> tuple[dict[int, int], ...]:
-        """Token change by transition: place index -> tokens gained (never 0) when it fires."""
+        """For each transition, the change of tokens: place index -> tokens gained (never 0) when it fires."""
         changes = []
         for transition in range(len(self.transitions)):
             change = {place: -weight for place, weight in self.pre.row(transition)}
@@ -163,7 +163,7 @@ class CompiledNet:
 
     @cached_property
     def changing(self) -> tuple[tuple[int, ...], ...]:
-        """Transitions by place whose tokens they change."""
+        """For each place, the transitions that change its tokens."""
         rows: list[list[int]] = [[] for _ in self.places]
         for transition, change in enumerate(self.delta):
             for place in change:
@@ -172,7 +172,7 @@ class CompiledNet:
 
     @cached_property
     def consumers(self) -> tuple[tuple[int, ...], ...]:
-        """By place: the transitions with an input arc from it."""
+        """For each place, the transitions with an input arc from it."""
         lists: list[list[int]] = [[] for _ in self.places]
         for transition in range(len(self.transitions)):
             for place, _ in self.pre.row(transition):
@@ -184,14 +184,14 @@ class CompiledNet:
         return {}
 
     def once(self, question: Callable[[CompiledNet], Known]) -> Known:
-        """Return what a function finds out about the net, called once; nobody changes what it returns."""
+        """Return the result of a function for the net, called only once; the result must not be changed."""
         if question not in self._known:
             self._known[question] = question(self)
         answer: Known = self._known[question]
         return answer
 
     def by_names(self) -> tuple[dict[str, int], list[Transition]]:
-        """The net as `build` takes it; reads are pairs of arcs."""
+        """The net in the form of `build`; read arcs are pairs of arcs."""
         names = self.places
         rows = (
             [
@@ -234,7 +234,7 @@ class CompiledNet:
 
 
 def unused(name: str, *taken: Container[str]) -> str:
-    """Return a name that is not taken, as close to the given one as possible."""
+    """Return an unused name, as similar to the given one as possible."""
     while any(name in names for names in taken):
         name += "'"
     return name

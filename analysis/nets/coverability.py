@@ -1,8 +1,8 @@
-"""Coverability: which places can hold any number of tokens, with a sequence that pumps some of them up.
+"""Coverability: which places can hold any number of tokens, with a sequence that pumps some of them.
 
 The minimal coverability set of Karp and Miller, by the algorithm with pruning of Reynier and Servais: a node
-of the tree is a marking in which some places hold omega, "as many as you like"; branches are cut where a
-larger node makes them needless, but ancestors that were cut still serve to find what can be repeated.
+of the tree is a marking in which some places have omega, "any number of tokens"; branches are cut if a larger
+node makes them redundant, but ancestors that were cut are still used to find repeatable sequences.
 
 References
 ----------
@@ -46,23 +46,22 @@ class Pumping:
 
 @dataclass(frozen=True)
 class Coverability:
-    """What is known of the tokens that places can hold.
+    """The known facts about the tokens of places.
 
     Attributes
     ----------
     is_bounded : bool or None
-        Whether the net is bounded; None if that is not known, for the `reason`.
+        Whether the net is bounded; None: unknown, see `reason`.
     bounds : tuple of float, optional
-        By place: the most tokens it holds in any reachable marking, `inf` where there is no limit. None if
-        not known.
+        For each place, the most tokens in a reachable marking, `inf` for no limit. None: unknown.
     pumping : Pumping, optional
-        Where unbounded: the proof.
+        If the net is unbounded: the proof.
     maximal : tuple of tuples of float, optional
-        The minimal coverability set: the largest markings, with `inf` for omega. None if not known.
+        The minimal coverability set: the maximal markings, with `inf` for omega. None: unknown.
     covered : tuple of tuples of float
-        Where the tree was not finished: the largest of its markings, `inf` for omega as in `maximal`.
+        If the tree was not finished: the maximal markings so far, with `inf` for omega.
     reason : str, optional
-        Why something is not known.
+        Why something is unknown.
     """
 
     is_bounded: bool | None
@@ -76,22 +75,22 @@ class Coverability:
 def coverability(
     net: CompiledNet, limit: int = 10_000, budget: Budget = UNLIMITED, only_boundedness: bool = False
 ) -> Coverability:
-    """Decide boundedness, and how many tokens each place can hold.
+    """Decide boundedness, and the most tokens of each place.
 
     With inhibitor arcs the question is undecidable. The net without them has all firing sequences of the net
-    and more, so its bounds hold for the net; if it is unbounded, its pumping sequence counts where the net
-    can repeat it, too, and otherwise the answer is unknown.
+    and more, so its bounds hold for the net. If it is unbounded, its pumping sequence is used if the net can
+    repeat it, too; otherwise the result is unknown.
 
     Parameters
     ----------
     net
         The net.
     limit
-        Nodes of the tree to make at most.
+        Maximum number of nodes of the tree.
     budget
-        Of its time.
+        Limit of its time.
     only_boundedness
-        Whether to stop as soon as the net is seen to be unbounded.
+        Whether to stop as soon as the net is known to be unbounded.
     """
     tree = _Tree(net, limit, budget.begun(), only_boundedness)
     finished = tree.build()
@@ -112,7 +111,7 @@ def coverability(
     maximal = tree.maximal()
     bounds = tuple(max(column) for column in zip(*maximal, strict=True))
     if has_inhibitors:
-        # Bounds of the net without inhibitor arcs need not be reached.
+        # Bounds of the net without inhibitor arcs may not be reached.
         reason = "inhibitor arcs: the exact bounds are not known"
         return Coverability(pumping is None, pumping=pumping, reason=reason)
     return Coverability(pumping is None, bounds, pumping, maximal)
@@ -135,7 +134,7 @@ class _Tree:
         self._add(tuple(float(n) for n in net.initial.tolist()), -1, -1)
 
     def build(self) -> bool:
-        """Make the tree; False when the limit was hit, or time is up."""
+        """Build the tree; False: the limit was exceeded, or the time is over."""
         waiting = deque([0])
         while waiting:
             if self.budget.is_over or (self._only_boundedness and self.pumping is not None):
@@ -143,7 +142,7 @@ class _Tree:
             node = waiting.popleft()
             marking = self._marking(node)
             for t, needs in enumerate(self._needs):
-                # A child can have made its parent needless.
+                # A child may have made its parent redundant.
                 if not self._is_active[node]:
                     break
                 if any(marking[p] < weight for p, weight in needs):
@@ -159,7 +158,7 @@ class _Tree:
 
     @property
     def nodes(self) -> int:
-        """Nodes made so far."""
+        """Number of nodes so far."""
         return len(self._parents)
 
     def maximal(self) -> tuple[OmegaMarking, ...]:
@@ -206,7 +205,7 @@ class _Tree:
         return tuple(row)
 
     def _pumping(self, branch: list[int], position: int, t: int, reached: NDArray[np.float64]) -> Pumping:
-        """Sequence of the first acceleration: no omega stands above it yet, so it can be fired as it is."""
+        """Sequence of the first acceleration: no omega occurs above it, so it can be fired unchanged."""
         path = [*(self._transitions[node] for node in branch[1:]), t]
         gaining = np.flatnonzero(self._markings[branch[position]] < reached).tolist()
         return Pumping(tuple(path[:position]), tuple(path[position:]), tuple(gaining))
@@ -218,9 +217,10 @@ class _Tree:
         return bool((covering & self._is_active[:size]).any())
 
     def _prune(self, marking: OmegaMarking, parent: int) -> None:
-        """Deactivate what the new node makes needless: each smaller node and its descendants.
+        """Deactivate the nodes that the new node makes redundant: each smaller node with its descendants.
 
-        A smaller ancestor that was already inactive does not count: a node is not cut by what it grew from.
+        A smaller ancestor that was already inactive does not count: a node is not cut because of its own
+        ancestor.
         """
         size = len(self._parents)
         smaller: NDArray[np.bool_] = np.all(self._markings[:size] <= np.array(marking), axis=1)
@@ -236,7 +236,7 @@ class _Tree:
 
 
 def can_repeat(net: CompiledNet, pumping: Pumping) -> bool:
-    """Tell whether the net can fire prefix and suffix, and then the suffix forever, with more tokens."""
+    """Return whether the net can fire prefix and suffix, and then the suffix forever, gaining tokens."""
     try:
         markings = replay(net, [*pumping.prefix, *pumping.suffix])
     except WitnessError:

@@ -1,6 +1,6 @@
-"""Strongly connected parts of directed graphs.
+"""Strongly connected components of directed graphs.
 
-NetworkX and SciPy have these, too, and take longer to import than a small net takes to answer.
+NetworkX and SciPy have these, too, but take longer to import than the analysis of a small net.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 Node = TypeVar("Node", bound=Hashable)
 
-#: Arcs up to which a graph of numbers is not worth the import of SciPy.
+#: Number of arcs up to which a numbered graph is not worth the import of SciPy.
 FEW_ARCS = 20_000
 
 
 def strongly_connected_parts(successors: Mapping[Node, Collection[Node]]) -> list[list[Node]]:
-    """Return the strongly connected parts of a graph, each after those it leads to (Tarjan 1972).
+    """Return the strongly connected components of a graph, each after those to which it leads (Tarjan 1972).
 
     Examples
     --------
@@ -29,7 +29,7 @@ def strongly_connected_parts(successors: Mapping[Node, Collection[Node]]) -> lis
     """
     parts: list[list[Node]] = []
     number: dict[Node, int] = {}  # in the order of discovery
-    lowest: dict[Node, int] = {}  # the least number seen from it, of those in no part yet
+    lowest: dict[Node, int] = {}  # the least number reachable from it, of nodes without a component so far
     is_apart: set[Node] = set()
     open_nodes: list[Node] = []
     numbers = count()
@@ -63,7 +63,7 @@ def strongly_connected_parts(successors: Mapping[Node, Collection[Node]]) -> lis
 
 
 def ends(successors: Mapping[Node, Collection[Node]]) -> list[set[Node]]:
-    """Return the strongly connected parts that nothing leaves."""
+    """Return the strongly connected components without outgoing arcs."""
     parts = [set(part) for part in strongly_connected_parts(successors)]
     return [part for part in parts if all(part.issuperset(successors[node]) for node in part)]
 
@@ -76,7 +76,7 @@ def has_cycle(successors: Mapping[Node, Collection[Node]]) -> bool:
 
 
 def shortest_path(successors: Mapping[Node, Collection[Node]], source: Node, target: Node) -> list[Node]:
-    """Return the nodes of a shortest path, both ends included; there must be one."""
+    """Return the nodes of a shortest path, including both ends; there must be one."""
     before = {target: target} if source == target else {source: source}
     ahead = deque(before)
     while target not in before:
@@ -92,14 +92,14 @@ def shortest_path(successors: Mapping[Node, Collection[Node]], source: Node, tar
 
 
 def numbered_parts(size: int, sources: NDArray[Any], targets: NDArray[Any]) -> tuple[int, NDArray[np.int32]]:
-    """Return how many strongly connected parts a graph of the nodes from 0 on has, and the part of each.
+    """Return the number of strongly connected components of a graph with numbered nodes, and each node's.
 
     Parameters
     ----------
     size : int
-        How many nodes there are.
+        Number of nodes.
     sources, targets : array
-        Of each arc.
+        The ends of each arc.
     """
     if size + sources.size > FEW_ARCS:
         from scipy.sparse import csr_matrix

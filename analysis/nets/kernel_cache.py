@@ -1,9 +1,9 @@
-"""Compiled kernels: kept from run to run, and compiled again where any of their sources has changed.
+"""Compiled kernels: cached between runs, and compiled again if any of their sources has changed.
 
-Numba keeps what it compiles beside a kernel's own file, and looks whether that file has changed. What a
-kernel calls or inlines from other files, and the constants it has from them, it does not look at: after an
-update an old kernel could run on new tables, or its index could name a class that is gone. So the folder
-that they are kept in is named by the content of all of them.
+Numba stores compiled code next to a kernel's own file, and checks whether that file has changed. It does not
+check functions that a kernel calls or inlines from other files, nor their constants: after an update, an old
+kernel could run on new tables, or its index could refer to a class that no longer exists. So the name of the
+cache folder is a hash of all these files.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ _IMPORTED = re.compile(rb"^from dineros\.analysis\.([\w.]+) import", re.MULTILIN
 
 
 def kernel(**options: Any) -> Any:
-    """Return a decorator that compiles a function when it is first called, or takes what was compiled before.
+    """Return a decorator that compiles a function at its first call, or loads its compiled code.
 
     Parameters
     ----------
     **options
-        Of ``numba.njit``.
+        Options of ``numba.njit``.
     """
     from numba import config, njit
 
     settings: Any = config
-    options = {"no_cfunc_wrapper": True, **options}  # nothing calls a kernel by its C address
+    options = {"no_cfunc_wrapper": True, **options}  # no code calls a kernel by its C address
     folder = kept_in()
 
     def decorate(function: Callable[..., Any]) -> Any:
         former = settings.CACHE_DIR
-        settings.CACHE_DIR = str(folder or "")  # looked at as the decorator is called, and not later
+        settings.CACHE_DIR = str(folder or "")  # read when the decorator is called, not later
         try:
             dispatcher = _for_all_numbers(njit(cache=folder is not None, **options)(function))
             return dispatcher if folder is None else _loaded_alone(_kept_by_one_at_a_time(dispatcher, folder))
@@ -52,9 +52,9 @@ def kernel(**options: Any) -> Any:
 
 
 def _for_all_numbers(dispatcher: Any) -> Any:
-    """Let the kernels that call a kernel share one compilation of it.
+    """Let the callers of a kernel share one compilation of it.
 
-    Left alone, Numba compiles it again for each constant that stands in a call, and for narrower numbers.
+    By default, Numba compiles it again for each constant argument in a call, and for narrower number types.
     """
     from numba import types
 
@@ -70,7 +70,7 @@ def _for_all_numbers(dispatcher: Any) -> Any:
 
 
 def _kept_by_one_at_a_time(dispatcher: Any, folder: Path) -> Any:
-    """Let one process at a time write kernels; one that cannot be written is compiled again next time.
+    """Let one process at a time write kernels; if writing fails, a kernel is compiled again next time.
 
     Left alone, two processes that compile a kernel for different arguments may choose the same file for both.
     """
@@ -92,17 +92,17 @@ def _kept_by_one_at_a_time(dispatcher: Any, folder: Path) -> Any:
 
 
 def _loaded_alone(dispatcher: Any) -> Any:
-    """Load a kernel that was kept without what only compiling needs: all types and functions Numba knows of.
+    """Load a cached kernel without the parts of Numba that only compilation needs: all types and functions.
 
-    Left alone, Numba imports and registers these before it looks whether there is anything to compile, which
-    takes longer than small nets do. Its compiler asks for them itself.
+    By default, Numba imports and registers these before it checks whether there is anything to compile, which
+    takes longer than small nets do. Its compiler requests them itself.
     """
     kept = dispatcher._cache
 
     def load_overload(arguments: Any, target: Any) -> Any:
         from numba.core.runtime.nrt import rtsys
 
-        rtsys.initialize(target)  # kernels take memory for their arrays from it
+        rtsys.initialize(target)  # kernels allocate their arrays with it
         return kept._load_overload(arguments, target)
 
     kept.load_overload = load_overload
@@ -110,7 +110,7 @@ def _loaded_alone(dispatcher: Any) -> Any:
 
 
 def kept_in() -> Path | None:
-    """Return the folder of the kernels of this version; None where none can be kept."""
+    """Return the folder of the kernels of this version; None: there is no writable one."""
     from numba import config
 
     settings: Any = config
@@ -119,14 +119,14 @@ def kept_in() -> Path | None:
 
 @cache
 def _folder(given: str | None) -> Path | None:
-    """Return where kernels are kept; None where nothing can be written."""
+    """Return the folder for cached kernels; None: none is writable."""
     name = f"{_PREFIX}{digest(sources(ROOM))}"
     homes = [Path(given)] if given else [ROOM / "__pycache__", user_cache()]
     return next((folder for home in homes if (folder := made(home, name))), None)
 
 
 def sources(room: Path) -> list[Path]:
-    """Return the files of all kernels below a folder, and those that they import from."""
+    """Return the files of all kernels below a folder, and the files from which they import."""
     found = sorted(room.glob("**/kernels/*.py"))
     others = {
         room.joinpath(*name.decode().split(".")).with_suffix(".py")
@@ -137,7 +137,7 @@ def sources(room: Path) -> list[Path]:
 
 
 def digest(files: Iterable[Path]) -> str:
-    """Return what changes whenever a file does, comes or goes."""
+    """Return a hash that changes whenever a file is changed, added or removed."""
     known = hashlib.blake2b(digest_size=8)
     for file in files:
         known.update(b"%s\0%s\0" % (file.name.encode(), hashlib.blake2b(file.read_bytes()).digest()))
@@ -145,13 +145,13 @@ def digest(files: Iterable[Path]) -> str:
 
 
 def user_cache() -> Path:
-    """Return the folder for what can be made again (XDG Base Directory Specification)."""
+    """Return the folder for data that can be computed again (XDG Base Directory Specification)."""
     home = os.environ.get("XDG_CACHE_HOME", "")
     return (Path(home) if os.path.isabs(home) else Path("~/.cache").expanduser()) / "dineros"  # noqa: PTH117
 
 
 def made(home: Path, name: str) -> Path | None:
-    """Make a folder for kernels, and remove those of other versions next to it; None where that cannot be."""
+    """Create a folder for kernels, and remove those of other versions next to it; None if impossible."""
     folder = home / name
     try:
         is_new = not folder.is_dir()

@@ -1,6 +1,6 @@
 """Linear programs ``min c x, A x <= b, low <= x <= high``, solved in floating point by HiGHS.
 
-What a program proposes is checked in integers or fractions by whoever uses it: nothing is proved here.
+The results are not proofs: callers check them in integers or fractions.
 
 References
 ----------
@@ -22,21 +22,21 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-#: Work that the solutions of one program may take together: some seconds. It counts entries looked at, a
-#: row and a column for each step of the simplex method.
+#: Maximum work of all solutions of one program: some seconds. It counts entries examined, a row and a column
+#: for each step of the simplex method.
 MOST_WORK = 400_000_000
 LARGEST_DENOMINATOR, NEARLY_ZERO = 1_000, 1e-9
 
 
 def in_whole_numbers(proposed: Sequence[float]) -> tuple[list[int], int]:
-    """Return numbers in proportion to those that a program proposes, and what stands for 1.
+    """Return integers proportional to the numbers that a program proposes, and the integer for 1.
 
-    They are near the proposed ones; whether they do what those should is for the caller to see.
+    They approximate the proposed numbers; the caller must check their properties.
     """
     exact = {
         number: Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
         for number, value in enumerate(proposed)
-        if abs(value) > NEARLY_ZERO  # as most are
+        if abs(value) > NEARLY_ZERO  # most are zero
     }
     unit = lcm(*(value.denominator for value in exact.values()))
     whole = [0] * len(proposed)
@@ -46,7 +46,7 @@ def in_whole_numbers(proposed: Sequence[float]) -> tuple[list[int], int]:
 
 
 class LinearProgram:
-    """A program whose matrix stays while costs and limits change.
+    """A program whose matrix is fixed while costs and limits change.
 
     Parameters
     ----------
@@ -55,10 +55,10 @@ class LinearProgram:
     columns : int
         Number of columns.
     most_work : int
-        Entries that may be looked at in all; then there are no more solutions.
+        Maximum number of entries examined in total; then no further solutions are returned.
     is_warm : bool
-        Each solution is sought from where the last one was found, which takes a fraction of the time. Of
-        several optimal ones it then hangs on what was asked before which one is found.
+        Each solution starts from the last one, which takes a fraction of the time. If there are several
+        optimal solutions, the result may then depend on earlier calls.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class LinearProgram:
     def solve(
         self, costs: FloatArray, limits: FloatArray, low: FloatArray, high: FloatArray
     ) -> list[float] | None:
-        """Return an optimal x; None where there is none, or none was found in time.
+        """Return an optimal x; None: there is none, or none was found in time.
 
         Parameters
         ----------
@@ -108,13 +108,13 @@ class LinearProgram:
 
     @cached_property
     def _program(self) -> tuple[Any, Any]:
-        """HiGHS with the matrix, and what it says when it has found an optimal x."""
+        """Return HiGHS with the matrix, and its status for an optimal x."""
         import highspy
 
         program: Any = highspy.Highs()  # type: ignore[no-untyped-call]
         program.setOptionValue("output_flag", False)
         program.setOptionValue("threads", 1)
-        # Undoing that may print a line on standard output, whatever is asked for; it saves no time here.
+        # Undoing presolve may print a line on standard output regardless of options; it saves no time here.
         program.setOptionValue("presolve", "off")
         model = highspy.HighsLp()
         model.num_col_, model.num_row_ = self._columns, self._rows

@@ -1,4 +1,4 @@
-"""Memory: what is free, by the machine, a container and the limits of the process, and what is taken."""
+"""Memory: free memory of the machine, a container and the process, and memory in use."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ from pathlib import Path, PurePosixPath
 from dineros.metamodel.errors import BudgetError
 
 ROOT = Path("/")
-#: Part of the free memory that a search may take unless told otherwise.
+#: Default share of the free memory for a search.
 DEFAULT_SHARE = 0.7
 WATCHED_SHARE = 0.9
-"""Part of the free memory that all processes together may take unless told otherwise."""
-#: Limits from here on are none: version 1 of control groups writes a number of pages that fills a word.
+"""Default share of the free memory for all processes together."""
+#: Larger limits mean no limit: version 1 of control groups writes a number of pages that fills a word.
 NO_LIMIT = 1 << 60
 OWN_MEMORY = 320 << 20
-"""Bytes that Python, its libraries and the compiled engines take, before anything is searched.
+"""Memory of Python, its libraries and the compiled engines before a search, in bytes.
 
-How much of the libraries is resident hangs on how the system cached their files: 185 to 265 MiB were seen.
+The resident size of the libraries depends on how the system cached their files: 185 to 265 MiB were observed.
 """
 ENGINE_MEMORY, ENGINE_ADDRESSES = 96 << 20, 128 << 20
-"""Bytes of it that the compiled engines take when they are loaded, and bytes that they map."""
+"""Part of it that the compiled engines use when they are loaded, and bytes that they map."""
 OWN_ADDRESSES = 400 << 20
 """Bytes of the address space that Python, its libraries and the compiled engines map."""
 LEAST_FOR_SEARCH = 1 << 20
-"""Bytes below which no search is begun."""
+"""Minimum memory for a search, in bytes."""
 WATCH_SECONDS = 0.05
-#: Limits of a process (setrlimit(2)), and what of it counts against them (proc(5)).
+#: Limits of a process (setrlimit(2)), and the values that count against them (proc(5)).
 _PROCESS_LIMITS = ((resource.RLIMIT_AS, "VmSize:"), (resource.RLIMIT_DATA, "VmData:"))
 
 
 def free_memory(root: Path = ROOT) -> int:
-    """Bytes that can be had without swapping: of this machine, control groups, and limits of the process.
+    """Return the free memory without swapping: of the machine, control groups, and limits of the process.
 
     Parameters
     ----------
     root
-        Where ``proc`` and ``sys`` are mounted.
+        Folder in which ``proc`` and ``sys`` are mounted.
     """
     free = _labelled(root / "proc/meminfo", "MemAvailable:")
     available = free * 1024 if free is not None else _half_of_all()
@@ -50,7 +50,7 @@ def free_memory(root: Path = ROOT) -> int:
 
 
 def mappable_memory() -> int:
-    """Bytes that this process may still map, touched or not; `NO_LIMIT` where nothing limits it.
+    """Return how many bytes this process may still map, touched or not; `NO_LIMIT`: there is no limit.
 
     Batch systems and ``ulimit -v`` limit the address space (RLIMIT_AS), some the private writable part of it
     (RLIMIT_DATA).
@@ -65,7 +65,7 @@ def mappable_memory() -> int:
 
 
 class MemoryBudgetError(BudgetError):
-    """A process has taken all the memory it may take."""
+    """A process has used all the memory that it may use."""
 
     def __init__(self, budget: int) -> None:
         is_limited = mappable_memory() < NO_LIMIT
@@ -76,7 +76,7 @@ class MemoryBudgetError(BudgetError):
 
 
 def memory_of_process(given: int | None) -> int:
-    """Return the bytes that this process and all that it starts may have: by default most of what is free.
+    """Return the memory for this process and its child processes; by default most of the free memory.
 
     Raises
     ------
@@ -93,12 +93,12 @@ def memory_of_process(given: int | None) -> int:
 
 
 def memory_for_engines(given: int | None) -> int:
-    """Return the bytes an engine may use: of what is given, what the process itself does not need.
+    """Return the memory for an engine: the given memory without that of the process itself.
 
     Raises
     ------
     MemoryBudgetError
-        The model has taken it all.
+        The model uses all of it.
     """
     if given is None:
         budget, left = resident_memory() + free_memory(), int(free_memory() * DEFAULT_SHARE)
@@ -112,16 +112,17 @@ def memory_for_engines(given: int | None) -> int:
 
 @contextmanager
 def watched_memory(budget: int) -> Iterator[None]:
-    """Keep this process within a budget while it does what has no budget of its own, such as flattening.
+    """Keep this process within a budget during work that has no budget of its own, such as flattening.
 
-    What is resident is looked at every `WATCH_SECONDS`, by a signal (SIGALRM), as soon as Python itself runs;
-    engines, which run for longer than that, count for themselves. Works in the main thread only, and does
-    nothing in others.
+    Resident memory is checked every `WATCH_SECONDS` by a signal (SIGALRM), when Python code runs; engines,
+    which run for longer, check their memory themselves. It works only in the main thread, and does nothing in
+    others.
 
     Raises
     ------
     MemoryBudgetError
-        More is resident than the budget. It is raised wherever the program is, as KeyboardInterrupt is.
+        More memory is resident than the budget. It can be raised anywhere in the program, like
+        KeyboardInterrupt.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -134,7 +135,7 @@ def watched_memory(budget: int) -> Iterator[None]:
     hook = sys.unraisablehook
 
     def lost(what: sys.UnraisableHookArgs) -> None:
-        # Where nothing can be raised, such as while an object is thrown away, the next look raises it.
+        # If an exception cannot be raised, for example during garbage collection, the next check raises it.
         if not issubclass(what.exc_type, MemoryBudgetError):
             hook(what)
 
@@ -150,9 +151,9 @@ def watched_memory(budget: int) -> Iterator[None]:
 
 
 def resident_memory() -> int:
-    """Bytes of this process that are in memory now."""
+    """Resident memory of this process, in bytes."""
     try:
-        # Bytes: this may run in a signal's handler, amid the first import of a text encoding.
+        # Bytes: this may run in a signal handler, during the first import of a text encoding.
         pages = int(Path("/proc/self/statm").read_bytes().split()[1])
     except (OSError, ValueError, IndexError):
         return peak_memory()
@@ -160,8 +161,8 @@ def resident_memory() -> int:
 
 
 def peak_memory() -> int:
-    """Most bytes of this process that were in memory at a time."""
-    # What `getrusage` tells starts from the size of the process that started this one.
+    """Peak resident memory of this process, in bytes."""
+    # `getrusage` starts from the size of the parent process.
     own = _labelled(Path("/proc/self/status"), "VmHWM:")
     if own is not None:
         return own * 1024
@@ -174,7 +175,7 @@ def _half_of_all() -> int:
 
 
 def _free_in_groups(root: Path) -> list[int]:
-    """What each control group that limits memory leaves, of version 1 and 2, up to the outermost one."""
+    """Return the free memory in each control group with a limit, of versions 1 and 2, up to the outermost."""
     free = []
     mount = root / "sys/fs/cgroup"
     for controllers, path in _groups(root):
@@ -184,20 +185,20 @@ def _free_in_groups(root: Path) -> list[int]:
             if not controllers
             else ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
         )
-        # In a container the path may be that of the host, and the mount already the group itself.
+        # In a container, the path may be that of the host, and the mount the group itself.
         for group in (PurePosixPath(path), *PurePosixPath(path).parents):
             here = folder / str(group).lstrip("/")
             limit = _number(here / limit_name)
             if limit is None or limit >= NO_LIMIT:
                 continue
-            # Pages of files count as used, and are given up for the asking.
+            # Cached pages of files count as used, but are released on demand.
             cache = _labelled(here / "memory.stat", cache_label) or 0
             free.append(limit - max(0, (_number(here / usage_name) or 0) - cache))
     return free
 
 
 def _groups(root: Path) -> list[tuple[str, str]]:
-    """Controllers (none in version 2) and path of the groups of this process that may limit memory."""
+    """Return controllers (none in version 2) and paths of this process's groups that may limit memory."""
     try:
         lines = (root / "proc/self/cgroup").read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""From model objects to a compiled net: pages dropped, references resolved."""
+"""Compiles model objects to nets: pages are removed, references resolved."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def compile_net(net: pn.Net) -> CompiledNet:
     Raises
     ------
     DinerosError
-        A system model (flatten it first), an incomplete arc, or priorities, which the engines do not know;
-        or capacities, which arcs have to obey (see `dineros.transformations.flattening.bounding`).
+        A system model (flatten it first), an incomplete arc, priorities, which the engines do not support, or
+        capacities, which must be expressed by arcs (see `dineros.transformations.flattening.bounding`).
     """
     if isinstance(net, sym.SystemModel) and len(net.channels):
         raise DinerosError(f"{net.id} is a system model", element=net.id, hint="flatten it first")
@@ -39,7 +39,7 @@ def initial_and_arcs(net: pn.Net) -> tuple[dict[str, int], list[Transition]]:
     Raises
     ------
     DinerosError
-        An arc joins two nodes of a kind, or a place has a capacity that no arc obeys.
+        An arc connects two nodes of the same kind, or a capacity is not expressed by arcs.
     """
     rows: dict[pn.Node, tuple[dict[str, int], dict[str, int], dict[str, int], dict[str, int]]]
     rows = {transition: ({}, {}, {}, {}) for transition in transitions(net)}

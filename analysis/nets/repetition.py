@@ -1,8 +1,9 @@
-"""Transitions that a run of a bounded net can fire again and again, as far as the incidence matrix tells.
+"""Transitions that a run of a bounded net can fire infinitely often, according to the incidence matrix.
 
-What an infinite run of a bounded net fires infinitely often lies on a cycle of its reachability graph, and
-what a cycle fires is a *transition semiflow*: a non-negative x with C . x = 0 (C the incidence matrix).
-Where a weighting y of the places has y . C >= 0, every transition with (y . C) > 0 is in no semiflow.
+The transitions that an infinite run of a bounded net fires infinitely often lie on a cycle of its
+reachability graph, and the firings of a cycle form a *transition semiflow*: a non-negative x with C . x = 0
+(C the incidence matrix). If a weighting y of the places has y . C >= 0, a transition with (y . C) > 0 is in
+no semiflow.
 
 References
 ----------
@@ -16,14 +17,15 @@ import numpy as np
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
 
-#: Denominators that weights of places are looked for with.
+#: Denominators with which weights of places are searched.
 
 
 def repeatable_transitions(net: CompiledNet) -> frozenset[int]:
-    """Return transitions outside which none lies on a cycle of the reachability graph.
+    """Return a set that contains all transitions on cycles of the reachability graph.
 
-    A linear program proposes weights of the places that no transition lowers and as many as possible raise;
-    what they really do is computed in integers. Where a proposal does not stand that, all are returned.
+    A linear program proposes weights of the places whose sum no transition decreases and as many as possible
+    increase; their actual effect is computed in integers. If a proposal fails this check, all transitions are
+    returned.
 
     Examples
     --------
@@ -39,9 +41,9 @@ def repeatable_transitions(net: CompiledNet) -> frozenset[int]:
 
 
 def _proposed_weights(net: CompiledNet) -> list[int]:
-    """Return integer weights of the places; zeros where none are found."""
+    """Return integer weights of the places; zeros if none are found."""
     places, transitions = len(net.places), len(net.transitions)
-    # Unknowns: the weights, and of each transition how much of 1 is sure to be gained.
+    # Unknowns: the weights, and for each transition a lower bound, at most 1, of its gain.
     rows = [
         {**{place: -tokens for place, tokens in change.items()}, places + t: 1}
         for t, change in enumerate(net.delta)

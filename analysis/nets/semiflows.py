@@ -1,10 +1,10 @@
-"""Minimal semiflows of a net, where they are few.
+"""Minimal semiflows of a net, if there are few.
 
-There can be exponentially many: k clients that take turns at m services of k instances each have more
-semiflows than markings. So their enumeration has a share of work, which is looked at before rows are
-combined. If it is used up, the caller continues without semiflows: with invariants of two places and a basis
-(`structure`), and with linear programs for one place (`bounds`) or a group of places (`state_machines`).
-The cost of these does not grow with the number of semiflows.
+There can be exponentially many: k clients that use m services of k instances each have more semiflows than
+markings. So their enumeration has a work limit, which is checked before rows are combined. If the limit is
+reached, the caller continues without semiflows: with invariants of two places and a basis (`structure`), and
+with linear programs for one place (`bounds`) or a group of places (`state_machines`). Their cost does not
+grow with the number of semiflows.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from typing import NamedTuple
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.structure import PlaceInvariant
 
-#: Entries of rows that may be looked at: less than a second. The case study needs 20,000.
+#: Maximum number of row entries examined: less than a second. The case study needs 20,000.
 MOST_WORK = 1_000_000
 
 
 def semiflows(net: CompiledNet, most_work: int = MOST_WORK) -> list[PlaceInvariant] | None:
-    """All minimal-support semiflows; None where that takes more work than is given.
+    """Return all minimal-support semiflows; None: this takes more work than allowed.
 
     References
     ----------
@@ -45,7 +45,7 @@ def semiflows(net: CompiledNet, most_work: int = MOST_WORK) -> list[PlaceInvaria
 
 
 class _Row(NamedTuple):
-    """A weighting under way: what firing each transition adds to its sum, and its places as bits."""
+    """An intermediate weighting: the change of its sum by each transition, and its places as bits."""
 
     residual: dict[int, int]
     weights: dict[int, int]
@@ -58,14 +58,14 @@ class _Row(NamedTuple):
 
     @property
     def entries(self) -> int:
-        """What combining it with another row costs."""
+        """The cost of combining it with another row."""
         return len(self.residual) + len(self.weights)
 
 
 class _Rows:
-    """The weightings under way, found by the transitions that change them and by their lowest place.
+    """The intermediate weightings, indexed by the transitions that change them and by their lowest place.
 
-    Elimination looks at few rows of many: without the indices, nets of thousands of places take minutes.
+    Elimination uses few of many rows: without the indices, nets of thousands of places take minutes.
     """
 
     def __init__(self, work: int) -> None:
@@ -76,16 +76,16 @@ class _Rows:
         self._lowered: defaultdict[int, set[int]] = defaultdict(set)
         #: Supports by number.
         self._by_lowest_place: defaultdict[int, dict[int, int]] = defaultdict(dict)
-        #: (rows that elimination adds, transition); an entry is stale when the number is another one by now.
+        #: (number of rows that elimination adds, transition); an entry is outdated if the number has changed.
         self._costs: list[tuple[int, int]] = []
-        #: Transitions whose number is not among the costs.
+        #: Transitions whose current number is not among the costs.
         self._changed: set[int] = set()
 
     def __iter__(self) -> Iterator[_Row]:
         return iter(self._rows.values())
 
     def add(self, row: _Row) -> None:
-        """Put a row in."""
+        """Add a row."""
         number = self._made
         self._made += 1
         self._rows[number] = row
@@ -95,7 +95,7 @@ class _Rows:
         self._changed.update(row.residual)
 
     def cheapest(self) -> int | None:
-        """Return the transition whose elimination adds the fewest rows; None when none is left."""
+        """Return the transition whose elimination adds the fewest rows; None: none is left."""
         for t in self._changed:
             heappush(self._costs, (self._cost(t), t))
         self._changed.clear()
@@ -106,9 +106,9 @@ class _Rows:
         return None
 
     def eliminate(self, t: int) -> bool:
-        """Replace the rows that a transition changes by the combinations that it does not change.
+        """Replace the rows that a transition changes by combinations that it does not change.
 
-        Return False, before anything is combined, where no work is left for it.
+        Return False, before any combination, if the work limit is reached.
         """
         positive = [self._take(number) for number in sorted(self._raised[t])]
         negative = [self._take(number) for number in sorted(self._lowered[t])]

@@ -1,9 +1,9 @@
-"""Shorter witnesses: firings that the goal does not need are left out, as a replay shows.
+"""Shorter witnesses: firings that the goal does not need are removed, verified by a replay.
 
-A trace mapped back from a reduced net, or found depth first, goes through much that has nothing to do with
-its goal. Leaving out a part, and then whatever is no longer enabled, often still leads there; parts are tried
-from halves down to single firings, as in delta debugging (Zeller and Hildebrandt, IEEE TSE 28(2), 2002), so
-in the result no single firing can be left out.
+A trace translated from a reduced net, or found depth first, has many firings that are irrelevant for its
+goal. After removing a part, and then all firings that are no longer enabled, the rest often still reaches the
+goal. Parts are tried from halves down to single firings, as in delta debugging (Zeller and Hildebrandt, IEEE
+TSE 28(2), 2002), so that no single firing of the result can be removed.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from collections.abc import Callable, Sequence
 from dineros.analysis.nets.compiled import CompiledNet
 
 Marking = list[int]
-#: Firings tried in all: about a second.
+#: Maximum number of firings tried: about a second.
 MOST_FIRINGS = 500_000
 
 
 def shortened(
     net: CompiledNet, trace: Sequence[int], is_goal: Callable[[Marking], bool], most: int = MOST_FIRINGS
 ) -> tuple[int, ...]:
-    """Return a firing sequence to a goal that is at most as long as the one given.
+    """Return a firing sequence to a goal that is at most as long as the given one.
 
     Parameters
     ----------
@@ -29,9 +29,9 @@ def shortened(
     trace
         A firing sequence from the initial marking that leads to the goal.
     is_goal
-        Whether a marking is one that was looked for.
+        Returns whether a marking fulfils the goal.
     most
-        Firings that may be tried; then the best so far is returned.
+        Maximum number of firings tried; then the best sequence so far is returned.
 
     Examples
     --------
@@ -73,7 +73,7 @@ class _Shortening:
         return True
 
     def replay(self, marking: Marking, trace: Sequence[int]) -> list[int] | None:
-        """Fire what is enabled of a sequence, up to the goal; None where it does not get there."""
+        """Fire the enabled transitions of a sequence, up to the goal; None: the goal is not reached."""
         fired: list[int] = []
         if self._is_goal(marking):
             return fired
@@ -87,7 +87,7 @@ class _Shortening:
         return None
 
     def without_parts(self, trace: list[int], size: int) -> list[int]:
-        """Leave out every part of a size that is not needed."""
+        """Remove every part of a size that is not needed."""
         at = 0
         marking = list(self._initial)
         while at < len(trace) and self.left > 0:
@@ -102,7 +102,7 @@ class _Shortening:
 
 
 def _without_cycles(net: CompiledNet, trace: Sequence[int]) -> list[int]:
-    """Leave out what leads back to a marking that was there before."""
+    """Remove firings that lead back to an earlier marking."""
     marking: Marking = net.initial.tolist()
     path = [tuple(marking)]
     depth = {path[0]: 0}

@@ -24,14 +24,14 @@ Places = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Family:
-    """Minimal siphons, or traps, of a net.
+    """Minimal siphons or traps of a net.
 
     Attributes
     ----------
     members : tuple of tuples of int
-        Each one's place indices, ascending.
+        The place indices of each, in ascending order.
     is_complete : bool
-        Whether these are all of them.
+        Whether all of them were found.
     """
 
     members: tuple[Places, ...]
@@ -40,16 +40,16 @@ class Family:
 
 @dataclass(frozen=True)
 class Commoner:
-    """Whether every minimal siphon that can disable a transition contains a trap that is initially marked.
+    """Whether every minimal siphon that can disable a transition contains an initially marked trap.
 
     Attributes
     ----------
     holds : bool or None
-        None when a limit was hit before a counterexample was found.
+        None: a limit was exceeded before a counterexample was found.
     siphon : tuple of int, optional
         A minimal siphon without such a trap.
     conclusion : str, optional
-        What follows for the net: "deadlock-free", "live" or "not live"; None where nothing does.
+        The conclusion for the net: "deadlock-free", "live" or "not live"; None: there is none.
     """
 
     holds: bool | None
@@ -65,7 +65,7 @@ def minimal_siphons(net: CompiledNet, limit: int = 1_000) -> Family:
     net
         The net.
     limit
-        Largest number of siphons to look for.
+        Maximum number of siphons.
     """
     return _minimal(len(net.places), net.post, net.pre, limit)
 
@@ -86,13 +86,13 @@ def largest_trap(net: CompiledNet, places: Iterable[int]) -> Places:
             continue
         if any(all(p not in trap for p, _ in net.post.row(t)) for t in takers[place]):
             trap.discard(place)
-            # A transition that put tokens on this place may now put none into the rest.
+            # A transition that puts tokens on this place may now put none on the others.
             todo = sorted(trap)
     return tuple(sorted(trap))
 
 
 def unmarked_siphon(net: CompiledNet) -> Places:
-    """Return the largest siphon without tokens: the places to which none ever comes by the arcs alone."""
+    """Return the largest siphon without tokens: the places that never get tokens according to the arcs."""
     missing = [len(net.pre.row(t)) for t in range(len(net.transitions))]
     marked: set[int] = set()
     todo = [place for place, tokens in enumerate(net.initial) if tokens]
@@ -122,7 +122,7 @@ def commoner(net: CompiledNet, limit: int = 1_000) -> Commoner:
     net
         The net.
     limit
-        Largest number of minimal siphons to look at.
+        Maximum number of minimal siphons examined.
     """
     plain = bool(len(net.transitions)) and not net.inhibitor.place.size
     plain = plain and bool((net.pre.weight == 1).all()) and bool((net.post.weight == 1).all())
@@ -156,8 +156,8 @@ def _minimal(places: int, arcs: ArcTable, answers: ArcTable, limit: int) -> Fami
 def _enumerate(places: int, arcs: ArcTable, answers: ArcTable) -> Iterator[Places]:
     """Yield minimal non-empty sets that have, for each transition with arcs into them, an answering arc.
 
-    Variable p + 1 says that place p is in the set, and it should be in none: a minimal set is a smallest
-    correction of these wishes.
+    Variable p + 1 means that place p is in the set; softly, each place should not be in it: a minimal set is
+    a minimal correction set of these soft constraints.
     """
     from pysat.examples.mcsls import MCSls
     from pysat.formula import WCNF

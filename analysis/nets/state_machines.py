@@ -1,8 +1,8 @@
 """Groups of places of which at most one is marked, with one token: found by linear programs.
 
-A weighting y >= 0 that no firing raises, with y . m0 = c, allows at most one token in all on the places of
-weight more than c / 2. The largest such group maximises a sum of weights, so each group costs one program,
-however many semiflows the net has.
+A weighting y >= 0 whose sum no firing increases, with y . m0 = c, allows at most one token in total on the
+places of weight more than c / 2. The largest such group maximises a sum of weights, so each group costs one
+program, independent of the number of semiflows.
 
 References
 ----------
@@ -34,7 +34,7 @@ def state_machines(net: CompiledNet, places: Iterable[int]) -> list[tuple[int, .
     search = _GroupSearch(net, places)
     while search.add(None):
         pass
-    # Where halves of tokens would be best, it takes a place that is to be whole.
+    # If fractional tokens are optimal, one place is required to be integral.
     for place in sorted(search.free):
         if place in search.free:
             search.add(place)
@@ -42,12 +42,12 @@ def state_machines(net: CompiledNet, places: Iterable[int]) -> list[tuple[int, .
 
 
 class _GroupSearch:
-    """The groups so far, and the places that are still free."""
+    """The groups so far, and the free places."""
 
     def __init__(self, net: CompiledNet, places: Iterable[int]) -> None:
         self._net = net
         initial = {p: int(net.initial[p]) for p in np.flatnonzero(net.initial).tolist()}
-        # Diagrams grow where groups do not suit each other: what is found must not hang on earlier ones.
+        # Diagrams grow if groups do not fit together: the result must not depend on earlier solutions.
         self._program = LinearProgram([*net.delta, initial], len(net.places), is_warm=False)
         self._limits = np.zeros(len(net.delta) + 1)
         self._limits[-1] = 1
@@ -55,7 +55,7 @@ class _GroupSearch:
         self.groups: list[tuple[int, ...]] = []
 
     def add(self, place: int | None) -> bool:
-        """Look for the largest group of free places, one that has a given place, if any; tell if there is."""
+        """Search for the largest group of free places, with `place` if given; return whether there is one."""
         low, costs = np.zeros(len(self._net.places)), np.zeros(len(self._net.places))
         costs[list(self.free)] = -1
         if place is not None:

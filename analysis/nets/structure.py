@@ -1,4 +1,4 @@
-"""Structure of nets: place invariants as exact integers, found at a cost that is known before.
+"""Structure of nets: place invariants as exact integers, computed with limited work.
 
 A *place invariant* is an integer weighting y of the places with y . C = 0 (C the incidence matrix): y . m
 is the same in every reachable marking m. A *semiflow* is a non-negative one. A weighting with y . C <= 0
@@ -13,7 +13,7 @@ from math import gcd
 
 from dineros.analysis.nets.compiled import CompiledNet
 
-#: Entries of rows that elimination may write: a second or two.
+#: Maximum number of row entries written by elimination: a second or two.
 ELIMINATION_WORK = 4_000_000
 
 
@@ -34,17 +34,17 @@ class PlaceInvariant:
 
     @classmethod
     def of(cls, net: CompiledNet, weights: dict[int, int]) -> PlaceInvariant:
-        """The invariant of a net with the given weights, which are taken on trust."""
+        """Return the invariant of a net with the given weights, which are not checked."""
         constant = sum(int(net.initial[p]) * weight for p, weight in weights.items())
         return cls(dict(sorted(weights.items())), constant)
 
 
 def place_invariants(net: CompiledNet, work: int = ELIMINATION_WORK) -> list[PlaceInvariant]:
-    """A generating set of all integer place invariants of a net.
+    """Return a generating set of all integer place invariants of a net.
 
     Every integer invariant is an integer combination of the returned ones: the rows that become zero when the
-    incidence matrix is brought to echelon form by unimodular row operations. Where that takes more than
-    `work` entries of rows, those that are zero by then are returned: a part of such a set.
+    incidence matrix is brought to echelon form by unimodular row operations. If that takes more than `work`
+    entries of rows, the rows that are zero by then are returned: a part of such a set.
 
     References
     ----------
@@ -80,10 +80,10 @@ def place_invariants(net: CompiledNet, work: int = ELIMINATION_WORK) -> list[Pla
 
 
 def proportional_places(net: CompiledNet) -> list[PlaceInvariant]:
-    """Invariants of two places, and of places that never change: found by hashing, however large the net is.
+    """Return the invariants of two places, and of constant places, found by hashing even in large nets.
 
-    Two places are in one where every transition changes one of them in proportion to the other: a place and
-    its complement, or two places that follow each other.
+    Two places have one if every transition changes one of them in proportion to the other: a place and its
+    complement, or two places in sequence.
     """
     changes: list[dict[int, int]] = [{} for _ in net.places]
     for t, change in enumerate(net.delta):

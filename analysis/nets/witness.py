@@ -1,4 +1,4 @@
-"""Witnesses: sequences of transitions, replayed by the plain firing rule before anyone sees them."""
+"""Witnesses: sequences of transitions, replayed by the firing rule before they are returned."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 
 
 class WitnessError(AssertionError):
-    """A sequence of transitions that the net cannot fire: an engine is wrong."""
+    """The net cannot fire a sequence of transitions: an engine has an error."""
 
 
 def replay(net: CompiledNet, trace: Iterable[int]) -> list[list[int]]:
@@ -17,12 +17,12 @@ def replay(net: CompiledNet, trace: Iterable[int]) -> list[list[int]]:
     Returns
     -------
     list of list of int
-        All markings on the way, the initial one first.
+        All markings of the run, the initial one first.
 
     Raises
     ------
     WitnessError
-        If a transition is not enabled when it is its turn.
+        A transition is not enabled when it is to fire.
 
     Examples
     --------
@@ -39,9 +39,9 @@ def replay(net: CompiledNet, trace: Iterable[int]) -> list[list[int]]:
 
 
 def way_to(came: Sequence[tuple[int, int]], number: int) -> tuple[int, ...]:
-    """Return the firings to a marking, of which it is known, as of all, from which one it came, and by what.
+    """Return the firings to a marking, given for each marking its predecessor and the transition fired.
 
-    Number 0 is the first marking.
+    The first marking has number 0.
     """
     way = []
     while number > 0:
@@ -51,12 +51,12 @@ def way_to(came: Sequence[tuple[int, int]], number: int) -> tuple[int, ...]:
 
 
 def ending_with_one_of(net: CompiledNet, trace: Iterable[int], transitions: Iterable[int]) -> tuple[int, ...]:
-    """Return a sequence with the first of some transitions at its end that is enabled there.
+    """Return a sequence followed by the first of some transitions that is enabled at its end.
 
     Raises
     ------
     WitnessError
-        If a transition is not enabled when it is its turn, or none of those at the end.
+        A transition is not enabled when it is to fire, or none of those at the end is.
     """
     way = tuple(trace)
     marking = replay(net, way)[-1]

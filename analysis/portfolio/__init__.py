@@ -1,1 +1,1 @@
-"""The portfolio: all methods of deciding, one scheduler, one record of what is known of a net."""
+"""The portfolio: all decision methods, one scheduler, and one record of known facts about a net."""

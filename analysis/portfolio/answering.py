@@ -1,4 +1,4 @@
-"""Answering many properties of one net: what prepares the net is done once, and cheap methods come first."""
+"""Answers many properties of one net: the net is prepared once, and cheap methods come first."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from dineros.analysis.portfolio.sheet import Sheet
 from dineros.analysis.properties.property import Property, PropertyAnswer
 
 FEW_STATES = 20_000
-"""Markings of the first part of the graph."""
+"""Number of markings of the first part of the graph."""
 
 SECONDS = 30.0
-"""For a question unless told otherwise."""
+"""Default time for a question."""
 
 
 def _always(known: Known) -> bool:
@@ -47,11 +47,11 @@ ALONE = (
     Turn(ExplicitSearch(), time=0.6),
     Turn(RandomWalks()),
 )
-"""How the reduced net of one question is asked."""
+"""Plan for one question on its reduced net."""
 
 
 def stages() -> tuple[Stage, ...]:
-    """Return the plan of property files: each method, and its part of the time of all questions."""
+    """Return the plan of property files: each method with its share of the time of all questions."""
     all_markings = StoredMarkings(None, memory=0.5)
     return (
         Stage("the first markings", StoredMarkings(FEW_STATES, memory=0.25), 0.02),
@@ -87,17 +87,17 @@ def answer_properties(
     net : CompiledNet
         The net.
     names : Names
-        What names in the properties stand for.
+        The elements that names in the properties refer to.
     properties : sequence of Property
-        All that is asked.
+        The properties.
     seconds : float
-        For each question; what one does not need, others may use.
+        Time for each question; time that a question does not use is available to the others.
     memory : int
-        Bytes that searches may take.
+        Memory for searches, in bytes.
     answered : callable
-        Told each answer as soon as there is one.
+        Called with each answer as soon as it is known.
     stage : callable
-        Told the name of each stage of the work.
+        Called with the name of each stage of the work.
 
     Returns
     -------

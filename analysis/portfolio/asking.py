@@ -38,9 +38,9 @@ def find_enabled(
     order: Order = "breadth-first",
     is_shortest: bool = True,
 ) -> Outcome:
-    """Find a trace that ends with a transition; of several of the name, whichever is nearest.
+    """Find a trace that ends with a transition; if several have the name, with the nearest one.
 
-    A longer one may be found as `find_marking` says.
+    A longer trace may be found under the conditions of `find_marking`.
 
     Raises
     ------
@@ -66,19 +66,19 @@ def find_marking(
     """Find a trace to a marking that fulfils a condition, a shortest one if the search goes breadth first.
 
     It may be longer if only the reduced net, or a decision diagram, is small enough, or if `is_shortest` is
-    false: then the first way that a method finds will do.
+    false: then the first trace found by any method is returned.
 
     Raises
     ------
     FormulaError
-        The condition is none on markings, or names something unknown.
+        It is not a condition on markings, or has an unknown name.
     """
     tree = parse(condition, "state") if isinstance(condition, str) else condition
     return _found(net, tree, names, budget, order, is_shortest)
 
 
 def find_firing(net: CompiledNet, transition: int, budget: Budget = UNLIMITED, plan: Plan = FIRE) -> Outcome:
-    """Find a trace that ends with a transition, by a plan: a shortest one, as far as the plan goes."""
+    """Find a trace that ends with a transition, by a plan: a shortest one, if the plan requires it."""
     name = net.transitions[transition]
     goals = (Goal.enabled(net, transition),)
     question = Reach(net, Enabled(Name(name)), NetNames(net), is_shortest=True, own_goals=goals)
@@ -103,7 +103,7 @@ def _found(
 
 
 def _in_rounds(question: Reach, trace: tuple[int, ...]) -> tuple[int, ...]:
-    """Order a way so that rounds repeat; it ends where it first fulfils the condition."""
+    """Order a trace so that rounds repeat; it ends at the first marking that fulfils the condition."""
     ordered = in_rounds(question.net, trace)
     if ordered == trace:
         return trace
@@ -112,17 +112,17 @@ def _in_rounds(question: Reach, trace: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def proof_against(net: CompiledNet, condition: Formula, names: Names, budget: Budget) -> Outcome | None:
-    """Prove that no reachable marking fulfils a condition, without a state space; None if that fails.
+    """Prove without a state space that no reachable marking fulfils a condition; None if that fails.
 
     Parameters
     ----------
     condition : Formula
-        On markings; that a transition is fired stands for that it may be.
+        On markings; a `fired(t)` atom is over-approximated by `enabled(t)`.
 
     Raises
     ------
     FormulaError
-        The condition names something unknown.
+        The condition has an unknown name.
     """
     if any(isinstance(part, (*TEMPORAL, ForAll, Exists)) for part in condition.subformulas()):
         return None
@@ -131,7 +131,7 @@ def proof_against(net: CompiledNet, condition: Formula, names: Names, budget: Bu
 
 
 def _without_steps(condition: Formula) -> Formula:
-    """Return what a condition on markings and steps asks of markings: that what is fired is enabled."""
+    """Replace the atoms on steps in a condition: `fired` becomes `enabled`."""
     made: dict[Formula, Formula] = {}
     wanted = simplified(condition)
     for part in wanted.subformulas():

@@ -1,4 +1,4 @@
-"""CTL on nets, by the methods of the portfolio; `logic.ctl.checking` says what a formula means."""
+"""CTL on nets, by the methods of the portfolio; `logic.ctl.checking` defines the meaning of a formula."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Engine = Literal["auto", "explicit", "symbolic"]
 
 FEW_STATES = 500_000
-"""Markings up to which they are stored one by one before diagrams are tried."""
+"""Number of markings stored one by one before diagrams are tried."""
 
 
 def check_ctl(
@@ -46,28 +46,28 @@ def check_ctl(
     formula : str or Formula
         The formula.
     names : Names, optional
-        What names stand for; by default places and transitions of the net.
+        The elements that names refer to; by default places and transitions of the net.
     budget : Budget, optional
         Limits; by default there are none.
     engine : {"auto", "explicit", "symbolic"}
-        How sets of markings are stored: one by one, which gives shortest witnesses, or as decision diagrams.
-        ``auto`` begins explicitly, and continues with both by turns if there are many markings.
+        Representation of sets of markings: one by one, which gives shortest witnesses, or as decision
+        diagrams. ``auto`` begins explicitly, and continues with both in turns if there are many markings.
     orders : OrderCache, optional
-        Where orders of levels are kept for the symbolic engine.
+        Stored variable orders for the symbolic engine.
     seed : int
-        Of its search for an order.
+        Seed of its search for an order.
 
     Returns
     -------
     Outcome
-        With a replayed path or lasso for the outermost operator if one shows the answer: a counterexample
-        to ``AG``, a witness of ``EF``, and so on. If a limit is hit while it is looked for, the answer
-        stands without it, and the reason says so.
+        With a replayed path or lasso for the outermost operator if one shows the answer: a counterexample to
+        ``AG``, a witness of ``EF``, and so on. If a limit is exceeded during the search for it, the answer is
+        valid without it, and the reason reports this.
 
     Raises
     ------
     FormulaError
-        If the formula is none or names something unknown.
+        It is not a formula, or has an unknown name.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def check_ctl(
     """
     tree = parse(formula, "ctl") if isinstance(formula, str) else formula
     question = Satisfies(net, tree, names or NetNames(net), orders, seed)
-    _ = question.bound  # raises if a name is not known
+    _ = question.bound  # raises if a name is unknown
     plan: Plan = PLANS[engine]
     if engine == "auto" and budget.states is not None and budget.states <= FEW_STATES:
         plan = (LIMITS_FIRST, STORED)
@@ -89,7 +89,7 @@ def _has_no_bounds(question: Question, so_far: SoFar) -> bool:
 
 
 STORED = Turn(StoredMarkings())
-# If markings may have no end, storing them one by one comes to none as a rule.
+# If the state space may be infinite, storing markings one by one usually fails.
 LIMITS_FIRST = Turn(NetWithLimits(FIRST_WORK), time=0.6)
 
 PLANS: dict[Engine, Plan] = {
@@ -109,4 +109,4 @@ PLANS: dict[Engine, Plan] = {
         Turn(StoredMarkings(), _has_no_bounds),
     ),
 }
-"""By engine: how a formula is decided."""
+"""For each engine, the plan to decide a formula."""

@@ -1,4 +1,4 @@
-"""How methods keep a budget while work continues that has no limits of its own."""
+"""Budgets of methods that call work without limits of its own."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
 GIVEN_UP = (BudgetExceededError, DiagramMemoryError, UnknownBoundError, LevelSizeError, MemoryError)
-"""What an engine raises that has not got enough, or cannot take the net."""
+"""Errors of an engine whose limits are too low, or that does not support the net."""
 
 
 def told(budget: Budget, memory: int | None = None) -> Budget:
-    """Return a budget without a limit of time for work that is ended when that of another one is up.
+    """Return a budget without its own time limit, for work that ends with the time of another budget.
 
-    What engines do by a part of their time does not depend on the speed of the machine then.
+    So decisions that depend on a share of the time are independent of the speed of the machine.
     """
 
     def tell(_: Progress) -> None:

@@ -1,6 +1,6 @@
-"""Questions of the contest that can be asked of any net: deadlock, safety, liveness, stable marking.
+"""Questions of the contest about any net: deadlock, safety, liveness, stable marking.
 
-A marking is *stable* if some place always holds the tokens it begins with. A net is quasi-live if every
+A marking is *stable* if some place always has its initial number of tokens. A net is quasi-live if every
 transition can fire once, live if every transition can fire again from every reachable marking.
 """
 
@@ -29,13 +29,14 @@ Decide = Callable[[str, bool, str], None]
 
 
 class GlobalQuestions:
-    """What is known of a net as a whole.
+    """The known answers about a net as a whole.
 
     Parameters
     ----------
     net : CompiledNet
     decide : callable
-        Told the name of a question, its answer and who knows, when it is known; repeats do no harm.
+        Called with the name of a question, its answer and the technique, when it is known; perhaps
+        repeatedly.
     """
 
     def __init__(self, net: CompiledNet, decide: Decide) -> None:
@@ -45,14 +46,14 @@ class GlobalQuestions:
         self.stable = np.ones(len(net.places), dtype=np.bool_)
         self.bounded = False
         self.decided: dict[str, bool] = {}
-        self.proof: tuple[str, Evidence] | None = None  #: a transition that never fires, and why
+        self.proof: tuple[str, Evidence] | None = None  #: a transition that never fires, with the evidence
         if int(net.initial.max(initial=0)) > 1:
             self.tell("OneSafe", False, "initial marking")
         if not net.changing or any(not row for row in net.changing):
             self.tell("StableMarking", True, "structure")
 
     def tell(self, name: str, value: bool, technique: str) -> None:
-        """Note an answer, and what follows from it."""
+        """Record an answer, and those that follow from it."""
         if self.decided.setdefault(name, value) != value:
             raise AssertionError(f"{name} is both true and false")
         self._decide(name, value, technique)
@@ -65,11 +66,11 @@ class GlobalQuestions:
                     self.tell(other, also, technique)
 
     def is_open(self, *names: str) -> bool:
-        """Whether one of some questions has no answer."""
+        """Whether one of some questions is unanswered."""
         return any(name not in self.decided for name in names)
 
     def look(self, rows: MarkingMatrix, walker: Walker) -> None:
-        """See what markings of random walks tell."""
+        """Evaluate markings of random walks."""
         most = rows.rows.max(axis=0)
         self.stable &= (most == self.net.initial) & (rows.rows.min(axis=0) == self.net.initial)
         self.fired |= walker.fired
@@ -86,7 +87,7 @@ class GlobalQuestions:
             self.tell("StableMarking", False, technique)
 
     def by_bounds(self, bounds: list[int | None]) -> None:
-        """See what bounds of places tell."""
+        """Evaluate the bounds of places."""
         net = self.net
         self.bounded = all(bound is not None for bound in bounds)
         if all(bound is not None and bound <= 1 for bound in bounds):
@@ -106,7 +107,7 @@ class GlobalQuestions:
         self.tell("QuasiLiveness", False, technique)
 
     def by_state_equation(self, equation: StateEquation, budget: Budget) -> None:
-        """See what the state equation tells of transitions not seen enabled and places not seen to change."""
+        """Apply the state equation to transitions not seen enabled and places not seen changing."""
         net = self.net
         if self.is_open("QuasiLiveness"):
             for t in np.flatnonzero(~self.fired & ~self.dead).tolist():
@@ -132,7 +133,7 @@ class GlobalQuestions:
             self.tell("OneSafe", True, "state equation")
 
     def by_coverability(self) -> None:
-        """See what the coverability tree tells, where it is small."""
+        """Evaluate the coverability tree, if it is small."""
         if self.bounded or not self.is_open("OneSafe", "QuasiLiveness"):
             return
         known = coverability(self.net, 2_000)
@@ -148,7 +149,7 @@ class GlobalQuestions:
                     break
 
     def by_graph(self, graph: PartOfGraph) -> None:
-        """See what stored markings tell."""
+        """Evaluate stored markings."""
         most = 0
         for p, tokens in enumerate(self.net.initial.tolist()):
             column = graph.tokens(p)
@@ -173,7 +174,7 @@ class GlobalQuestions:
         self.tell("StableMarking", stable, technique)
 
     def by_diagram(self, space: SymbolicStateSpace, budget: Budget) -> None:
-        """See what a decision diagram of all markings tells."""
+        """Evaluate a decision diagram of all markings."""
         try:
             if self.is_open("OneSafe"):
                 self.tell("OneSafe", max(space.largest_place(), default=0) <= 1, "symbolic")
@@ -193,7 +194,7 @@ class GlobalQuestions:
 
 
 def _is_live(graph: PartOfGraph, able: dict[int, Flags]) -> bool:
-    """Whether every transition is enabled somewhere in each part of the graph that nothing leaves."""
+    """Whether each transition is enabled somewhere in each terminal component of the graph."""
     sources, targets = graph.arcs.tails(), graph.arcs.targets
     count, component = numbered_parts(graph.size, sources, targets)
     is_last = np.ones(count, dtype=np.bool_)

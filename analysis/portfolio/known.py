@@ -1,4 +1,4 @@
-"""What is known of a net, found once and used by every method and every question about the net."""
+"""The known facts about a net, found once and used by all methods and questions about it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dineros.analysis.reductions import Reduction
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
-# What costs an import is imported where it is first asked for: most questions need little of it.
+# Slow imports are made at their first use: most questions need few of them.
 
 
 class Known:
@@ -34,11 +34,11 @@ class Known:
     Attributes
     ----------
     graph : PartOfGraph or None
-        Markings stored with their successors, as far as a budget went.
+        Markings stored with their successors, as far as a budget allowed.
     space : SymbolicStateSpace or None
         All markings as a decision diagram.
     cells : Layout or None
-        How markings are written, which takes time to find.
+        The layout of stored markings, which takes time to compute.
     """
 
     def __init__(self, net: CompiledNet) -> None:
@@ -58,7 +58,7 @@ class Known:
 
     @cached_property
     def sums(self) -> Sums | None:
-        """Bounds and invariants for solvers; None where places are not proved to hold few tokens."""
+        """Bounds and invariants for solvers; None: places are not proved to have few tokens."""
         from dineros.analysis.proofs.induction import sums_of
 
         return sums_of(self.net)
@@ -76,23 +76,23 @@ class Known:
         return self.graph is not None and self.graph.is_complete
 
     def forget(self) -> None:
-        """Give back what takes much memory."""
+        """Release data that takes much memory."""
         self.graph = self.space = None
 
     @cached_property
     def transition_index(self) -> dict[str, int]:
-        """Numbers of the transitions by their names."""
+        """Numbers of the transitions, by name."""
         return {name: number for number, name in enumerate(self.net.transitions)}
 
     @cached_property
     def directed(self) -> Directed:
-        """Searches for firings that are far off, led by the state equation."""
+        """Searches for distant firings, guided by the state equation."""
         from dineros.analysis.covering.directed import Directed
 
         return Directed(self.net)
 
     def reduced_for_firing(self, transition: str) -> Reduction:
-        """Return the net reduced for whether a transition ever fires, which LTL without next can say."""
+        """Return the net reduced for the question whether a transition ever fires (LTL without next)."""
         from dineros.analysis.reductions import Property, reduce
 
         if transition not in self._reductions:
@@ -101,7 +101,7 @@ class Known:
         return self._reductions[transition]
 
     def reduced(self, condition: Formula, names: Names) -> Reduced | None:
-        """Return the net reduced for a condition or a formula; None where it cannot be reduced for it."""
+        """Return the net reduced for a condition or a formula; None: it cannot be reduced for it."""
         from dineros.analysis.properties.reduced import reduced
 
         if condition not in self._reduced:

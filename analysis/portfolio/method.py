@@ -1,4 +1,4 @@
-"""What a method of deciding is."""
+"""The interface of decision methods."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 class Method:
-    """A method of deciding. A new one is a class in a module of its own, and stands in a plan.
+    """A decision method. A new one is a class in a separate module, and is entered in a plan.
 
-    It answers single questions, or many about a net at once, or both.
+    It answers single questions, or many questions about a net at once, or both.
     """
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
@@ -28,33 +28,33 @@ class Method:
         question : Reach or Satisfies
             The question.
         known : Known
-            What is known of its net.
+            The known facts about its net.
         budget : Budget
-            What it may cost; its clock runs.
+            Its budget, with the clock running.
 
         Returns
         -------
         Outcome or None
-            ``reachable`` with a replayed trace, ``unreachable``, or ``unknown`` with a reason; None where the
-            method does not apply, or has nothing to say.
+            ``reachable`` with a replayed trace, ``unreachable``, or ``unknown`` with a reason; None: the
+            method does not apply, or has no result.
 
         Raises
         ------
         BudgetExceededError
-            The budget did not suffice.
+            The budget was not sufficient.
         """
         return None
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
-        """Answer what can be answered of many questions about a net, and note it on their sheet.
+        """Answer as many questions about a net as possible, and record the answers on their sheet.
 
-        Each question whether a marking can be reached is asked alone, with a fair share of the time. A method
-        that can do better for all of them at once, or that answers other questions, has its own way.
+        By default, each reachability question is asked separately, with a fair share of the time. A method
+        that answers all of them at once more efficiently, or that answers other questions, overrides this.
 
         Raises
         ------
         BudgetExceededError
-            The budget did not suffice.
+            The budget was not sufficient.
         """
         asked = sheet.open_questions()
         for number, one in enumerate(asked):

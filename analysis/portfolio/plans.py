@@ -1,4 +1,4 @@
-"""The plans: which method is asked when, and with what part of the budget. A new method is entered here."""
+"""The plans: the order of methods, and their shares of the budget. New methods are entered here."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from dineros.analysis.portfolio.satisfies import Question
 from dineros.analysis.portfolio.scheduler import Plan, Side, SoFar, Together, Turn
 
 NEAR_STATES, NEAR_IF_SHORTEST = 20_000, 2_000_000
-"""Markings looked at before anything else; more of them if a shortest way is asked for."""
+"""Number of markings searched before anything else; more if a shortest trace is required."""
 
 FIRST_WORK = 3_000_000
 """Cache misses of saturation, about a second, for a net with limits before other methods."""
 
 
 def wants_any_way(question: Question, so_far: SoFar) -> bool:
-    """Whether any way will do, and goals can be searched for one by one."""
+    """Whether any trace suffices, and goals can be searched for one by one."""
     return isinstance(question, Reach) and not question.is_shortest and question.goals is not None
 
 
@@ -48,7 +48,7 @@ def _is_irreducible(question: Question, so_far: SoFar) -> bool:
 
 
 _SOLVERS = (
-    # Both ask solvers, and have the time of one.
+    # Both use solvers, and share the time of one.
     Side((Turn(Induction()),), weight=0.5),
     Side((Turn(Clauses()),), weight=0.5),
 )
@@ -60,7 +60,7 @@ _EXPLICIT = (
 _DIAGRAMS = Side((Turn(NetWithLimits()), Turn(DecisionDiagrams())))
 
 NEAR: Plan = (Turn(ExplicitSearch(is_near=True), most_bytes=QUICK, most_states=NEAR_STATES),)
-"""What is near: all there is of small nets."""
+"""The near markings: all markings of a small net."""
 
 FIND: Plan = (
     *NEAR,
@@ -69,24 +69,24 @@ FIND: Plan = (
     Turn(ExplicitSearch(), _has_no_way, most_bytes=QUICK, most_states=NEAR_IF_SHORTEST),
     Turn(ExplicitSearch(), _has_long_way, time=0.3, most_seconds=20.0, most_bytes=QUICK),
     Turn(NetWithLimits(FIRST_WORK), wants_any_way, time=0.6),
-    # What is met everywhere far away is met at once.
+    # Goals that are fulfilled in many distant markings are found at once.
     Turn(ExplicitSearch(order="depth-first"), wants_any_way, most_states=NEAR_STATES),
     Together((Side(_EXPLICIT), _DIAGRAMS, *_SOLVERS), _takes_any_way),
     Together((Side(_EXPLICIT, head_start=HEAD_START), _DIAGRAMS, *_SOLVERS), when=_has_no_way),
 )
-"""A way to a marking, or a proof that there is none."""
+"""A trace to a marking, or a proof that there is none."""
 
 PROVE: Plan = (Turn(StateEquationAndTraps(), time=0.5), Together(_SOLVERS))
-"""A proof without a state space, which a certificate can show."""
+"""A proof without a state space, for which a certificate can be written."""
 
 FIRE: Plan = (
     Turn(ExplicitSearch(), most_bytes=QUICK),
     Turn(ReducedNet((Turn(ExplicitSearch()),)), _has_no_way),
 )
-"""A way to a firing: a shortest one, unless only the reduced net is small enough."""
+"""A trace to a firing: a shortest one, unless only the reduced net is small enough."""
 
 NEAR_BYTES = 64 << 20
-"""Bytes for the search for a shortest way to a fault."""
+"""Memory for the search for a shortest trace to a fault, in bytes."""
 
 WITNESS: Plan = (
     Turn(ExplicitSearch(), most_bytes=NEAR_BYTES),
@@ -94,4 +94,4 @@ WITNESS: Plan = (
     Turn(DirectedSearch(), _has_no_way),
     Turn(LedByDiagram(), _has_no_way),
 )
-"""A way to a firing that is known to be possible, where a diagram of all markings is there."""
+"""A trace to a firing that is known to be possible, if there is a diagram of all markings."""

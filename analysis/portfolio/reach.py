@@ -1,4 +1,4 @@
-"""A question: can a marking be reached that fulfils a condition? ``EF``, ``AG`` and ``G`` ask it, too."""
+"""Reachability questions: whether a marking is reachable that fulfils a condition; also for CTL and LTL."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from dineros.analysis.nets.shortening import shortened
 from dineros.analysis.nets.witness import replay
 
 INTERRUPTED = "interrupted"
-"""Reason of an answer that was interrupted: no other method is asked then."""
+"""Reason of an interrupted answer: then no other method is tried."""
 
 
 @dataclass(frozen=True)
 class Reach:
-    """Whether a marking can be reached that fulfils a condition, and how.
+    """Whether a marking that fulfils a condition is reachable, with the required kind of trace.
 
     Attributes
     ----------
@@ -33,16 +33,16 @@ class Reach:
     condition : Formula
         On markings.
     names : Names
-        What names in the condition stand for.
+        The elements that names in the condition refer to.
     order : {"breadth-first", "depth-first"}
-        How explicit search goes.
+        Order of explicit search.
     is_shortest : bool
-        Whether a shortest way is asked for; then a longer one is the answer only where the search for it ends
+        Whether a shortest trace is required; then a longer one is returned only if the search for it ends
         without one.
     own_goals : tuple of Goal, optional
-        What explicit search looks for, if it is not to be read from the condition.
+        Goals of explicit search, if they are not derived from the condition.
     is_shown : bool
-        Whether the way is shown to anybody; otherwise an answer may come without one.
+        Whether the trace is shown to the user; if not, the answer may have none.
     """
 
     net: CompiledNet
@@ -55,7 +55,7 @@ class Reach:
 
     @cached_property
     def goals(self) -> list[Goal] | None:
-        """Goals of explicit search, one of which is met where the condition holds; None: too many."""
+        """Goals of explicit search: the condition holds exactly if one is fulfilled; None: too many."""
         if self.own_goals is not None:
             return list(self.own_goals)
         return goals_of(self.net, self.condition, self.names)
@@ -74,15 +74,15 @@ class Reach:
 
     @property
     def conditions(self) -> Mapping[Atom, Condition]:
-        """What the atoms ask."""
+        """The conditions in the atoms."""
         return self.bound.conditions
 
     def holds(self, marking: Sequence[int]) -> bool:
-        """Whether a marking fulfils the condition, by definition."""
+        """Return whether a marking fulfils the condition, by definition."""
         return holds_on_lasso(self.condition, [], [Step(tuple(marking), None)], self.bound.is_true)
 
     def reached(self, trace: Sequence[int], by: str) -> Outcome:
-        """Return that a trace leads there, replayed; if it is shown, without what is not needed."""
+        """Return the outcome of a trace, replayed; if it is shown, without unnecessary firings."""
         if not self.is_shown:
             if not self.holds(replay(self.net, trace)[-1]):
                 raise AssertionError(f"{by}: its way does not lead to {self.condition}")
@@ -90,14 +90,14 @@ class Reach:
         return Outcome("reachable", shortened(self.net, trace, self.holds), by=by)
 
     def is_answer(self, outcome: Outcome) -> bool:
-        """Whether an outcome answers the question, so that no other method need be asked."""
+        """Return whether an outcome answers the question, so that no other method is needed."""
         if outcome.status == "unknown":
             return outcome.reason == INTERRUPTED
-        # Explicit search finds a shortest way where one is asked for; ways of others may be longer.
+        # Explicit search finds a shortest trace if one is required; other methods may find longer ones.
         return outcome.status == "unreachable" or not self.is_shortest or outcome.by == EXPLICIT
 
     def ends_others(self, outcome: Outcome) -> bool:
-        """Whether methods that work side by side are ended by an outcome."""
+        """Return whether an outcome ends methods that run side by side."""
         return self.is_answer(outcome)
 
 

@@ -1,4 +1,4 @@
-"""A question: whether the initial marking satisfies a formula of CTL."""
+"""The question whether the initial marking satisfies a CTL formula."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from dineros.analysis.symbolic.order_cache import OrderCache
 
 NO_BOUNDS = "the places have no known bounds"
-"""Why decision diagrams do not answer: other methods that need bounds need not be asked, either."""
+"""Reason why decision diagrams cannot answer; then no other method that needs bounds is tried."""
 
 
 @dataclass(frozen=True)
 class Satisfies:
-    """Whether the initial marking satisfies a formula of CTL.
+    """Whether the initial marking satisfies a CTL formula.
 
     Attributes
     ----------
@@ -31,11 +31,11 @@ class Satisfies:
     formula : Formula
         The formula.
     names : Names
-        What names in it stand for.
+        The elements that names in it refer to.
     orders : OrderCache, optional
-        Where orders of levels are kept for decision diagrams.
+        Stored variable orders for decision diagrams.
     seed : int
-        Of the search for an order.
+        Seed of the search for an order.
     """
 
     net: CompiledNet
@@ -50,13 +50,13 @@ class Satisfies:
         return BoundAtoms(self.net, self.formula, self.names)
 
     def is_answer(self, outcome: Outcome) -> bool:
-        """Whether an outcome answers the question."""
+        """Return whether an outcome answers the question."""
         return outcome.status != "unknown"
 
     def ends_others(self, outcome: Outcome) -> bool:
-        """Whether methods that work side by side are ended by an outcome."""
+        """Return whether an outcome ends methods that run side by side."""
         return outcome.status != "unknown" or outcome.reason == NO_BOUNDS
 
 
 Question: TypeAlias = Reach | Satisfies
-"""What methods are asked."""
+"""The questions for methods."""

@@ -1,6 +1,6 @@
-"""The scheduler: methods are asked one after the other, then side by side, each with its share of the budget.
+"""The scheduler: runs methods one after the other, then side by side, each with its share of the budget.
 
-A plan says in which order, and who gets how much. It is data, so that it can be read as a table.
+A plan defines the order and the shares. It is data, so that it can be read as a table.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SoFar:
-    """What other turns have brought.
+    """The results of earlier turns.
 
     Attributes
     ----------
     way : Outcome or None
-        A way that is known though it may not be a shortest one.
+        A known trace that may not be a shortest one.
     last : Outcome or None
-        What the last method said that said something.
+        The last result of a method that had one.
     """
 
     way: Outcome | None = None
@@ -40,32 +40,32 @@ class SoFar:
 
 
 When: TypeAlias = Callable[[Question, SoFar], bool]
-"""Whether a turn comes: by the question, and by what other turns have brought."""
+"""Whether a turn is taken, depending on the question and the results of earlier turns."""
 
 
 def always(question: Question, so_far: SoFar) -> bool:
-    """Let a turn come in any case."""
+    """Take the turn in any case."""
     return True
 
 
 @dataclass(frozen=True)
 class Turn:
-    """When a method is asked, and what it may cost.
+    """When a method is used, and its limits.
 
     Attributes
     ----------
     method : Method
         The method.
     when : callable
-        Whether it is asked.
+        Returns whether it is used.
     time : float
-        Part of the time that is left.
+        Share of the remaining time.
     most_seconds : float, optional
-        Seconds at most.
+        Maximum time.
     most_bytes, most_states : int, optional
-        Bytes, and markings, at most.
+        Maximum memory, and maximum number of markings.
     if_more_bytes : int
-        It is asked only if the budget has more bytes.
+        It is used only if the budget has more memory than this.
     """
 
     method: Method
@@ -77,23 +77,23 @@ class Turn:
     if_more_bytes: int = 0
 
     def share(self, budget: Budget) -> Budget:
-        """Return what it may cost of a budget."""
+        """Return its share of a budget."""
         share = budget.share(self.time, most_bytes=self.most_bytes, most_states=self.most_states)
         return share if self.most_seconds is None else share.at_most(self.most_seconds)
 
 
 @dataclass(frozen=True)
 class Side:
-    """Turns that are taken one after the other while other sides continue beside them.
+    """Turns taken one after the other, while other sides run at the same time.
 
     Attributes
     ----------
     turns : tuple of Turn
         The turns.
     weight : float
-        Its part of the time, compared with those of the other sides.
+        Its share of the time, relative to the other sides.
     head_start : float
-        Seconds of the processor before the other sides begin.
+        Seconds of processor time before the other sides begin.
     """
 
     turns: tuple[Turn, ...]
@@ -103,14 +103,14 @@ class Side:
 
 @dataclass(frozen=True)
 class Together:
-    """Sides that work side by side, and by turns where there is one core; the first answer ends all.
+    """Sides that run in parallel, or in turns with one core; the first answer ends all.
 
     Attributes
     ----------
     sides : tuple of Side
         The sides; the first one begins.
     when : callable
-        Whether they are asked.
+        Returns whether they are used.
     """
 
     sides: tuple[Side, ...]
@@ -126,8 +126,8 @@ def answered(question: Question, plan: Plan, budget: Budget) -> Outcome:
     Returns
     -------
     Outcome
-        The first one that answers the question; otherwise a way that may not be a shortest one, or why
-        nothing is known.
+        The first one that answers the question; otherwise a trace that may not be a shortest one, or the
+        reason why nothing is known.
     """
     budget, so_far, left = budget.begun(), SoFar(), Outcome("unknown", reason=RAN_OUT["time"])
     for turn in plan:
@@ -157,7 +157,7 @@ def _asked(question: Question, turn: Turn | Together, budget: Budget) -> Outcome
 
 
 def _side(question: Question, side: Side, budget: Budget) -> Outcome | None:
-    """Take the turns of a side; the answer of another one ends it by an exception, which passes."""
+    """Take the turns of a side; the answer of another side ends it by an exception, which propagates."""
     found: Outcome | None = None
     for turn in side.turns:
         if budget.memory <= turn.if_more_bytes or not turn.when(question, SoFar(None, found)):
@@ -171,24 +171,24 @@ def _side(question: Question, side: Side, budget: Budget) -> Outcome | None:
 
 
 def not_all_stored(known: Known) -> bool:
-    """Let a stage come unless all markings are stored: then only what asks those is worth its time."""
+    """Return whether a stage is useful: if all markings are stored, only stages that use them are."""
     return not known.has_all_markings
 
 
 @dataclass(frozen=True)
 class Stage:
-    """When a method is asked all open questions about a net.
+    """A method with all open questions about a net.
 
     Attributes
     ----------
     name : str
-        What is done, in words.
+        Description of the stage.
     method : Method
         The method.
     part : float
-        Part of the time of all questions that it may take.
+        Share of the time of all questions.
     when : callable
-        Whether it is asked, by what is known of the net.
+        Returns whether it is used, given the known facts about the net.
     """
 
     name: str
@@ -198,7 +198,7 @@ class Stage:
 
 
 def answer_sheet(sheet: Sheet, stages: Sequence[Stage], known: Known) -> None:
-    """Answer many questions about a net, stage by stage, until everything is answered or time is up."""
+    """Answer many questions about a net, stage by stage, until all are answered or the time is over."""
     whole = sheet.budget.seconds
     for stage in stages:
         if sheet.is_done or sheet.budget.is_over:

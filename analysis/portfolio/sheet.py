@@ -1,4 +1,4 @@
-"""Questions about one net, and what is known of them so far."""
+"""The questions about one net, with the answers known so far."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from dineros.analysis.properties.predicates import MarkingMatrix, Markings, is_c
 from dineros.analysis.properties.property import Property, PropertyAnswer
 
 DEADLOCK = "ReachabilityDeadlock"
-"""The contest's name of the question whether a marking is reachable that enables nothing."""
+"""The contest's name for the question whether a deadlock is reachable."""
 
 
 @dataclass
 class Limits:
-    """What is known of the most tokens that places hold together: at least, at most."""
+    """Lower and upper bound of the most tokens that places have together."""
 
     factors: dict[int, int]
     least: int
@@ -39,7 +39,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Asked:
-    """A question of a sheet, and who notes its answer."""
+    """A question of a sheet, with the function that records its answer."""
 
     question: Reach
     note: Callable[[Outcome], None]
@@ -55,11 +55,11 @@ class Sheet:
     names : Names
     properties : sequence of Property
     answered : callable
-        Told every answer as soon as it is known.
+        Called with each answer as soon as it is known.
     budget : Budget
-        Of all questions together; begun.
+        Budget of all questions together; its clock runs.
     patience : float
-        Seconds for one question.
+        Time for one question.
     """
 
     net: CompiledNet
@@ -99,7 +99,7 @@ class Sheet:
         self.whole = GlobalQuestions(self.net, self._decide)
 
     def _decide(self, examination: str, value: bool, technique: str) -> None:
-        """Answer the questions about the net as a whole that have this name."""
+        """Answer the questions about the net as a whole with this name."""
         for one in self.properties:
             if one.kind == "global" and one.examination == examination:
                 is_dead = (examination, value) == ("QuasiLiveness", False)
@@ -107,33 +107,33 @@ class Sheet:
 
     @property
     def seconds(self) -> float:
-        """Since the questions were asked."""
+        """Seconds since the questions were asked."""
         return time.perf_counter() - self._began
 
     def open_formulas(self) -> dict[str, Formula]:
-        """Return formulas that are not decided, by id."""
+        """Return the undecided formulas, by id."""
         return {id: formula for id, formula in self.formulas.items() if id not in self.answers}
 
     def open_limits(self) -> dict[str, Limits]:
-        """Return bounds that are not known, by id."""
+        """Return the unknown bounds, by id."""
         return {id: limits for id, limits in self.limits.items() if id not in self.answers}
 
     def open_globals(self) -> list[Property]:
-        """Return questions about the net as a whole that are not answered."""
+        """Return the unanswered questions about the net as a whole."""
         return [one for one in self.properties if one.kind == "global" and one.id not in self.answers]
 
     def open_parts(self) -> list[Formula]:
-        """Return parts of formulas that may still decide something."""
+        """Return the subformulas whose values may still decide a formula."""
         found = [part for formula in self.open_formulas().values() for part in parts_of(formula)]
         return [part for part in dict.fromkeys(found) if part not in self.known]
 
     def open_goals(self) -> list[tuple[Formula, Formula, bool]]:
-        """Return parts that one reachable marking decides: part, condition, value where it is met."""
+        """Return subformulas decided by one reachable marking: subformula, condition, value if reachable."""
         goals = ((part, goal_of(part)) for part in self.open_parts())
         return [(part, *goal) for part, goal in goals if goal is not None]
 
     def open_questions(self) -> list[Asked]:
-        """Return what asks whether a marking can be reached: goals, and a deadlock of the net."""
+        """Return the reachability questions: goals, and a deadlock of the net."""
         asked = [
             Asked(Reach(self.net, condition, self.names, is_shown=False), partial(self._note, part, value))
             for part, condition, value in self.open_goals()
@@ -160,11 +160,11 @@ class Sheet:
 
     @property
     def is_done(self) -> bool:
-        """Whether everything is answered."""
+        """Whether all questions are answered."""
         return len(self.answers) == len(self.properties)
 
     def settle(self, technique: str) -> None:
-        """Put in what has become known, and answer what that decides."""
+        """Substitute known values into formulas, and record the answers that follow."""
         changed = len(self.always) > self._folded
         self._folded = len(self.always)
         for id, formula in self.open_formulas().items():
@@ -189,7 +189,7 @@ class Sheet:
     def answer(
         self, id: str, value: bool | int, technique: str, dead: str = "", evidence: Evidence | None = None
     ) -> None:
-        """Keep an answer and tell it, with what it rests on where that is known."""
+        """Record and report an answer, with its evidence if that is known."""
         if id not in self.answers:
             evidence = self._evidence(id) if id in self.formulas else evidence
             known = PropertyAnswer(id, value, self.seconds, technique, evidence=evidence, dead=dead)
@@ -197,13 +197,13 @@ class Sheet:
             self.answered(known)
 
     def _evidence(self, id: str) -> Evidence | None:
-        """Return what is known of why parts of a formula are as they are."""
+        """Return the known evidence for the values of a formula's parts."""
         parts = dict.fromkeys([*self._asked[id].subformulas(), *self.formulas[id].subformulas()])
         found = [self.evidence[part] for part in parts if part in self.evidence]
         return together(found) if found else None
 
     def look(self, markings: Markings, technique: str) -> None:
-        """See what some reachable markings decide."""
+        """Evaluate the open questions on some reachable markings."""
         found = False
         for part, condition, value in self.open_goals():
             if satisfied(markings, condition, self.conditions).any():
@@ -217,7 +217,7 @@ class Sheet:
             self.settle(technique)
 
     def constants(self, bounds: Sequence[Bound | None]) -> dict[Formula, bool]:
-        """Return atoms that bounds of places make true, or false, in every reachable marking."""
+        """Return the atoms that bounds of places make constant in all reachable markings."""
         most = [np.inf if bound is None else bound.value for bound in bounds]
         found: dict[Formula, bool] = {}
         for atom, condition in self.conditions.items():
@@ -242,17 +242,17 @@ class Sheet:
         return found
 
     def _inputs(self, condition: Condition) -> list[int]:
-        """Return the places that transitions of a condition take from."""
+        """Return the input places of the transitions in a condition."""
         transitions = sorted(condition.transitions) if isinstance(condition, SomeEnabled) else []
         return list(dict.fromkeys(place for t in transitions for place, _ in self.net.pre.row(t)))
 
 
 def _decided(condition: Linear, most: Sequence[float]) -> bool | None:
-    """The value of a comparison where places hold between 0 and so many tokens, if it is always the same."""
+    """The value of a comparison, if it is the same for all token counts between 0 and `most`, else None."""
     terms = [factor * most[place] for place, factor in condition.factors.items() if most[place]]
     high, low = sum(term for term in terms if term > 0), sum(term for term in terms if term < 0)
     compare, bound = OPERATORS[condition.operator], condition.bound
     if condition.operator in ("==", "!="):
         return condition.operator == "!=" if low > bound or high < bound else None
-    # The others change at most once as the sum grows.
+    # The other relations change at most once as the sum grows.
     return compare(low, bound) if compare(low, bound) == compare(high, bound) else None

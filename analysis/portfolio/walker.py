@@ -1,9 +1,9 @@
-"""Walks without ways: markings that are surely reachable, found without storing any.
+"""Walks without stored traces: they visit many reachable markings in constant memory.
 
-Random walks begin at the initial marking again and again. Half of their choices follow priorities that each
-walk draws again, so that walks differ in where they go, not only in how they get there. Others are led by the
-state equation: a solution says how often each transition fires; a walk tries that. Where no firing that is
-left to do is enabled, some other one is fired.
+Random walks start at the initial marking repeatedly. Half of their choices follow priorities drawn separately
+for each walk, so that walks reach different regions, not only by different paths. Other walks follow a
+solution of the state equation, which gives the number of firings of each transition. If no remaining firing
+is enabled, another transition is fired.
 
 References
 ----------
@@ -25,14 +25,14 @@ from dineros.analysis.walks.kernels.walks import walk
 MATRIX_SIZE = 1 << 21
 MOST_ROWS = 1 << 12
 MOST_ENDS = 20
-#: Walks for one solution of the state equation, and rows kept of one: the last, among which the goal is.
+#: Walks for one solution of the state equation, and markings kept of each: the last ones.
 TRIES, LAST_ROWS = 5, 1 << 10
 #: Steps of a walk before it begins again: short ones at first, longer ones later.
 SHORTEST_WALK, LONGEST_WALK = 1 << 6, 1 << 16
 
 
 def follow(arrays: NetArrays, counts: Int64Array, seed: int) -> MarkingMatrix:
-    """Return the last markings of a walk that fires transitions so often, in some order, as far as it can."""
+    """Return the last markings of a walk that tries to fire each transition this number of times."""
     rows = np.empty((LAST_ROWS, len(arrays.net.places)), dtype=np.int64)
     written = follow_counts(arrays.parts, arrays.net.initial, counts.copy(), rows, seed)
     return MarkingMatrix(arrays.net, rows[: min(written, LAST_ROWS)])
@@ -48,9 +48,9 @@ class Walker:
     Attributes
     ----------
     deadlocked : bool
-        Whether some marking seen enables nothing.
+        Whether some visited marking is a deadlock.
     ends : list of tuple of int
-        Last markings of walks, deadlocks first; a few.
+        Last markings of some walks, deadlocks first.
     """
 
     def __init__(self, net: CompiledNet) -> None:
@@ -67,11 +67,11 @@ class Walker:
 
     @property
     def fired(self) -> Flags:
-        """By transition: whether it was enabled in some marking seen."""
+        """For each transition, whether it was enabled in some visited marking."""
         return self._first >= 0
 
     def walk(self) -> MarkingMatrix:
-        """Walk on, and return the markings seen; the matrix is used again by the next call."""
+        """Continue walking, and return the visited markings; the next call overwrites the matrix."""
         filled = 0
         while filled < len(self._rows):
             count, dead = walk(
@@ -93,5 +93,5 @@ class Walker:
         self.deadlocked |= dead
         if end not in self.ends:
             self.ends.insert(0 if dead else len(self.ends), end)
-            # Of other ends the latest are the furthest away.
+            # Of the other ends, the latest are the most distant.
             del self.ends[MOST_ENDS // 2 : -MOST_ENDS // 2]

@@ -1,1 +1,1 @@
-"""Property files of the Model Checking Contest: read, written, and all answered about one net at once."""
+"""Property files of the Model Checking Contest: reading, writing, and answering all properties of a net."""

@@ -1,9 +1,10 @@
-"""Liveness, reversibility and home markings, by the terminal parts of the reachability graph.
+"""Liveness, reversibility and home markings, by the terminal components of the reachability graph.
 
-A part is terminal if it is strongly connected and nothing leaves it. A net is live iff every terminal part
-fires every transition, reversible iff all markings are one part, and has home markings iff there is one
-terminal part only: then they are its markings (Murata, Proc. IEEE 77(4), 1989, Sect. IV). Steps within a
-terminal part are of repeatable transitions only, which leaves few markings to look at in many nets.
+A component is terminal if it is strongly connected and no arc leaves it. A net is live iff each terminal
+component fires every transition, reversible iff all markings form one component, and has home markings iff
+there is exactly one terminal component, whose markings they are (Murata, Proc. IEEE 77(4), 1989, Sect. IV).
+Steps within a terminal component are firings of repeatable transitions only, which leaves few markings to
+examine in many nets.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.vector_sets import Scope, VectorSets
 
-#: Terminal parts looked at one by one; with more of them, transitions are.
+#: Number of terminal components examined one by one; with more, transitions are examined one by one.
 MOST_PARTS = 30
 
 
 @dataclass(frozen=True)
 class Behaviour:
-    """What a net can do again and again.
+    """Liveness, reversibility and home markings of a net.
 
     Attributes
     ----------
@@ -31,7 +32,7 @@ class Behaviour:
     home_markings : int
         Number of markings that can be reached from every reachable one.
     not_live : tuple of int
-        Transitions that some reachable marking shuts off forever; none in a live net.
+        Transitions that can become permanently disabled; empty in a live net.
     """
 
     reversible: bool
@@ -40,7 +41,7 @@ class Behaviour:
 
 
 class TooMuchWorkError(Exception):
-    """Deciding takes more work than was allowed."""
+    """The decision needs more work than allowed."""
 
 
 def behaviour(space: SymbolicStateSpace, budget: Budget = UNLIMITED, work: int | None = None) -> Behaviour:
@@ -49,20 +50,20 @@ def behaviour(space: SymbolicStateSpace, budget: Budget = UNLIMITED, work: int |
     Parameters
     ----------
     space : SymbolicStateSpace
-        Complete.
+        The complete state space.
     budget : Budget, optional
-        Of its time; the memory is that of the state space.
+        Limit of its time; the memory is that of the state space.
     work : int, optional
-        Cache misses of saturation at which to give up; no limit by default.
+        Cache misses of saturation after which it gives up; no limit by default.
 
     Raises
     ------
     TooMuchWorkError
-        If it needs more work.
+        It needs more work.
     DiagramMemoryError
-        If memory runs out.
+        Memory is exhausted.
     BudgetExceededError
-        If time runs out.
+        The time is over.
     """
     limit = None if work is None else space.diagram.effort + work
 
@@ -87,11 +88,12 @@ def behaviour(space: SymbolicStateSpace, budget: Budget = UNLIMITED, work: int |
             back = sets.closure(start, last, backwards=True)
             check_work()
             if back == last:
-                # All markings are one part: a transition is live where it can fire at all.
+                # All markings are one component: a transition is live if it can fire at all.
                 never = tuple(t for t in transitions if not space.counts.in_boxes(space.event_masks(t)))
                 return Behaviour(True, space.markings, never)
-            # From the others the initial marking cannot be reached, so they are left by no step; as all is
-            # reached from it, no terminal part is among these.
+            # From the other markings, the initial marking cannot be reached, so no step leaves this set;
+            # since all
+            # markings are reachable from it, it contains no terminal component.
             scope.hold(last, back)
             last = sets.difference(last, back)
             scope.hold(last)
@@ -100,7 +102,7 @@ def behaviour(space: SymbolicStateSpace, budget: Budget = UNLIMITED, work: int |
         scope.hold(last, dead)
         check_work()
         if dead:
-            # A deadlock is a terminal part that fires nothing.
+            # A deadlock is a terminal component without firings.
             others = sets.difference(last, sets.closure(dead, last, backwards=True))
             alone = others == 0 and DiagramCounts(space.diagram, dead).vectors() == 1
             return Behaviour(space.markings == 1, int(alone), tuple(transitions))
@@ -122,9 +124,9 @@ def behaviour(space: SymbolicStateSpace, budget: Budget = UNLIMITED, work: int |
 
 
 def _settled(sets: VectorSets, space: SymbolicStateSpace, again: frozenset[int]) -> int:
-    """Return the markings after which only repeatable transitions fire: all terminal parts are among them.
+    """Return the markings after which only repeatable transitions fire, including all terminal components.
 
-    Every run gets there, and none leaves.
+    Every run reaches this set, and no run leaves it.
     """
     everything = space.diagram.root
     once = [box for t in range(len(space.net.transitions)) if t not in again for box in space.event_masks(t)]
@@ -137,7 +139,7 @@ def _settled(sets: VectorSets, space: SymbolicStateSpace, again: frozenset[int])
 
 
 def _always_possible(sets: VectorSets, space: SymbolicStateSpace, last: int, transition: int) -> bool:
-    """Whether each marking of a set that no step leaves can reach one that enables the transition."""
+    """Whether from each marking of a closed set, one that enables the transition is reachable."""
     with Scope(space.diagram) as scope:
         disabled = sets.without_boxes(last, space.event_masks(transition))
         scope.hold(disabled)

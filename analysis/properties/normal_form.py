@@ -1,7 +1,7 @@
-"""Formulas made ready for many engines: split into parts that are decided alone, with what is known put in.
+"""Normal forms of formulas: split into parts that are decided separately, with known values substituted.
 
-A *part* is a state formula with a path quantifier outside; ``A`` before a path formula of linear time stands
-for "all runs satisfy", as in CTL*.
+A *part* is a state formula that begins with a path quantifier; ``A`` before an LTL path formula means "all
+runs satisfy", as in CTL*.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from dineros.analysis.properties.predicates import is_condition
 
 
 def of_linear(formula: Formula) -> Formula:
-    """Return "all runs satisfy an LTL formula" as parts, of branching time where there is an equal one."""
+    """Return "all runs satisfy an LTL formula" as parts, in CTL if there is an equivalent."""
     wanted = simplified(formula)
     operands = wanted.operands if isinstance(wanted, And) else (wanted,)
     parts = [_branching(operand) or ForAll(operand) for operand in operands]
@@ -40,7 +40,7 @@ def of_linear(formula: Formula) -> Formula:
 
 
 def _branching(formula: Formula) -> Formula | None:
-    """Return an equivalent of "all runs satisfy" in CTL, if one is known; of a formula in normal form."""
+    """Return a CTL equivalent of "all runs satisfy", if one is known, for a formula in normal form."""
     if is_condition(formula):
         return formula
     match formula:
@@ -60,7 +60,7 @@ def _branching(formula: Formula) -> Formula | None:
 
 
 def _each(formula: And | Or, made: Callable[[Formula], Formula | None]) -> Formula | None:
-    """Return what is made of each operand; in a disjunction, one of them may be more than a condition."""
+    """Apply a function to each operand; in a disjunction, at most one may be more than a condition."""
     others = [operand for operand in formula.operands if not is_condition(operand)]
     if isinstance(formula, Or) and len(others) > 1:
         return None
@@ -69,14 +69,14 @@ def _each(formula: And | Or, made: Callable[[Formula], Formula | None]) -> Formu
 
 
 def is_linear(part: Formula) -> bool:
-    """Whether a part speaks of linear time: its path formula is more than one operator on state formulas."""
+    """Whether a part is an LTL formula: its path formula is more than one operator on state formulas."""
     return isinstance(part, ForAll) and (
         not isinstance(part.operand, TEMPORAL) or any(_is_path(inner) for inner in part.operand.operands)
     )
 
 
 def _is_path(formula: Formula) -> bool:
-    """Whether a temporal operator stands in a formula without its quantifier."""
+    """Whether a formula has a temporal operator without its path quantifier."""
     if isinstance(formula, TEMPORAL):
         return True
     if isinstance(formula, ForAll | Exists):
@@ -90,7 +90,7 @@ def has_next(formula: Formula) -> bool:
 
 
 def folded(formula: Formula, known: Mapping[Formula, bool]) -> Formula:
-    """Return an equivalent formula where some parts are known to be true, or false, in every marking."""
+    """Return an equivalent formula, given parts that are known to be constant in all markings."""
     made: dict[Formula, Formula] = {}
     for part in formula.subformulas():
         if part in known:
@@ -153,10 +153,10 @@ def _joined(
 
 
 def _quantified(quantifier: type[ForAll] | type[Exists], path: Formula) -> Formula:
-    """Put a quantifier before a path formula: over what it can be split, and not twice."""
+    """Put a quantifier before a path formula, distributed over its operands where possible."""
     if not isinstance(path, TEMPORAL):
         if not _is_path(path):
-            return path  # a state formula already
+            return path  # it is a state formula already
         return quantifier(path)
     (operand, *_) = path.operands
     if isinstance(path, Globally | Finally):
@@ -177,12 +177,12 @@ def _quantified(quantifier: type[ForAll] | type[Exists], path: Formula) -> Formu
 
 
 def initially(formula: Formula, known: Callable[[Formula], bool | None]) -> bool | None:
-    """Evaluate a formula in the initial marking as far as that alone, and what is known of parts, decides.
+    """Evaluate a formula in the initial marking, as far as the known values decide it.
 
     Parameters
     ----------
     formula : Formula
-        Of state formulas, path formulas of linear time, or both; `folded`.
+        State formula, LTL path formula, or a combination; `folded`.
     known : callable
         Values of atoms and parts in the initial marking.
     """
@@ -223,7 +223,7 @@ def _from_operands(part: Formula, values: list[bool | None]) -> bool | None:
 
 
 def linear_equal(part: Formula) -> tuple[Formula, bool] | None:
-    """Return an LTL formula that decides a part, and the value of the part where all runs satisfy it."""
+    """Return an LTL formula that decides a part, and the value of the part if all runs satisfy it."""
     universal = _linear(_negation_inside(part, True))
     if universal is not None:
         return universal, True
@@ -232,7 +232,7 @@ def linear_equal(part: Formula) -> tuple[Formula, bool] | None:
 
 
 def _negation_inside(formula: Formula, positive: bool) -> Formula:
-    """Return a formula over ``! & |`` and quantified operators, or its negation: ``!`` at conditions only."""
+    """Return a formula of ``! & |`` and quantified operators, or its negation, with ``!`` at conditions."""
     if is_condition(formula):
         return simplified(formula if positive else Not(formula))
     match formula:
@@ -249,7 +249,7 @@ def _negation_inside(formula: Formula, positive: bool) -> Formula:
 
 
 def _linear(formula: Formula) -> Formula | None:
-    """Return the LTL formula that "all runs" means the same with, for those of which that is known."""
+    """Return an LTL formula with an equivalent "all runs satisfy"; None: none is known."""
     if is_condition(formula):
         return formula
     match formula:
@@ -267,7 +267,7 @@ def _linear(formula: Formula) -> Formula | None:
 
 
 def parts_of(formula: Formula) -> list[Formula]:
-    """Return the largest parts of a boolean combination that begin with a quantifier."""
+    """Return the largest parts of a Boolean combination that begin with a quantifier."""
     if isinstance(formula, ForAll | Exists):
         return [formula]
     found = [part for operand in formula.operands for part in parts_of(operand)]
@@ -275,7 +275,7 @@ def parts_of(formula: Formula) -> list[Formula]:
 
 
 def goal_of(part: Formula) -> tuple[Formula, bool] | None:
-    """Return what to look for in reachable markings, and the value of the part where it is found."""
+    """Return the condition to search for in reachable markings, and the part's value if it is found."""
     match part:
         case Exists(Finally(operand)) if is_condition(operand):
             return operand, True

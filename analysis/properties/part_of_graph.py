@@ -1,8 +1,8 @@
 """CTL on a part of the reachability graph, with three truth values.
 
-The markings first found are stored with their successors; what lies behind the last of them is not known. A
-set of states is a pair: those surely in it, and those that may be. Where all markings were stored, both are
-the same.
+The markings found first are stored with their successors; the successors of the last ones are unknown. A set
+of states is a pair: states that are certainly in it, and states that may be in it. If all markings are
+stored, both are equal.
 
 References
 ----------
@@ -28,40 +28,40 @@ from dineros.analysis.logic.language.syntax import Atom, Formula
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.predicates import Flags, Int64Array, any_enabled, holds
 
-#: Bytes of what is kept of atoms.
+#: Maximum size of stored values of atoms, in bytes.
 MOST_FLAGS = 1 << 28
-#: A set of states: surely in it, perhaps in it.
+#: A set of states: certainly in it, possibly in it.
 Pair = tuple[Flags, Flags]
 
 
 class PartOfGraph(Exploration):
-    """Markings of a net, breadth first, with their successors, as far as a budget goes.
+    """Markings of a net with their successors, breadth first, as far as the budget allows.
 
     Parameters
     ----------
     net : CompiledNet
     budget : Budget
-        Its limits end the search, not the object; its clock runs.
+        Its limits end the search without an error; its clock runs.
     cells : Layout, optional
-        How to write markings, where that is known.
+        The layout of markings, if it is known.
 
     Attributes
     ----------
     size : int
-        Markings stored.
+        Number of stored markings.
     expanded : int
-        Of these, the first so many have their successors; a deadlock is its own.
+        Number of first markings whose successors are stored; a deadlock is its own successor.
     is_complete : bool
-        Whether that is all.
+        Whether all markings are stored.
     arcs : Arcs
-        Those that are known.
+        The known arcs.
     layout : Layout
-        How markings are written; good for the net from any reachable marking on.
+        The layout of markings, valid for the net from any reachable marking.
 
     Raises
     ------
     BudgetExceededError
-        When a place may hold more tokens than fit into a word.
+        A place may have more tokens than fit into a word.
     """
 
     visits: ClassVar[int] = 20_000
@@ -100,7 +100,7 @@ class PartOfGraph(Exploration):
         return code if table is None else table[code]
 
     def at_least(self, place: int, weight: int) -> Flags:
-        """Return in which markings a place holds so many tokens."""
+        """Return the markings in which a place has at least this number of tokens."""
         code, table = self._codes(place)
         flags: Flags = code >= weight if table is None else (table >= weight)[code]
         return flags
@@ -114,9 +114,9 @@ class PartOfGraph(Exploration):
         return code, None if cell.values is None else cell.values[:, at]
 
     def deadlocks(self) -> Flags:
-        """Return in which markings no transition is enabled."""
+        """Return the markings in which no transition is enabled."""
         pointer, targets, *_ = self.arcs
-        # A deadlock has itself as its only successor, but so has a marking that only loops leave.
+        # A deadlock is its own only successor; so is a marking with only self-loops.
         alone = np.diff(pointer) == 1
         alone[alone] = targets[pointer[:-1][alone]] == np.flatnonzero(alone)
         some = np.flatnonzero(alone | ~self.is_known)
@@ -125,7 +125,7 @@ class PartOfGraph(Exploration):
         return result
 
     def with_loops(self) -> Arcs:
-        """Return the arcs where states without known successors are their own."""
+        """Return the arcs, with self-loops at states without known successors."""
         if self.is_complete:
             return self.arcs
         rest = np.arange(self.expanded, self.size, dtype=np.int32)
@@ -145,11 +145,11 @@ class _Selected:
         return self._graph.tokens(place)[self._states]
 
     def at_least(self, place: int, weight: int) -> Flags:
-        """Return in which markings a place holds so many tokens."""
+        """Return the markings in which a place has at least this number of tokens."""
         return self._graph.at_least(place, weight)[self._states]
 
     def deadlocks(self) -> Flags:
-        """Return in which markings no transition is enabled."""
+        """Return the markings in which no transition is enabled."""
         return self._graph.deadlocks()[self._states]
 
 
@@ -160,7 +160,7 @@ class PartialSets:
     ----------
     graph : PartOfGraph
     conditions : mapping
-        What atoms ask.
+        The conditions in the atoms.
     tell : callable
         Called before each operation; an exception raised in it ends the work.
     """
@@ -195,7 +195,7 @@ class PartialSets:
         return left[0] & right[0], left[1] & right[1]
 
     def union(self, left: Pair, right: Pair) -> Pair:
-        """Return the states in one of the sets."""
+        """Return the states in at least one of the sets."""
         return left[0] | right[0], left[1] | right[1]
 
     def some_next(self, states: Pair) -> Pair:
@@ -217,15 +217,15 @@ class PartialSets:
         return sure, self._loops.some_globally(states[1])
 
     def initially(self, states: Pair) -> bool:
-        """Whether the initial state is surely in a set."""
+        """Whether the initial state is certainly in a set."""
         return bool(states[0][0])
 
     def value(self, states: Pair) -> bool | None:
-        """Whether the initial state is in a set; None where that is not known."""
+        """Whether the initial state is in a set; None: this is not known."""
         return True if states[0][0] else None if states[1][0] else False
 
     def path(self, path: Formula, found: Mapping[Formula, Pair]) -> Run:
-        """Runs are not asked for."""
+        """Not supported: runs are not requested."""
         raise NotImplementedError
 
     def _exact(self, flags: Flags) -> Pair:

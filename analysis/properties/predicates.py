@@ -37,13 +37,13 @@ class Markings(Protocol):
     size: int
 
     def tokens(self, place: int) -> Int64Array:
-        """Return the tokens of a place in each of them."""
+        """Return the tokens of a place in each marking."""
 
     def at_least(self, place: int, weight: int) -> Flags:
-        """Return in which of them a place holds so many tokens."""
+        """Return the markings in which a place has at least this number of tokens."""
 
     def deadlocks(self) -> Flags:
-        """Return in which of them no transition is enabled."""
+        """Return the markings in which no transition is enabled."""
 
 
 class MarkingMatrix:
@@ -64,18 +64,18 @@ class MarkingMatrix:
         return column
 
     def at_least(self, place: int, weight: int) -> Flags:
-        """Return in which markings a place holds so many tokens."""
+        """Return the markings in which a place has at least this number of tokens."""
         flags: Flags = self.rows[:, place] >= weight
         return flags
 
     def deadlocks(self) -> Flags:
-        """Return in which markings no transition is enabled."""
+        """Return the markings in which no transition is enabled."""
         return ~any_enabled(self, range(len(self.net.transitions)))
 
 
 @lru_cache(maxsize=1 << 16)
 def is_condition(formula: Formula) -> bool:
-    """Whether a formula speaks of one marking only: no temporal operator, no step."""
+    """Whether a formula is about one marking: it has no temporal operator and no `fired` atom."""
     return all(
         isinstance(part, _BOOLEAN) or (isinstance(part, Atom) and type(part).__name__ != "Fired")
         for part in formula.subformulas()
@@ -83,7 +83,7 @@ def is_condition(formula: Formula) -> bool:
 
 
 def enabled(markings: Markings, transition: int) -> Flags:
-    """Return in which markings a transition is enabled."""
+    """Return the markings in which a transition is enabled."""
     net = markings.net
     result = np.ones(markings.size, dtype=np.bool_)
     for place, weight in net.pre.row(transition):
@@ -102,7 +102,7 @@ def total(markings: Markings, factors: Mapping[int, int]) -> Int64Array:
 
 
 def holds(markings: Markings, condition: Condition) -> Flags:
-    """Return in which markings a condition holds."""
+    """Return the markings in which a condition holds."""
     match condition:
         case Linear(factors, symbol, bound):
             return np.asarray(OPERATORS[symbol](total(markings, factors), bound))  # type: ignore[arg-type]
@@ -114,7 +114,7 @@ def holds(markings: Markings, condition: Condition) -> Flags:
 
 
 def any_enabled(markings: Markings, transitions: range | list[int]) -> Flags:
-    """Return in which markings some of these transitions is enabled."""
+    """Return the markings in which at least one of these transitions is enabled."""
     result = np.zeros(markings.size, dtype=np.bool_)
     for transition in transitions:
         result |= enabled(markings, transition)
@@ -124,7 +124,7 @@ def any_enabled(markings: Markings, transitions: range | list[int]) -> Flags:
 
 
 def satisfied(markings: Markings, formula: Formula, conditions: Mapping[Atom, Condition]) -> Flags:
-    """Return in which markings a formula without temporal operators holds."""
+    """Return the markings in which a formula without temporal operators holds."""
     found: dict[Formula, Flags] = {}
     for part in formula.subformulas():
         rows = [found[operand] for operand in part.operands]

@@ -1,4 +1,4 @@
-"""Properties of a net as the Model Checking Contest asks for them, and their answers.
+"""Properties of a net as in the Model Checking Contest, and their answers.
 
 References
 ----------
@@ -32,7 +32,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 Kind = Literal["ctl", "ltl", "bound", "global"]
 
 GLOBAL_PROPERTIES = ("ReachabilityDeadlock", "OneSafe", "QuasiLiveness", "Liveness", "StableMarking")
-"""Questions that can be asked of any net, by their names in the contest."""
+"""Questions about any net, by their names in the contest."""
 
 _SHOWN = (
     "structure",
@@ -51,16 +51,16 @@ class Property:
     Attributes
     ----------
     id : str
-        How the answer is called.
+        Id of the question, also used for the answer.
     kind : {"ctl", "ltl", "bound", "global"}
-        What is asked: a formula of branching or of linear time, the most tokens that places hold together, or
-        one of `GLOBAL_PROPERTIES`.
+        Kind of the question: a CTL or LTL formula, the most tokens that places have together, or one of
+        `GLOBAL_PROPERTIES`.
     formula : Formula, optional
-        Of "ctl" and "ltl", with the meaning of operators of this project: at a deadlock, time continues.
+        For "ctl" and "ltl", with this project's semantics: a run stays in a deadlock forever.
     places : tuple of str
-        Of "bound": names; their tokens are added up.
+        For "bound": names of places, whose tokens are added.
     examination : str
-        Of "global": its name.
+        For "global": its name.
     """
 
     id: str
@@ -72,23 +72,24 @@ class Property:
 
 @dataclass(frozen=True)
 class PropertyAnswer:
-    """What is known of a property.
+    """The answer to a property.
 
     Attributes
     ----------
     id : str
     value : bool, int or None
-        Whether it holds, or the bound; None where that is not known.
+        Whether it holds, or the bound; None: unknown.
     seconds : float
-        Wall-clock time from the beginning of all questions that were asked together.
+        Wall-clock time from the start of all questions asked together.
     technique : str
-        What decided: ``structure``, ``state equation``, ``random walk``, ``explicit``, ``symbolic`` ...
+        The deciding technique: ``structure``, ``state equation``, ``random walk``, ``explicit``, ``symbolic``
+        ...
     reason : str
-        Why nothing is known.
+        Why the answer is unknown.
     evidence : Evidence or None
-        What it rests on, as far as that is structure or induction.
+        The evidence, if it is structural or inductive.
     dead : str
-        Where a net is not quasi-live by structure: the name of a transition that never fires.
+        If a net is not quasi-live by structure: the name of a transition that never fires.
     """
 
     id: str
@@ -101,12 +102,12 @@ class PropertyAnswer:
 
     @property
     def rests_on_markings(self) -> bool:
-        """Whether no run shows it, and neither structure nor induction proves it."""
+        """Whether neither a run nor a structural or inductive proof shows it."""
         return self.value is not None and self.evidence is None and self.technique not in _SHOWN
 
 
 def said_of_all(examination: str, net: CompiledNet) -> Formula:
-    """Return what a question of any net says, as a formula; readers know it by its id."""
+    """Return a question about any net as a formula; readers recognise it by its id."""
     fired = [Enabled(Name(transition)) for transition in net.transitions]
     places = [Name(place) for place in net.places]
     match examination:
@@ -131,7 +132,7 @@ def _joined(operator: type[And | Or], parts: list[Formula]) -> Formula:
 
 
 class GroupedNames:
-    """Names of a net, and of sets of its transitions: ``is-fireable`` asks whether any of a set is enabled.
+    """Names of a net, and of sets of its transitions: ``is-fireable`` means that any of a set is enabled.
 
     Parameters
     ----------
@@ -146,18 +147,18 @@ class GroupedNames:
         self._groups: dict[str, tuple[str, ...]] = {}
 
     def group(self, names: Sequence[str]) -> str:
-        """Return a name for some transitions."""
+        """Return a name for a set of transitions."""
         text = self.SEPARATOR.join(names)
         if len(names) > 1:
             self._groups[text] = tuple(names)
         return text
 
     def members(self, name: str) -> tuple[str, ...]:
-        """Return the names that a name stands for."""
+        """Return the names in a group, or the name itself."""
         return self._groups.get(name, (name,))
 
     def ungrouped(self, formula: Formula) -> Formula:
-        """Return a formula without groups: any of their transitions is enabled."""
+        """Return a formula without groups, as a disjunction over their transitions."""
         made: dict[Formula, Formula] = {}
         for part in formula.subformulas():
             made[part] = part.with_operands(tuple(made[operand] for operand in part.operands))

@@ -1,10 +1,10 @@
 """Reading the contest's property files: XML in the namespace ``http://mcc.lip6.fr/``.
 
-Other tools, such as TAPAAL, add comparisons and sums, and leave the namespace out or take another; these are
-read, too.
+Other tools, such as TAPAAL, add comparisons and sums, and omit the namespace or use another one; these files
+are read, too.
 
-``EX f`` of the contest needs a successor and its ``AX f`` holds where there is none, while runs of this
-project stay in a deadlock forever: what is read says so with ``deadlock``. In LTL both mean the same.
+In the contest, ``EX f`` requires a successor and ``AX f`` holds if there is none, while runs in this project
+stay in a deadlock forever: the formulas are translated with ``deadlock``. In LTL both semantics are equal.
 """
 
 from __future__ import annotations
@@ -78,21 +78,21 @@ _TEMPORAL = ("globally", "finally", "next", "until")
 def read_properties(
     path: Path | str, names: GroupedNames, note: Callable[[str], None] | None = None
 ) -> list[Property]:
-    """Read a property file, its names resolved.
+    """Read a property file and resolve its names.
 
     Parameters
     ----------
     path : Path or str
         The file.
     names : GroupedNames
-        What names stand for; groups of transitions are added.
+        Resolves names; groups of transitions are added.
     note : callable, optional
-        Gets a sentence about the file where it deviates from the format.
+        Called with a sentence if the file deviates from the format.
 
     Raises
     ------
     DinerosError
-        It cannot be read, is not a property file, or names something unknown; with its line.
+        It cannot be read, is not a property file, or has an unknown name; with its line.
     """
     root = parse(path).getroot()
     if etree.QName(root).localname != "property-set":
@@ -117,7 +117,7 @@ class _Reader:
         return DinerosError(message, location=Location(self.path, line_of(node)), hint=hint)
 
     def children(self, node: etree._Element, least: int = 0, most: int | None = None) -> list[etree._Element]:
-        """Return the elements in an element, of which there must be so many."""
+        """Return the child elements of an element; their number must be in the given range."""
         found = list(node.iterchildren(tag=etree.Element))
         if len(found) < least or (most is not None and len(found) > most):
             raise self.error(f"<{_local(node)}> holds {len(found)} elements", node)
@@ -270,13 +270,13 @@ class _Reader:
 
 
 def _local(node: etree._Element) -> str:
-    """Return the tag of an element of the contest's namespace, and nothing known for others."""
+    """Return the tag of an element in the contest's namespace, and an unknown one for others."""
     tag = etree.QName(node)
     return tag.localname if tag.namespace == NAMESPACE else str(node.tag)
 
 
 def _adopt(root: etree._Element, note: Callable[[str], None] | None) -> None:
-    """Put all elements that have no namespace, or that of the root, into the contest's."""
+    """Move all elements without a namespace, or with that of the root, into the contest's namespace."""
     own: str | None = etree.QName(root).namespace
     if own == NAMESPACE:
         return
@@ -289,7 +289,7 @@ def _adopt(root: etree._Element, note: Callable[[str], None] | None) -> None:
 
 
 def _is_linear(node: etree._Element) -> bool:
-    """Whether some temporal operator, not that of a quantifier, stands in a formula."""
+    """Whether a formula has a temporal operator that does not belong to a quantifier."""
     outer = node[0] if _local(node) == "all-paths" and len(node) == 1 else node
     for part in outer.iter(tag=etree.Element):
         parent = part.getparent()

@@ -1,10 +1,10 @@
-"""Nets that always come back, proved on a smaller net: live and reversible, however many markings there are.
+"""Nets that always return to the initial marking, proved on a reduced net: they are live and reversible.
 
-A transition that takes and puts back the initial marking changes nothing, and can fire where each place holds
-at least its initial tokens. Let weights y > 0 of places, whose weighted sum no firing raises, bound them: a
-marking m >= m0 has y . m <= y . m0, so that m = m0. In a net with such bounds, the transition is live iff the
-net is reversible. So both questions are one, whether a net is live, and this is what structural reductions
-keep. Where they leave little, a diagram of that answers for a net whose own would be too large.
+A transition that takes and puts back the initial marking changes nothing, and is enabled if each place has at
+least its initial tokens. Let weights y > 0 of places, whose weighted sum no firing increases, bound them: a
+marking m >= m0 has y . m <= y . m0, so m = m0. In a net with such bounds, the transition is live iff the net
+is reversible. So both questions become one, whether a net is live, which structural reductions preserve. If
+they leave a small net, its diagram answers even if the diagram of the original net would be too large.
 
 References
 ----------
@@ -26,21 +26,21 @@ from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
 MOST_WORK = 1_500_000
-"""Cache misses of saturation that the smaller net may cost, twice: for its markings and for what they do."""
+"""Cache misses of saturation for the reduced net, twice: for its markings and for their analysis."""
 
 
 @dataclass(frozen=True)
 class Recurrence:
-    """A net that is bounded and, without transitions that can never fire, live and reversible.
+    """A net that is bounded and, without its dead transitions, live and reversible.
 
     So all its markings are home markings, none is a deadlock, and every other transition can fire.
 
     Attributes
     ----------
     bounds : tuple of int
-        Tokens that each place holds at most; it may always hold less.
+        An upper bound of the tokens on each place.
     dead : frozenset of int
-        The transitions that can never fire: all of them.
+        All dead transitions.
     """
 
     bounds: tuple[int, ...]
@@ -48,14 +48,14 @@ class Recurrence:
 
 
 def recurrence(net: CompiledNet, budget: Budget = UNLIMITED) -> Recurrence | None:
-    """Prove that a net always comes back; None where it does not, or where that is not seen.
+    """Prove that a net always returns to its initial marking; None: it does not, or there is no proof.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
     budget : Budget, optional
-        Its time and memory; running out of them is not an answer.
+        Its time and memory; exhausting them gives no answer.
 
     Examples
     --------
@@ -89,7 +89,7 @@ def _with_return(net: CompiledNet) -> CompiledNet:
 
 
 def _is_live(net: CompiledNet, budget: Budget) -> bool:
-    """Whether little work proves that a net is live."""
+    """Whether a net can be proved live with little work."""
 
     def check_work(spent: int) -> None:
         if spent > MOST_WORK:

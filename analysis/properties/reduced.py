@@ -1,4 +1,4 @@
-"""A net reduced for one question: only what the question speaks of has to stay."""
+"""A net reduced for one question: only elements that the question refers to must stay."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.normal_form import folded, has_next
 from dineros.analysis.reductions import Property, Reduction, reduce
 
-#: Transitions of a net up to which reducing it takes little time.
+#: Maximum number of transitions of a net for which the reduction takes little time.
 MOST_TRANSITIONS = 3_000
 
 
 @dataclass(frozen=True)
 class Reduced:
-    """A question about a smaller net.
+    """A question about a reduced net.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Reduced:
     formula : Formula
         Names in it are those of the net.
     reduction : Reduction
-        How the net became smaller, which leads back.
+        The reduction, which translates traces back.
     """
 
     net: CompiledNet
@@ -44,9 +44,9 @@ class Reduced:
 
 
 def reduced(net: CompiledNet, formula: Formula, names: Names) -> Reduced | None:
-    """Return an equal question about a smaller net, of linear time without "next" or about one marking.
+    """Return an equivalent question about a reduced net, for LTL without "next" or for one marking.
 
-    None where the formula counts steps or asks for deadlocks, and where the net is large.
+    None if the formula counts steps or is about deadlocks, or if the net is large.
     """
     if has_next(formula) or len(net.transitions) > MOST_TRANSITIONS:
         return None
@@ -69,7 +69,7 @@ def reduced(net: CompiledNet, formula: Formula, names: Names) -> Reduced | None:
 
 
 def _compared(net: CompiledNet, condition: object) -> Formula | None:
-    """Return a condition as comparisons of tokens; None where it is none."""
+    """Return a condition as comparisons of tokens; None: it cannot be expressed."""
     match condition:
         case Linear(factors, symbol, bound):
             terms = tuple((factor, Name(net.places[p])) for p, factor in factors.items())

@@ -1,4 +1,4 @@
-"""Writing the contest's property files; names are those of the net, of a flattened one for systems."""
+"""Writes the contest's property files; names are those of the net, for system models the flattened one."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ _TAGS: dict[type[Formula], str] = {
 def write_properties(
     path: Path | str, properties: Sequence[Property], net: CompiledNet, names: Names
 ) -> None:
-    """Write a property file, as a whole or not at all.
+    """Write a property file, completely or not at all.
 
     Raises
     ------
     DinerosError
-        A formula says what the contest's files cannot: the step taken, or weighted sums.
+        A formula cannot be expressed in the contest's files: it has `fired` atoms or weighted sums.
 
-    Questions that can be asked of any net are written as formulas of branching time that say the same.
+        Questions about any net are written as equivalent CTL formulas.
     """
     root = etree.Element("property-set", xmlns=NAMESPACE)
     for one in properties:
@@ -61,7 +61,7 @@ def add_property(root: etree._Element, one: Property, net: CompiledNet, names: N
     Raises
     ------
     DinerosError
-        As `write_properties`.
+        As for `write_properties`.
     """
     node = etree.SubElement(root, "property")
     etree.SubElement(node, "id").text = one.id
@@ -89,7 +89,7 @@ class _Writer:
         self.net, self.atoms = net, atoms
 
     def linear(self, outer: etree._Element, formula: Formula) -> None:
-        """Write a formula of linear time, without the operators that the contest does not know."""
+        """Write an LTL formula, without the operators that the contest does not have."""
         match formula:
             case Release(left, right):
                 formula = Not(Until(Not(left), Not(right)))
@@ -101,7 +101,7 @@ class _Writer:
             self.plain(outer, formula, True)
 
     def branching(self, outer: etree._Element, formula: Formula) -> None:
-        """Write a formula of branching time, where a deadlock of the contest has no next marking."""
+        """Write a CTL formula, for the contest's semantics, in which a deadlock has no next marking."""
         match formula:
             case And((Exists(Next() as path), Not(Deadlock()))) | Or((ForAll(Next() as path), Deadlock())):
                 (quantified, _) = formula.operands

@@ -1,7 +1,7 @@
-"""Questions about one net, and the engines that answer them: each is one class.
+"""Questions about one net, and the engines that answer them; each is a class.
 
-A question knows how the engines of DiNeROS decide it. Another engine is asked in the same way, and says which
-questions it knows an answer to.
+A question defines how the engines of DiNeROS decide it. Other engines have the same interface, and declare
+which questions they support.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Question(ABC):
     net : CompiledNet
         The net.
     names : Names
-        What names in the question stand for.
+        The elements that names in the question refer to.
     """
 
     net: CompiledNet
@@ -39,25 +39,25 @@ class Question(ABC):
 
     @abstractmethod
     def decided(self, budget: Budget) -> Outcome:
-        """Return what the engines of DiNeROS answer, in the order that suits the question.
+        """Return the answer of DiNeROS's engines, in an order that suits the question.
 
         Raises
         ------
         FormulaError
-            The question cannot be read, or names something unknown.
+            The question is invalid, or has an unknown name.
         """
 
 
 @dataclass(frozen=True)
 class Enabled(Question):
-    """Which way leads to a marking that enables a transition, the transition last.
+    """A firing sequence to a marking that enables a transition, followed by the transition.
 
     Attributes
     ----------
     name : str
-        Of the transition, or of several: any of them.
+        Name of the transition; if several have it, any of them.
     order : {"breadth-first", "depth-first"}
-        How it is searched for.
+        Order of the search.
     """
 
     name: str
@@ -72,14 +72,14 @@ class Enabled(Question):
 
 @dataclass(frozen=True)
 class Marking(Question):
-    """Which way leads to a marking that fulfils a condition.
+    """A firing sequence to a marking that fulfils a condition.
 
     Attributes
     ----------
     condition : str
-        Without temporal operators.
+        The condition, without temporal operators.
     order : {"breadth-first", "depth-first"}
-        How it is searched for.
+        Order of the search.
     """
 
     condition: str
@@ -109,7 +109,7 @@ class Linear(Question):
     strong: tuple[str, ...] = ()
 
     def decided(self, budget: Budget) -> Outcome:
-        """Ask goals as such; search the product with an automaton on the fly for the rest."""
+        """Decide goals by reachability; for the rest, search the product with an automaton on the fly."""
         from dineros.analysis.logic.language.bounded import bounds_times
         from dineros.analysis.logic.language.errors import FormulaError
         from dineros.analysis.questions.formulas import verify_linear
@@ -128,26 +128,26 @@ class Branching(Question):
     formula : str
         The formula.
     orders : OrderCache or None
-        Where orders of levels are kept for the symbolic engine.
+        Stored variable orders for the symbolic engine.
     """
 
     formula: str
     orders: OrderCache | None = None
 
     def decided(self, budget: Budget) -> Outcome:
-        """Ask goals as such; store markings one by one and as decision diagrams for the rest."""
+        """Decide goals by reachability; for the rest, store markings and build decision diagrams."""
         from dineros.analysis.questions.formulas import verify_branching
 
         return verify_branching(self.net, self.formula, self.names, budget, self.orders)
 
 
 class Engine(ABC):
-    """Who answers questions. A new one is a subclass, and stands in `ENGINES`.
+    """An engine that answers questions. A new one is a subclass, and is entered in `ENGINES`.
 
     Attributes
     ----------
     name : str
-        As `--engine` has it.
+        Value of `--engine`.
     """
 
     name: ClassVar[str]
@@ -159,19 +159,19 @@ class Engine(ABC):
         Raises
         ------
         FormulaError
-            The question cannot be read, or names something unknown.
+            The question is invalid, or has an unknown name.
         DinerosError
-            The engine is not there, failed, or does not know such questions.
+            The engine is not available, failed, or does not support the question.
         """
 
 
 class Own(Engine):
-    """The engines of DiNeROS, whichever suits the question."""
+    """The engines of DiNeROS, chosen according to the question."""
 
     name = "auto"
 
     def answer(self, question: Question, budget: Budget) -> Outcome:
-        """Let the question choose. A witness that does not replay is an error of an engine, and no answer."""
+        """Let the question choose. A witness that cannot be replayed is reported as an engine's error."""
         budget = budget.begun()
         try:
             return question.decided(budget)
@@ -183,12 +183,12 @@ class Own(Engine):
 
 
 class Tina(Engine):
-    """TINA of LAAS, where it is on the PATH."""
+    """TINA of LAAS, if it is on the PATH."""
 
     name = "tina"
 
     def answer(self, question: Question, budget: Budget) -> Outcome:
-        """Run TINA's programs; what they show is replayed."""
+        """Run TINA's programs; their witnesses are replayed."""
         from dineros.analysis import tina
 
         match question:
@@ -208,7 +208,7 @@ PLAIN_SHARE, PLAIN_SECONDS = 0.5, 120.0
 """The same for the net without its times, before more state classes are built."""
 
 WITHOUT_TIMES = ", without times"
-"""Ends the words of who answered if the net was asked without its times."""
+"""Suffix of the method's name if the question was decided without times."""
 
 
 @dataclass(frozen=True)
@@ -279,10 +279,11 @@ class Timed(Engine):
         )
 
     def _holds_with_fewer_runs(self, question: Question) -> bool:
-        """Tell whether an answer without times, if it denies that something happens, is one with times.
+        """Return whether a negative answer without times is also valid with times.
 
-        With times a run may stay in a marking where nothing has to fire. So only formulas that say what holds
-        in all markings, or at all steps, are asked. Priorities decide what is a deadlock with times.
+        With times, a run may stay in a marking in which nothing has to fire. So this is only used for
+        formulas about all markings, or about all steps. Priorities affect which markings are deadlocks with
+        times.
         """
         from dineros.analysis.logic.language.bounded import bounds_times
         from dineros.analysis.logic.language.parser import parse

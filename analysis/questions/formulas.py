@@ -1,7 +1,7 @@
-"""Formulas of temporal logic on the road of goals: a conjunction is split, and goals in it are asked as such.
+"""Temporal formulas decided as goals where possible: a conjunction is split, and its goals are decided alone.
 
-``G p`` of LTL, ``AG p`` and ``EF p`` of CTL ask whether a marking can be reached, fair runs or not: every
-firing sequence continues as a run that is fair to finitely many transitions, weakly and strongly.
+``G p`` of LTL, ``AG p`` and ``EF p`` of CTL are reachability questions, with or without fairness: every
+firing sequence can be continued as a run that is weakly and strongly fair to finitely many transitions.
 
 References
 ----------
@@ -51,17 +51,17 @@ def verify_linear(
 ) -> Outcome:
     """Decide whether all fair runs satisfy an LTL formula: each ``G p`` of a conjunction as a goal.
 
-    Parameters and answers are those of `verify_ltl`; where the beginning of a run violates the formula
-    whatever follows, the answer ends there.
+    Parameters and results are those of `verify_ltl`; a counterexample ends as soon as it violates the formula
+    regardless of its continuation.
 
     Raises
     ------
     FormulaError
-        If the formula is none, names something unknown, or is too large.
+        It is not a formula, has an unknown name, or is too large.
     """
     budget, weak, strong = budget.begun(), tuple(weak), tuple(strong)
     tree = parse(formula) if isinstance(formula, str) else formula
-    BoundAtoms(net, tree, names)  # raises where a name is not known
+    BoundAtoms(net, tree, names)  # raises if a name is unknown
     all_resolved(names, [*weak, *strong])
     wanted = simplified(tree)
     parts = wanted.operands if isinstance(wanted, And) else (wanted,)
@@ -85,12 +85,12 @@ def verify_linear(
 
 
 def _is_goal(condition: Formula) -> bool:
-    """Whether what violates a condition is a goal: a marking, or that a transition is fired in one."""
+    """Whether the violation of a condition is a goal: a marking, or the firing of a transition in one."""
     return is_condition(condition) or _firing_against(condition) is not None
 
 
 def _firing_against(condition: Formula) -> tuple[Name, tuple[Formula, ...]] | None:
-    """Return which transition violates a condition, fired where others hold; None for other conditions."""
+    """Return the transition whose firing violates a condition, and the other conditions; None: no such."""
     parts = condition.operands if isinstance(condition, Or) else (condition,)
     fired = [part.operand.name for part in parts if isinstance(part, Not) and isinstance(part.operand, Fired)]
     others = tuple(part for part in parts if is_condition(part))
@@ -100,7 +100,7 @@ def _firing_against(condition: Formula) -> tuple[Name, tuple[Formula, ...]] | No
 
 
 def _way_against(net: CompiledNet, condition: Formula, names: Names, budget: Budget) -> Outcome:
-    """Find a way to where a condition is violated."""
+    """Find a trace to the violation of a condition."""
     found = _firing_against(condition)
     if found is None:
         return find_marking(net, Not(condition), names, budget, is_shortest=False)
@@ -114,7 +114,7 @@ def _way_against(net: CompiledNet, condition: Formula, names: Names, budget: Bud
 
 
 def _up_to_fault(net: CompiledNet, formula: Formula, names: Names, answer: Outcome) -> Outcome:
-    """End a counterexample where it violates the formula whatever follows."""
+    """End a counterexample where it violates the formula regardless of its continuation."""
     if answer.status != "violated":
         return answer
     firings = (*answer.stem, *answer.loop)
@@ -133,12 +133,12 @@ def verify_branching(
 ) -> Outcome:
     """Decide whether the initial marking satisfies a CTL formula: each ``AG p`` and ``EF p`` as a goal.
 
-    Parameters and answers are those of `check_ctl`.
+    Parameters and results are those of `check_ctl`.
 
     Raises
     ------
     FormulaError
-        If the formula is none or names something unknown.
+        It is not a formula, or has an unknown name.
     """
     from dineros.analysis.portfolio.branching_time import check_ctl
 
@@ -174,7 +174,7 @@ def verify_branching(
 
 
 def _all_of(asked: Sequence[Callable[[Budget], Outcome]], budget: Budget) -> Outcome:
-    """Return the answer to a conjunction: what violates it, what is not known, else the last of all."""
+    """Return the answer to a conjunction: a violation, else an unknown answer, else the last answer."""
     answers: list[Outcome] = []
     for number, ask in enumerate(asked):
         answers.append(ask(budget.share(1 / (len(asked) - number))))
@@ -198,7 +198,7 @@ def _on_the_fly(
     strong: tuple[str, ...],
     budget: Budget,
 ) -> Outcome:
-    """Search the product with an automaton, without what the outside may change at will."""
+    """Search the product with an automaton, without environment-controlled places."""
     bound, strongly = BoundAtoms(net, formula, names), all_resolved(names, strong)
     weakly = [t for t in all_resolved(names, weak) if t not in strongly]
     smaller = without_free_parts(net, formula, bound, names, weakly, strongly)

@@ -1,9 +1,9 @@
-"""Goals that wait for a slot in the analysis and for nothing in `rclpy`, and the answers that rest on that.
+"""Goals that wait for a slot in the analysis but not in `rclpy`, and the answers that depend on this.
 
-A server of `rclpy` or `rclcpp` accepts each goal. In the analysis an action works on as many goals at once as
-it has slots. Both agree where the action states how many goals it works on, where its clients wait, and where
-each thread of its server has a slot. Elsewhere the number of slots is an assumption, unless no marking can be
-reached in which a goal waits and all slots are busy.
+A server of `rclpy` or `rclcpp` accepts each goal. In the analysis, an action executes at most as many goals
+at once as it has slots. Both agree if the action states its number of goals, if its clients wait, or if each
+thread of its server has a slot. Otherwise the number of slots is an assumption, unless no reachable marking
+has a waiting goal while all slots are busy.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from dineros.transformations.flattening.traces import Link
 
 SHARE = 0.1
-"""Part of the time that is left in which such a marking is searched."""
+"""Share of the remaining time for the search for such a marking."""
 LEAST_SECONDS = 5.0
-"""Seconds of that search without a limit of time."""
+"""Seconds of that search if there is no time limit."""
 
 
 @dataclass(frozen=True)
 class HeldBack:
-    """An action whose goals may wait because it has so many slots.
+    """An action whose goals may wait because of its number of slots.
 
     Attributes
     ----------
@@ -42,28 +42,28 @@ class HeldBack:
 
     @property
     def words(self) -> str:
-        """Name the action."""
+        """Return the name of the action."""
         return f"action {self.slots.action.action}"
 
     @property
     def assumption(self) -> str:
-        """State what the answers assume."""
+        """Return the assumption of the answers."""
         number = self.slots.number
         return f"{self.words} works on at most {number} goal{'s' if number > 1 else ''} at once"
 
 
 def held_back(subject: Subject, budget: Budget) -> list[HeldBack]:
-    """Return the actions of which a goal waits, in some reachable marking, because all slots are busy.
+    """Return the actions with a reachable marking in which a goal waits because all slots are busy.
 
-    An action for which that is not decided in time is among them. Firing intervals are left out, which is
-    safe: with them, no other marking is reached.
+    Actions for which this is not decided in time are included. Firing intervals are ignored, which is safe:
+    they only exclude markings.
 
     Parameters
     ----------
     subject : Subject
         The net.
     budget : Budget
-        Time and memory; a part of it is spent.
+        Time and memory; a share of it is used.
     """
     model = subject.model
     if not isinstance(model, sym.SystemModel):

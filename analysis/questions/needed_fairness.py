@@ -1,8 +1,8 @@
-"""Which fairness would prove a formula that only unfair runs violate.
+"""Finds the fairness with which a formula holds that only unfair runs violate.
 
-A run that violates the formula neglects some transitions forever. They are assumed to be fair, and the
-formula is asked again, until a fair run violates it, or none does any more; what the proof does not need is
-left out.
+A run that violates the formula neglects some transitions forever. These are assumed to be fair, and the
+formula is decided again, until a fair run violates it or no run does. Assumptions that the proof does not
+need are removed.
 
 References
 ----------
@@ -21,21 +21,21 @@ from dineros.analysis.model.subject import Subject
 from dineros.analysis.questions.engines import Linear
 
 MOST_ROUNDS = 12
-"""Runs from which assumptions are taken."""
+"""Maximum number of runs from which assumptions are taken."""
 
 SECONDS, SHARE = 10.0, 0.2
-"""Seconds at most, and part of the time that is left, which this may take."""
+"""Maximum time in seconds, and share of the remaining time."""
 
 
 @dataclass(frozen=True)
 class NeededFairness:
-    """Assumptions with which a formula holds; each is needed beside the others, as far as time allowed.
+    """Fairness assumptions with which a formula holds; none is redundant, as far as time allowed.
 
     Attributes
     ----------
     weak, strong : tuple of str
-        Names of transitions of the net that are not neglected where they are enabled forever, and where they
-        are enabled again and again.
+        Names of the net's transitions that are not neglected if they are enabled forever, and if they are
+        enabled infinitely often.
     """
 
     weak: tuple[str, ...]
@@ -53,18 +53,18 @@ class NeededFairness:
 def needed_fairness(
     subject: Subject, question: Linear, answer: Outcome, budget: Budget
 ) -> NeededFairness | None:
-    """Return the fairness with which a violated formula holds; None if a fair run violates it, or unknown.
+    """Return the fairness with which a violated formula holds; None: a fair run violates it, or unknown.
 
     Parameters
     ----------
     subject : Subject
         The net of the question.
     question : Linear
-        A formula, with the fairness that is assumed already.
+        A formula, with the fairness already assumed.
     answer : Outcome
-        That it is violated, with a run that continues forever.
+        The answer ``violated``, with an infinite run.
     budget : Budget
-        Of its time, a part.
+        Budget, of which a share of the time is used.
     """
     if answer.status != "violated" or not answer.loop:
         return None
@@ -74,7 +74,7 @@ def needed_fairness(
     strong: list[str] = []
     for _ in range(MOST_ROUNDS):
         unfair = unfairness(subject, answer.stem, answer.loop)
-        # What is enabled forever is enough, where there is any: it assumes less.
+        # Weak fairness is sufficient if it applies, and assumes less.
         more = [names[t] for t in unfair.weakly if names[t] not in weak]
         again = [names[t] for t in unfair.strongly if names[t] not in strong]
         if more:
@@ -92,7 +92,7 @@ def needed_fairness(
 
 
 def _asked(question: Linear, weak: list[str], strong: list[str], budget: Budget) -> Outcome:
-    """Ask with more assumptions; of these, one about a strongly fair transition is enough."""
+    """Decide with more assumptions; of the strong ones, one is added at a time."""
     weakly = tuple(name for name in weak if name not in strong)
     return replace(question, weak=(*question.weak, *weakly), strong=(*question.strong, *strong)).decided(
         budget
@@ -100,7 +100,7 @@ def _asked(question: Linear, weak: list[str], strong: list[str], budget: Budget)
 
 
 def _least(question: Linear, weak: list[str], strong: list[str], budget: Budget) -> NeededFairness:
-    """Leave out assumptions without which the formula still holds, strong ones first."""
+    """Remove assumptions without which the formula still holds, strong ones first."""
     for kept in (strong, weak):
         for name in list(kept):
             if budget.is_over:

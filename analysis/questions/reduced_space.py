@@ -1,4 +1,4 @@
-"""State spaces counted on a smaller net: only what the reduction keeps is a figure of the net itself.
+"""State spaces counted on a reduced net; only counts that the reduction preserves are returned.
 
 B. Berthomieu, D. Le Botlan, S. Dal Zilio, *Petri net reductions for counting markings*, SPIN 2018, LNCS
 10869.
@@ -28,29 +28,29 @@ def reduced_state_space(
     orders: OrderCache | None = None,
     order: Order = "breadth-first",
 ) -> StateSpace:
-    """Count the state space of a net on a smaller one.
+    """Count the state space of a net on a reduced net.
 
-    Decision diagrams count markings with weights, so places may be merged whose tokens can be shared in every
-    way; other engines count those of a net in which each marking stands for the same number.
+    Decision diagrams count markings with weights, so places whose tokens can be distributed in every way may
+    be merged. Other engines count a net in which each marking represents the same number of markings.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
     engine, budget, orders, order
-        As of `state_space`.
+        As for `state_space`.
 
     Returns
     -------
     StateSpace
-        ``states`` and ``deadlocks`` are those of the net; the rest is not kept, and None. ``places``,
-        ``transitions`` and ``reduced_states`` are those of the smaller net. Where the net is unbounded, the
-        answer is that of `state_space`.
+        ``states`` and ``deadlocks`` are those of the net; other counts are not preserved and are None.
+        ``places``, ``transitions`` and ``reduced_states`` are those of the reduced net. If the net is
+        unbounded, the result is that of `state_space`.
 
     Raises
     ------
     TinaError, BudgetError, BudgetExceededError
-        As from `state_space`.
+        As for `state_space`.
 
     Examples
     --------
@@ -71,7 +71,7 @@ def reduced_state_space(
 
 
 def _weighted(net: CompiledNet, budget: Budget, orders: OrderCache | None, began: float) -> StateSpace | None:
-    """Count by decision diagrams; None where bounds of places are not known."""
+    """Count by decision diagrams; None: bounds of places are unknown."""
     from dineros.analysis.symbolic.engine import symbolic_state_space
     from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 
@@ -98,7 +98,7 @@ def _by_factor(
 
 
 def _of_net(space: StateSpace, reduction: Reduction) -> StateSpace:
-    """Return what figures of the smaller net say of the net."""
+    """Return the figures of the net from those of the reduced net."""
     return replace(
         space,
         states=_times(space.states, reduction.count_factor),

@@ -1,4 +1,4 @@
-"""State spaces: the engine chosen, and everything that is counted in one object."""
+"""State spaces: the choice of the engine, and all counts in one object."""
 
 from __future__ import annotations
 
@@ -22,47 +22,47 @@ if TYPE_CHECKING:
 Engine = Literal["auto", "explicit", "symbolic", "tina"]
 LevelOrder = tuple[tuple[str, ...], ...]
 _NOT_OF_EVERY_NET = ("pumping", "levels", "reduced_states", "without", "rest")
-#: Nodes of the coverability tree that may be made to explain why a net is unbounded.
+#: Maximum number of nodes of the coverability tree to explain why a net is unbounded.
 COVERABILITY_NODES = 2_000
 
 
 @dataclass(frozen=True)
 class StateSpace:
-    """Exact figures of a state space; None where an engine cannot count something.
+    """Exact figures of a state space; None: an engine cannot count it.
 
     Attributes
     ----------
     places, transitions : int
         Size of the net explored.
     states, arcs, deadlocks : int or None
-        Reachable markings, arcs between them, markings that enable nothing; of an incomplete exploration,
-        what was seen.
+        Reachable markings, arcs between them, and deadlocks; for an incomplete exploration, the counts so
+        far.
     max_tokens_in_place, max_tokens_in_marking : int or None
         The largest number of tokens of a place, and of a whole marking.
     engine : str
         The engine that answered.
     complete : bool
-        Whether these are all markings.
+        Whether all markings were counted.
     reason : str
         Why not: memory, an unbounded net.
     seconds : float
-        Wall-clock time, order search included.
+        Wall-clock time, including the search for a variable order.
     peak_memory_bytes : int
         Peak memory of the process so far.
     pumping : Pumping or None
-        Where the net is unbounded: a sequence that makes places grow forever. Then there are no counts:
-        there is no end of markings, and how many were seen says nothing.
+        For an unbounded net, a sequence that makes places grow forever. Then there are no counts, since there
+        are infinitely many markings.
     without : tuple of str
-        Where it is unbounded: the places that nothing takes from and that no invariant bounds, such as
-        counters and logs.
+        For an unbounded net: the places from which no transition takes tokens and that no invariant bounds,
+        such as counters and logs.
     rest : StateSpace or None
-        What there is without those: counts of the net in which they are gone, or stop at the largest number
-        that a transition compares them with. It has the same runs; the most tokens are counted only where all
-        are gone.
+        The figures without those: of the net in which they are removed, or limited to the largest number with
+        which a transition compares them. It has the same runs; the most tokens are counted only if all are
+        removed.
     levels : tuple of tuple of str
-        Groups of places by level, where they are decision diagrams that counted.
+        Groups of places by level, if decision diagrams were used.
     reduced_states : int or None
-        Markings of the smaller net, where a net was reduced to be counted.
+        Markings of the reduced net, if the net was reduced for counting.
     """
 
     places: int
@@ -97,47 +97,47 @@ def state_space(
 ) -> StateSpace:
     """Count the state space of a net.
 
-    ``auto`` takes decision diagrams, side by side with the explicit engine where they take long, and the
-    explicit engine alone where bounds of places are not known. Of an unbounded net with counters and logs, it
-    counts what is left without them.
+    ``auto`` uses decision diagrams, in parallel with the explicit engine if they take long, and the explicit
+    engine alone if bounds of places are unknown. In an unbounded net with counters and logs, it counts the
+    net without them.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
     engine : {"auto", "explicit", "symbolic", "tina"}
-        Which engine; ``tina`` is TINA of LAAS, where it is on the PATH.
+        The engine; ``tina`` is TINA of LAAS, if it is on the PATH.
     budget : Budget, optional
-        What it may cost. TINA takes its time only.
+        Budget. TINA uses only its time.
     orders : OrderCache, optional
-        Where orders of levels are kept for the symbolic engine.
+        Stored variable orders for the symbolic engine.
     order : {"breadth-first", "depth-first"}
-        How the explicit engine goes.
+        Order of the explicit engine.
 
     Raises
     ------
     TinaError
-        TINA is not there, or failed.
+        TINA is not available, or failed.
     BudgetError
-        Memory ran out before there was anything to count.
+        Memory was exhausted before anything was counted.
     """
     task = Counting(net, budget.begun(), time.perf_counter(), orders, order)
     return _with_rest(task, COUNTERS[engine].count(task), engine)
 
 
 def unfinished(net: CompiledNet, engine: str, states: int | None, reason: str, seconds: float) -> StateSpace:
-    """Return the figures of a state space whose count ended early, with the markings seen if known."""
+    """Return the figures of an unfinished count, with the number of markings so far if it is known."""
     began = time.perf_counter() - seconds
     return figures_of(net, engine, began, (states, None, None), reason=reason)
 
 
 def differences(net: CompiledNet, counts: TinaCounts, budget: Budget = UNLIMITED) -> list[str]:
-    """Compare what TINA counted with an engine of ours; a line for each figure that differs.
+    """Compare TINA's counts with those of an own engine; one line for each difference.
 
     Raises
     ------
     TinaError
-        The engine could not count all within its memory.
+        The engine could not count everything within its memory.
     """
     from dineros.analysis.tina import TinaError
 
@@ -160,7 +160,7 @@ def differences(net: CompiledNet, counts: TinaCounts, budget: Budget = UNLIMITED
 
 @dataclass(frozen=True)
 class Counting:
-    """A net to count, what that may cost, and when it began."""
+    """A net to count, the budget, and the start time."""
 
     net: CompiledNet
     budget: Budget
@@ -169,24 +169,24 @@ class Counting:
     order: Order
 
     def within(self, budget: Budget) -> Counting:
-        """Return the same with another budget."""
+        """Return the same task with another budget."""
         return replace(self, budget=budget)
 
     def nothing(self, engine: str, reason: str) -> StateSpace:
-        """Return figures without counts, and why there are none."""
+        """Return figures without counts, with the reason."""
         return figures_of(self.net, engine, self.began, reason=reason)
 
 
 class Counter(ABC):
-    """Who counts state spaces. A new one is a subclass, and stands in `COUNTERS`."""
+    """Counts state spaces. A new one is a subclass, and is entered in `COUNTERS`."""
 
     @abstractmethod
     def count(self, task: Counting) -> StateSpace:
-        """Count; raise what `state_space` does."""
+        """Count; raises as `state_space` does."""
 
 
 class _Automatic(Counter):
-    """Diagrams, side by side with explicit search where they take long; search alone without bounds."""
+    """Diagrams, in parallel with explicit search if they take long; search alone without bounds."""
 
     def count(self, task: Counting) -> StateSpace:
         from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
@@ -210,7 +210,7 @@ class _Automatic(Counter):
 
 
 class _Explicit(Counter):
-    """One marking after another."""
+    """Explicit search."""
 
     def count(self, task: Counting) -> StateSpace:
         return _by_search(task)
@@ -229,7 +229,7 @@ class _Symbolic(Counter):
 
 
 class _Tina(Counter):
-    """TINA of LAAS, where it is on the PATH; it takes the time of the budget only."""
+    """TINA of LAAS, if it is on the PATH; it uses only the time of the budget."""
 
     def count(self, task: Counting) -> StateSpace:
         from dineros.analysis.tina import TinaBudgetError, count
@@ -249,7 +249,7 @@ COUNTERS: dict[Engine, Counter] = {
     "symbolic": _Symbolic(),
     "tina": _Tina(),
 }
-"""By name, as `--engine` has it."""
+"""By name, the value of `--engine`."""
 
 
 def _by_diagrams(task: Counting) -> StateSpace:
@@ -281,7 +281,7 @@ def _by_search(task: Counting) -> StateSpace:
     net = task.net
     space = explore(net, task.budget.share(most_bytes=task.budget.memory), order=task.order)
     if space.pumping is not None:
-        # What the search came across is a proof; the coverability tree often has a shorter one.
+        # The search has found a proof; the coverability tree often has a shorter one.
         others = coverability(net, COVERABILITY_NODES).pumping
         pumping = min(
             [space.pumping, *([others] if others else [])], key=lambda p: len(p.prefix) + len(p.suffix)
@@ -295,7 +295,7 @@ def _by_search(task: Counting) -> StateSpace:
 
 
 def _with_rest(task: Counting, space: StateSpace, engine: Engine) -> StateSpace:
-    """Count an unbounded net without its counters and logs, where it has any."""
+    """Count an unbounded net without its counters and logs, if it has any."""
     if space.pumping is None:
         return space
     from dineros.analysis.covering.growing import growing_places, largest_weights, limited
@@ -314,7 +314,7 @@ def _with_rest(task: Counting, space: StateSpace, engine: Engine) -> StateSpace:
     except BudgetExceededError as limit:
         rest = figures_of(smaller, engine, began, reason=str(limit))
     if any(limits.values()):
-        # Among the places are some that say how much room is left.
+        # Some places are complements, whose tokens represent free room.
         rest = replace(rest, max_tokens_in_place=None, max_tokens_in_marking=None)
     return replace(space, without=tuple(net.places[place] for place in limits), rest=rest)
 

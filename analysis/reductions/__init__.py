@@ -1,4 +1,4 @@
-"""Structural reductions: a smaller net with the same answer, and the way back (paper, Algorithm 4)."""
+"""Structural reductions: a smaller net with the same answer; traces are translated (paper, Algorithm 4)."""
 
 from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
 from dineros.analysis.reductions.reduction import (

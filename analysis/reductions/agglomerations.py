@@ -1,7 +1,7 @@
 """Agglomerations: two transitions with a place between them become one that fires both.
 
-They drop the markings in which the place is marked, and so preserve neither the number of markings nor all
-markings of the other places; what can be seen in runs, deadlocks and liveness stays.
+They remove the markings in which the place is marked. So they preserve neither the number of markings nor all
+markings of the other places, but observable runs, deadlocks and liveness.
 
 References
 ----------

@@ -32,10 +32,10 @@ LARGEST_WEIGHT = 1_000.0
 
 
 class GuardedBounds:
-    """Bounds by the state equation of a net as it is now; to be made again after transitions were added.
+    """Bounds of the current net by the state equation; create a new object after transitions were added.
 
-    Removing places or transitions from the net keeps it usable: every proof is checked on the net as it is
-    then, and removed places get no weight.
+    After places or transitions were removed, the object can still be used: every proof is checked on the
+    current net, and removed places get no weight.
     """
 
     def __init__(self, net: MutableNet) -> None:
@@ -61,7 +61,7 @@ class GuardedBounds:
         return None if value is None else self._net.places[place] - value
 
     def excludes(self, guard: Mapping[str, int]) -> bool:
-        """Whether no reachable marking has at least the guard (False: not known)."""
+        """Whether it is proved that no reachable marking has at least the guard."""
         value = self._value(guard, None, 0)
         return value is not None and value > 0
 
@@ -89,7 +89,7 @@ class GuardedBounds:
     def _checked(
         self, weights: Mapping[str, Fraction], guard: Mapping[str, int], place: str | None, sign: int
     ) -> Fraction | None:
-        """Value that the weights prove, or None if they are not certificate."""
+        """Return the value that the weights prove; None: they are not a certificate."""
         scale = lcm(*(weight.denominator for weight in weights.values()))
         whole = {name: int(weight * scale) for name, weight in weights.items()}
         touched = {t for name in weights for t in self._net.neighbours(name)}

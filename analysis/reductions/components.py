@@ -1,4 +1,4 @@
-"""Independent components: parts of a net that only read-like arcs connect with the rest.
+"""Independent components: parts of a net whose places other transitions can only test.
 
 A component is a set S of places such that every transition which changes a place of S has arcs with S only.
 All other transitions can only test S. Its *component graph* is the reachability graph of S alone. Input
@@ -26,7 +26,7 @@ LARGEST_COMPONENT = 1_024
 Local = tuple[int, ...]
 Graph = dict[Local, dict[str, Local]]
 
-#: By net: what was found of its components; with the arcs, since their identities are part of the key.
+#: For each net, the results for its components, with the arcs, whose identities are part of the key.
 _GRAPHS: WeakKeyDictionary[MutableNet, dict[object, tuple[tuple[Arcs, ...], Graph | None]]] = (
     WeakKeyDictionary()
 )
@@ -80,7 +80,7 @@ class Component:
         return True
 
     def holds(self, arcs: Arcs, local: Local) -> bool:
-        """Whether a marking of the component satisfies all that a transition asks of it."""
+        """Whether a marking of the component satisfies all conditions of a transition."""
         tokens = dict(zip(self.places, local, strict=True))
         return all(tokens.get(p, w) >= w for p, w in arcs.inputs.items()) and all(
             tokens.get(p, 0) < w for p, w in arcs.inhibitors.items()
@@ -88,17 +88,17 @@ class Component:
 
     @cached_property
     def ends(self) -> list[set[Local]]:
-        """Bottom strongly connected components of the component graph: where every run of it ends up."""
+        """Bottom strongly connected components of the component graph, in which all its runs end."""
         return ends(self.graph)
 
     @property
     def graph(self) -> dict[Local, list[Local]]:
-        """The markings that each marking of the component leads to."""
+        """The successors of each marking of the component."""
         return {local: list(row.values()) for local, row in self.successors.items()}
 
     @cached_property
     def is_connected(self) -> bool:
-        """Whether every marking of the component can be reached from every other one."""
+        """Whether every marking of the component is reachable from every other one."""
         return len(self.ends[0]) == len(self.successors)
 
     @cached_property
@@ -114,7 +114,7 @@ class Component:
         return all(any(self.successors[local] for local in end) for end in self.ends)
 
     def path(self, start: Local, arcs: Arcs) -> tuple[list[str], Local] | None:
-        """Return a shortest run to a marking that satisfies what a transition asks, and where it ends."""
+        """Return a shortest run to a marking that satisfies a transition, and that marking."""
         origin: dict[Local, tuple[Local, str] | None] = {start: None}
         queue = deque([start])
         while queue:
@@ -133,7 +133,7 @@ class Component:
 
 
 def independent_components(net: MutableNet) -> list[Component]:
-    """Every independent component, the smallest ones only (those that no further splitting gives)."""
+    """Return the minimal independent components."""
     leader = {place: place for place in net.places}
 
     def find(place: str) -> str:
@@ -164,9 +164,9 @@ def independent_components(net: MutableNet) -> list[Component]:
 
 
 def explored(net: MutableNet, component: Component) -> bool:
-    """Fill the graph of a component of a net; False when it has too many markings.
+    """Fill the graph of a component of a net; False: it has too many markings.
 
-    Rules look at the same components again and again while other parts of the net change.
+    Rules examine the same components repeatedly while other parts of the net change.
     """
     known = _GRAPHS.setdefault(net, {})
     arcs = tuple(component.members.values())
@@ -185,7 +185,7 @@ def readers(net: MutableNet, component: Component) -> dict[str, Arcs]:
 
 
 class UnreadableTransition(Rule):
-    """Remove a transition that asks for a marking its component never has: a clause that can never be true.
+    """Remove a transition that requires a marking its component never has: its clause is never true.
 
     *Proof.* The markings of a component in the net are at most those of its component graph.
     """
@@ -193,7 +193,7 @@ class UnreadableTransition(Rule):
     preserves = DEAD_PRESERVES
 
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
-        """Offer every transition that an independent component keeps from firing."""
+        """Offer every transition that an independent component always disables."""
         for component in independent_components(net):
             tests = readers(net, component)
             if tests and explored(net, component):
@@ -205,7 +205,7 @@ class UnreadableTransition(Rule):
 
 
 class IndependentComponent(Rule):
-    """Remove an independent component whose tests can be satisfied again and again.
+    """Remove an independent component whose tests can always be satisfied again.
 
     Conditions: the component graph is finite, and from each of its markings, whatever one outside transition
     asks of the component can be reached inside the component, for each outside transition.
@@ -226,7 +226,7 @@ class IndependentComponent(Rule):
     preserves = ALL_PROPERTIES
 
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
-        """Offer every component that can go, those included that others had arcs with until they went."""
+        """Offer every removable component, also those that became independent by removing others."""
         number = -1
         while number != len(net.places):
             number = len(net.places)
@@ -236,7 +236,8 @@ class IndependentComponent(Rule):
         for component in independent_components(net):
             if not question.observed_places.isdisjoint(component.places):
                 continue
-            # To remove all there is would be to explore the state space, which is not for a reduction to do.
+            # Removing the whole net would mean exploring its state space, which is not the task of a
+            # reduction.
             if len(component.places) == len(net.places):
                 continue
             if not question.observed_transitions.isdisjoint(component.members):
@@ -291,7 +292,7 @@ def _driving(component: Component, tests: dict[str, Arcs], idle: str | None) -> 
         result: list[str] = []
         for t in trace:
             if t == idle:
-                # An idle step stands for any step of the component.
+                # An idle step represents any step of the component.
                 member, local = next((m, s) for m, s in component.successors[local].items())
                 result.append(member)
                 continue

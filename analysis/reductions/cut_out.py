@@ -1,7 +1,7 @@
-"""A part of a net as a net of its own: some places, and what changes them or looks at them.
+"""A part of a net as a separate net: some places, with the transitions that change or test them.
 
-What the other places would allow is not asked, so a part can do whatever the net can, and more. A place of
-free room beside each place keeps what others keep in bounds where it is on its own.
+Conditions on other places are ignored, so the part can do everything that the net can, and more. A complement
+for each place keeps its bound, which may depend on other places in the whole net.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ def cut_out(
     net : CompiledNet
         The whole net.
     places : sequence of int
-        Those of the part: its first, in this order; those of their free room come after them.
+        Places of the part, in this order; their complements follow them.
     transitions : iterable of int
-        Those of the part, in its order.
+        Transitions of the part, in order.
     free : mapping of int to int
-        By place of the part: how many tokens it may hold more than at the start.
+        For each place of the part, how many tokens it may have beyond its initial ones.
 
     Examples
     --------
@@ -55,4 +55,4 @@ def cut_out(
 
 
 def _room(net: CompiledNet, place: int) -> str:
-    return f"{net.places[place]}\0"  # names of places hold no NUL, so this is nobody else's
+    return f"{net.places[place]}\0"  # names of places have no NUL, so the name is unused

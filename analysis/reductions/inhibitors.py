@@ -1,6 +1,6 @@
-"""Rules that remove inhibitor arcs, so that other rules, which do not allow for them, apply.
+"""Rules that remove inhibitor arcs, so that rules without support for them apply.
 
-They change neither the places nor what is enabled in a reachable marking, and so preserve everything.
+They change neither the places nor the enabled transitions of reachable markings, so they preserve everything.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Rules that make one place of several between which tokens move on their own.
+"""Rules that merge places between which tokens move independently.
 
-Other than agglomerations of transitions, they keep the reachable markings of all other places.
+Unlike agglomerations of transitions, they preserve the reachable markings of all other places.
 
 References
 ----------
@@ -20,7 +20,7 @@ from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
 
 MERGE_PRESERVES = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE}
-"""Of a merge whose tokens can be shared among the places in every way."""
+"""Suffix of a merge whose tokens can be distributed among the places in every way."""
 
 
 def move_of(arcs: Arcs) -> tuple[str, str] | None:
@@ -71,7 +71,7 @@ class ChainOfPlaces(Rule):
 
 
 class LoopOfPlaces(Rule):
-    """Merge places between which transitions move single tokens to and fro, unseen and unconditionally.
+    """Merge places between which invisible transitions move single tokens back and forth unconditionally.
 
     Conditions: the moves make the places strongly connected; the places have no inhibitor arcs and are not
     observed.
@@ -129,7 +129,7 @@ def _graph(moves: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
 
 
 def merging(net: MutableNet, places: tuple[str, ...], dropped: tuple[str, ...]) -> tuple[Change, str]:
-    """Return the change that makes one place of several and drops transitions, and the new place's name."""
+    """Return the change that merges places and removes transitions, and the name of the new place."""
     merged = net.fresh_place("+".join(places))
     touched = dict.fromkeys(t for place in places for t in net.neighbours(place))
     removed = {t: net.transitions[t] for t in touched}

@@ -1,4 +1,4 @@
-"""A net that rules can change: dictionaries by name, with the arcs of each place and transition at hand."""
+"""A net that rules can change: dictionaries by name, with the arcs of each place and transition."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Arcs(NamedTuple):
 
 @dataclass(frozen=True)
 class Change:
-    """What one application of a rule does to a net; it can be undone.
+    """The effect of one application of a rule on a net; it can be undone.
 
     A transition in both ``removed_transitions`` and ``added_transitions`` has its arcs replaced.
     """
@@ -84,7 +84,7 @@ class MutableNet:
         Name of place -> names of the transitions with an input, output or inhibitor arc with it, as the keys
         of a dictionary, because sets of text have no reproducible order.
     changes : int
-        How many changes were carried out.
+        Number of changes applied.
     """
 
     def __init__(self) -> None:
@@ -126,7 +126,7 @@ class MutableNet:
         )
 
     def apply(self, change: Change) -> None:
-        """Carry out a change."""
+        """Apply a change."""
         self.changes += 1
         for name, arcs in change.removed_transitions.items():
             self._unlink(name, arcs)

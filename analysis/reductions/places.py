@@ -1,7 +1,8 @@
-"""Rules that remove places which never decide anything.
+"""Rules that remove places which never disable a transition alone.
 
-A place that is never the only one to disable a transition can go: the firing sequences stay the same. If an
-equation gives its tokens from those of other places, the number of reachable markings stays the same, too.
+If a place is never the only one to disable a transition, removing it does not change the firing sequences. If
+an equation determines its tokens from those of other places, the number of reachable markings does not
+change, either.
 
 References
 ----------
@@ -29,7 +30,7 @@ from dineros.analysis.reductions.rule import (
 )
 from dineros.analysis.reductions.sampling import sampled
 
-#: Nets with more places, or more transitions, are not given to linear programming.
+#: Linear programming is not used for nets with more places or transitions.
 LARGEST_PROGRAM = 600
 
 
@@ -121,7 +122,7 @@ class ImpliedPlace(Rule):
 
 
 class _Relations:
-    """Place invariants, kept up to date while places are removed."""
+    """Place invariants, updated while places are removed."""
 
     def __init__(self, net: MutableNet) -> None:
         names = list(net.places)
@@ -151,7 +152,7 @@ class _Relations:
 
 
 def _without(place: str, weights: dict[str, int], pivot: dict[str, int]) -> dict[str, int]:
-    """Combine two invariants to one that has no weight for a place."""
+    """Combine two invariants to one without a weight for a place."""
     own, other = pivot[place], weights[place]
     combined = {p: own * weights.get(p, 0) - other * pivot.get(p, 0) for p in {**weights, **pivot}}
     shared = gcd(*combined.values()) or 1
@@ -159,7 +160,7 @@ def _without(place: str, weights: dict[str, int], pivot: dict[str, int]) -> dict
 
 
 def _can_be_implied(net: MutableNet, place: str) -> bool:
-    """Whether no transition takes tokens from this place only: else no weights prove that it is implied."""
+    """Whether no transition takes tokens from this place only, which is necessary for an implied place."""
     for t in net.consumers[place]:
         delta = net.transitions[t].delta
         if delta.get(place, 0) < 0 and not any(tokens < 0 for name, tokens in delta.items() if name != place):
@@ -201,6 +202,6 @@ def proportional_places(net: MutableNet) -> list[dict[str, int]]:
 def affine_relation(
     net: MutableNet, family: Mapping[str, int], place: str, other: str
 ) -> tuple[Fraction, Fraction]:
-    """Return by what factor, and what constant besides, a place's tokens follow from one of its family."""
+    """Return the factor and the constant by which a place's tokens follow from another one of its family."""
     factor = Fraction(family[place], family[other])
     return factor, net.places[place] - factor * net.places[other]

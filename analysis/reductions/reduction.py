@@ -1,4 +1,4 @@
-"""Reduction of a net to a smaller one with the same answer (paper, Algorithm 4), and the way back."""
+"""Reduction of a net to a smaller one with the same answer (paper, Algorithm 4); traces are translated."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from dineros.analysis.reductions.transitions import (
     IdentityTransition,
 )
 
-#: All rules in the order in which they are tried: what only removes before what makes new elements.
+#: All rules in the order in which they are tried: rules that only remove come before those that add elements.
 RULES: tuple[Rule, ...] = (
     DeadTransition(),
     UnreadableTransition(),
@@ -51,19 +51,19 @@ PROOFS_OF_DEATH: tuple[Rule, ...] = (DeadTransition(), UnreadableTransition(), E
 
 
 class ReductionError(NetError):
-    """A question that cannot be asked: an unknown property, place or transition."""
+    """An invalid question: an unknown property, place or transition."""
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """A reduced net and how it came about.
+    """A reduced net, with the steps of its reduction.
 
     Attributes
     ----------
     original, net : CompiledNet
         The nets before and after.
     question : Question
-        What every step preserves.
+        The question whose answer every step preserves.
     steps : tuple of Step
         The applications of rules, in order.
     """
@@ -75,7 +75,7 @@ class Reduction:
 
     @cached_property
     def preserves(self) -> frozenset[Property]:
-        """Everything that all steps preserve: at least what was asked."""
+        """Properties preserved by all steps, at least those requested."""
         return frozenset(Property).intersection(*(step.preserves for step in self.steps))
 
     @cached_property
@@ -85,48 +85,48 @@ class Reduction:
 
     @cached_property
     def count_factor(self) -> int:
-        """Markings of the original net for each one of the reduced net.
+        """Number of markings of the original net for each one of the reduced net.
 
         Raises
         ------
         ReductionError
-            If the steps do not preserve `Property.STATE_SPACE_SIZE`.
+            The steps do not preserve `Property.STATE_SPACE_SIZE`.
         """
         self._require(Property.STATE_SPACE_SIZE)
         return self.marking_factor
 
     @property
     def marking_factor(self) -> int:
-        """What of `weight` does not depend on the marking: independent components that went.
+        """The part of `weight` that does not depend on the marking: removed independent components.
 
         Raises
         ------
         ReductionError
-            If the steps do not preserve `Property.MARKINGS`.
+            The steps do not preserve `Property.MARKINGS`.
         """
         self._require(Property.MARKINGS)
         return prod(step.factor for step in self.steps)
 
     @property
     def deadlock_factor(self) -> int:
-        """Deadlocks of the original net for each one of the reduced net, where all this is preserved.
+        """Number of deadlocks of the original net for each one of the reduced net, if all this is preserved.
 
         Raises
         ------
         ReductionError
-            If the steps do not preserve `Property.MARKINGS` and `Property.DEADLOCKS`.
+            The steps do not preserve `Property.MARKINGS` and `Property.DEADLOCKS`.
         """
         self._require(Property.MARKINGS, Property.DEADLOCKS)
         return prod(step.dead_ends for step in self.steps)
 
     @cached_property
     def merged(self) -> Mapping[str, int]:
-        """Places of the reduced net whose tokens can be shared among several of the original, and how many.
+        """Places of the reduced net that represent several original ones, which share the tokens; how many.
 
         Raises
         ------
         ReductionError
-            If the steps do not preserve `Property.MARKINGS`.
+            The steps do not preserve `Property.MARKINGS`.
         """
         self._require(Property.MARKINGS)
         merged: dict[str, int] = {}
@@ -135,12 +135,12 @@ class Reduction:
         return merged
 
     def weight(self, marking: Mapping[str, int]) -> int:
-        """How many markings of the original net one reachable marking of the reduced net stands for.
+        """Return the number of original markings that a reachable marking of the reduced net represents.
 
         Raises
         ------
         ReductionError
-            If the steps do not preserve `Property.MARKINGS`.
+            The steps do not preserve `Property.MARKINGS`.
         """
         ways = prod(ways_to_share(marking[place], number) for place, number in self.merged.items())
         return ways * self.marking_factor
@@ -151,19 +151,19 @@ class Reduction:
         return tuple(step.equation for step in self.steps if step.equation is not None)
 
     def markings_of(self, marking: Mapping[str, int]) -> Iterator[Marking]:
-        """All markings of the original net that one reachable marking of the reduced net stands for.
+        """Yield the original markings that a reachable marking of the reduced net represents.
 
         Raises
         ------
         ReductionError
-            If the steps do not preserve `Property.MARKINGS`.
+            The steps do not preserve `Property.MARKINGS`.
         """
         self._require(Property.MARKINGS)
         for before in _before(self.steps, dict(marking)):
             yield {place: before[place] for place in self.original.places}
 
     def expand(self, trace: Sequence[str], *, until_deadlock: bool = False) -> list[str]:
-        """Turn a firing sequence of the reduced net into one of the original net.
+        """Translate a firing sequence of the reduced net to one of the original net.
 
         Kept places pass through the same markings, up to stuttering, if `Property.KEPT_PLACES` or, for
         observed ones, `Property.LTL_WITHOUT_NEXT` is preserved. The result has been replayed.
@@ -173,13 +173,13 @@ class Reduction:
         trace
             Names of the transitions of a firing sequence of the reduced net.
         until_deadlock
-            Whether the sequence leads to a deadlock; then the result does so, too, if `Property.DEADLOCKS` is
+            Whether the sequence leads to a deadlock; then so does the result, if `Property.DEADLOCKS` is
             preserved.
 
         Raises
         ------
         NetError
-            If the trace is none of the reduced net.
+            The trace is not a firing sequence of the reduced net.
         """
         net = MutableNet.of(self.net)
         result = list(trace)
@@ -204,12 +204,12 @@ class Reduction:
 
 
 def ways_to_share(tokens: int, places: int) -> int:
-    """Number of ways to share tokens among places."""
+    """Number of ways to distribute tokens among places."""
     return comb(tokens + places - 1, places - 1)
 
 
 def _merge(merged: dict[str, int], step: Step) -> None:
-    """Note for how many places each merged one stands after a step."""
+    """Update how many places each merged one represents after a step."""
     removed = [merged.pop(place, 1) for place in step.change.removed_places]
     if step.is_split:
         (place,) = step.change.added_places
@@ -249,31 +249,31 @@ def reduce(
     rules: Sequence[Rule] = RULES,
     budget: Budget = UNLIMITED,
 ) -> Reduction:
-    """Apply reduction rules until none applies any more, or time is up.
+    """Apply reduction rules until no rule applies, or the time is over.
 
     Parameters
     ----------
     net
         The net.
     preserve
-        What must be preserved (`Property`, or its text). Only rules that preserve all of it are applied.
+        Properties to preserve (`Property`, or its text). Only rules that preserve all of them are applied.
     observed_places, observed_transitions
-        Elements that must stay as they are. A formula that asks whether a transition is enabled observes the
-        places around it.
+        Elements that must not change. A formula about the enabling of a transition observes the places around
+        it.
     rules
         The rules, in the order in which they are tried.
     budget
-        Its time; where that runs out, the net is what the rules have made of it until then.
+        Limit of its time; when it is over, the net reduced so far is returned.
 
     Returns
     -------
     Reduction
-        The same for the same input, whatever the hash seed, if there is time enough.
+        The same for the same input, independent of the hash seed, if the time is sufficient.
 
     Raises
     ------
     ReductionError
-        If a property, place or transition is unknown.
+        A property, place or transition is unknown.
 
     Examples
     --------
@@ -302,14 +302,14 @@ def reduce(
 def _exhaust(
     rule: Rule, net: MutableNet, question: Question, steps: list[Step], merged: dict[str, int], budget: Budget
 ) -> int:
-    """Apply one rule wherever it applies in one pass, while there is time; return how often."""
+    """Apply one rule everywhere in one pass, while there is time; return the number of applications."""
     before = len(steps)
     if budget.left == 0:
         return 0
     for offered in rule.steps(net, question):
         step = offered
         if not step.is_split and not merged.keys().isdisjoint(step.change.removed_places):
-            # In how many ways its tokens could be shared depends on the marking, which is lost with it.
+            # The number of ways to distribute its tokens depends on the marking, which is lost.
             step = replace(step, preserves=step.preserves - {Property.MARKINGS})
         if question.preserve <= step.preserves:
             net.apply(step.change)

@@ -1,4 +1,4 @@
-"""What a reduction rule is, what it may claim to preserve, and what one application of it records."""
+"""The interface of reduction rules: the properties they may preserve, and the record of an application."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
 
 
 class Property(StrEnum):
-    """What a reduction can preserve. N is the net before and N' the net after."""
+    """Properties that a reduction can preserve. N is the net before and N' the net after."""
 
     STATE_SPACE_SIZE = "state_space_size"
     """The number of reachable markings of N is that of N' times `Step.factor`, and each can be recovered."""
@@ -42,13 +42,13 @@ class Property(StrEnum):
 
 
 ALL_PROPERTIES = frozenset(Property)
-#: What holds as soon as both nets have the same firing sequences.
+#: Properties preserved if both nets have the same firing sequences.
 LANGUAGE_PROPERTIES = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE, Property.MARKINGS, Property.BOUNDEDNESS}
 
 
 @dataclass(frozen=True)
 class Question:
-    """What a reduction has to respect.
+    """The requirements for a reduction.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Question:
     observed_transitions: frozenset[str] = frozenset()
 
     def is_invisible(self, transition: str, arcs: Arcs) -> bool:
-        """Whether nobody who looks at observed elements sees a transition fire."""
+        """Whether a transition changes no observed element."""
         return transition not in self.observed_transitions and self.observed_places.isdisjoint(arcs.delta)
 
 
@@ -81,7 +81,7 @@ class PlaceEquation:
         Raises
         ------
         ValueError
-            If the marking is not one the equation can hold in.
+            The marking does not satisfy the equation.
         """
         tokens = self.constant + sum(weight * marking[place] for place, weight in self.weights.items())
         if tokens.denominator != 1 or tokens < 0:
@@ -102,7 +102,7 @@ Lift = Callable[[MutableNet, list[str], bool], list[str]]
 
 
 def same_trace(_before: MutableNet, trace: list[str], _settle: bool) -> list[str]:
-    """Lift of a rule whose reduced net has only firing sequences of the net before."""
+    """Lift of a rule whose reduced net has only firing sequences of the original net."""
     return trace
 
 
@@ -115,22 +115,21 @@ class Step:
     rule : str
         Name of the rule.
     places, transitions : tuple of str
-        Elements it is about, as they were called before it.
+        Elements it is about, with their names before it.
     preserves : frozenset of Property
-        What this application preserves; it can be less than the most its rule can.
+        Properties that this application preserves; they may be fewer than the most of its rule.
     change : Change
-        What it did.
+        Its effect.
     lift : Lift
         Maps a trace back over this step.
     equation : PlaceEquation, optional
-        How the removed place follows from the others.
+        Equation for the removed place.
     component : tuple of markings
-        The markings of an independent component that was removed (each combines with each of the rest), else
-        empty.
+        The markings of a removed independent component (each combines with each of the rest), else empty.
     dead_ends : int
-        How many of these markings have no successor, where each run of the component ends in one, else 1.
+        Number of these markings without a successor, if each run of the component ends in one, else 1.
     is_split : bool
-        Whether `places` became one place, and its tokens can be shared among them in every way.
+        Whether `places` became one place whose tokens can be distributed among them in every way.
     """
 
     rule: str
@@ -146,11 +145,11 @@ class Step:
 
     @property
     def factor(self) -> int:
-        """Markings before for each marking after, where `STATE_SPACE_SIZE` is preserved."""
+        """Number of markings before for each marking after, if `STATE_SPACE_SIZE` is preserved."""
         return len(self.component) or 1
 
     def markings_before(self, marking: Marking) -> Iterator[Marking]:
-        """All markings before that one marking after stands for, where `MARKINGS` is preserved."""
+        """Yield the markings before that one marking after represents, if `MARKINGS` is preserved."""
         if self.equation is not None:
             yield {**marking, self.equation.place: self.equation.value(marking)}
         elif self.is_split:
@@ -166,7 +165,7 @@ class Step:
 
 
 def _splits(tokens: int, places: int) -> Iterator[tuple[int, ...]]:
-    """All ways to share tokens among places."""
+    """Yield all ways to distribute tokens among places."""
     if places == 1:
         yield (tokens,)
         return
@@ -176,14 +175,14 @@ def _splits(tokens: int, places: int) -> Iterator[tuple[int, ...]]:
 
 
 class Rule(ABC):
-    """A reduction rule: finds where it applies, and says what each application preserves.
+    """A reduction rule: finds its applications, and declares the properties that each preserves.
 
     Attributes
     ----------
     preserves : frozenset of Property
-        The most any application preserves; a rule that cannot do what is asked is not even tried.
+        The most that any application preserves; a rule that preserves too little is not tried.
     is_costly : bool
-        Whether it is tried only when no cheap rule applies any more.
+        Whether it is tried only if no cheap rule applies.
     """
 
     preserves: ClassVar[frozenset[Property]]
@@ -196,9 +195,9 @@ class Rule(ABC):
 
     @abstractmethod
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
-        """Offer steps one by one; the net changes between two of them whenever a step is taken.
+        """Offer steps one by one; whenever a step is taken, the net changes before the next one.
 
-        A step that preserves too little for the question is not taken, and the net then stays as it is.
+        A step that preserves too little for the question is not taken; then the net does not change.
         """
 
     def step(
@@ -209,6 +208,6 @@ class Rule(ABC):
         preserves: Iterable[Property] | None = None,
         **more: Any,
     ) -> Step:
-        """Return an application of the rule, as `Step` has it; it preserves the most by default."""
+        """Return an application of the rule as a `Step`; by default, it preserves the most."""
         kept = self.preserves if preserves is None else frozenset(preserves)
         return Step(self.name, tuple(places), tuple(transitions), kept, change, **more)

@@ -1,7 +1,7 @@
-"""A few reachable markings, to see at once that many proofs cannot succeed.
+"""A sample of reachable markings, which shows at once that many proofs cannot succeed.
 
-Linear programs cost milliseconds each. A transition that has been seen to fire is not excluded, and a place
-or an inhibitor arc that has been seen to disable a transition alone is not implied.
+Linear programs take milliseconds each. A transition that was seen to fire is not excluded, and a place or an
+inhibitor arc that was seen to disable a transition alone is not implied.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _SAMPLES: WeakKeyDictionary[MutableNet, tuple[int, Sample]] = WeakKeyDictionary(
 
 
 def sampled(net: MutableNet) -> Sample:
-    """Return the sample of a net as it is now, taken once until the net changes."""
+    """Return the sample of the current net, cached until the net changes."""
     changes, sample = _SAMPLES.get(net, (-1, None))
     if sample is None or changes != net.changes:
         sample = Sample(net)
@@ -28,7 +28,7 @@ def sampled(net: MutableNet) -> Sample:
 
 
 class Sample:
-    """What a random walk saw. It has a fixed seed, so that reductions can be repeated.
+    """The results of a random walk with a fixed seed, so that reductions are reproducible.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Sample:
                 marking, ready = dict(net.places), set(at_first)
 
     def _look(self, numbers: Iterable[int], marking: dict[str, int], ready: set[int]) -> None:
-        """Note what may have changed of some transitions, and which of them are enabled."""
+        """Update the enabling of some transitions, and the results."""
         for number in numbers:
             name, arcs = self._transitions[number]
             missing = [p for p, weight in arcs.inputs.items() if marking[p] < weight]

@@ -1,4 +1,4 @@
-"""Rules that remove transitions which can never fire, or whose firings others can do.
+"""Rules that remove transitions which can never fire, or which others can replace.
 
 References
 ----------
@@ -19,12 +19,12 @@ from dineros.analysis.reductions.places import LARGEST_PROGRAM
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Property, Question, Rule, Step
 from dineros.analysis.reductions.sampling import sampled
 
-#: A net with a transition that can never fire is not live; without it, it may be.
+#: A net with a dead transition is not live; without it, it may be.
 DEAD_PRESERVES = ALL_PROPERTIES - {Property.LIVENESS}
 
 
 class DeadTransition(Rule):
-    """Remove transitions that can never fire, seen without weights adding up.
+    """Remove transitions that can never fire, found without linear combinations.
 
     *Proof.* The transitions that may fire are found as a least fixpoint: one may fire if each of its input
     places starts with enough tokens or gains tokens from one that may fire, and each of its inhibitor places
@@ -97,7 +97,7 @@ def _is_excluded(net: MutableNet, arcs: Arcs, equation: GuardedBounds) -> bool:
 
 
 class DuplicateTransition(Rule):
-    """Remove one of two transitions with the same effect where one is enabled whenever the other is.
+    """Remove one of two transitions with the same effect if one is enabled whenever the other is.
 
     *Proof.* Let t and u change the marking alike, u with no more input tokens and no stricter inhibitors.
     Whenever t fires, u can fire instead with the same result, so t adds no marking, no run (both are
@@ -108,13 +108,13 @@ class DuplicateTransition(Rule):
     preserves = ALL_PROPERTIES
 
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
-        """Offer every transition that another one stands in for."""
+        """Offer every transition that another one can replace."""
         families: dict[frozenset[tuple[str, int]], list[str]] = {}
         for t, arcs in net.transitions.items():
             if t not in question.observed_transitions:
                 families.setdefault(frozenset(arcs.delta.items()), []).append(t)
         for family in families.values():
-            # Later ones first, so that of equal transitions the first stays.
+            # Later ones first, so that the first of equal transitions is kept.
             for t in reversed(family):
                 for u in family:
                     if (
@@ -130,7 +130,7 @@ class DuplicateTransition(Rule):
 
 
 class ComposedTransition(Rule):
-    """Remove a transition whose effect two others have when fired one after the other.
+    """Remove a transition whose effect is that of two others, fired one after the other.
 
     *Proof.* Whenever t is enabled, so is the sequence u v, with the result of t. So t adds no marking, and no
     marking in which t is enabled is a deadlock without it. Runs can differ (u v passes through a marking in
@@ -193,16 +193,16 @@ class IdentityTransition(Rule):
 
 
 def _is_easier(easy: Arcs, hard: Arcs) -> bool:
-    """Whether the first is enabled in every marking that enables the second, seen by the arcs alone."""
+    """Whether the first is enabled in every marking that enables the second, according to the arcs alone."""
     return all(hard.inputs.get(p, 0) >= w for p, w in easy.inputs.items()) and all(
         hard.inhibitors.get(p, w + 1) <= w for p, w in easy.inhibitors.items()
     )
 
 
 def _after(first: Arcs, second: Arcs) -> Arcs:
-    """What a marking must satisfy so that the second is enabled once the first has fired."""
+    """Return the condition for a marking such that the second is enabled after the first has fired."""
     delta = first.delta
     inputs = {p: w - delta.get(p, 0) for p, w in second.inputs.items()}
-    # A weight below 1 stands for an inhibitor that never holds; no transition has one, so nothing implies it.
+    # A weight below 1 is an inhibitor arc that always disables; no transition has one, so none implies it.
     inhibitors = {p: w - delta.get(p, 0) for p, w in second.inhibitors.items()}
     return Arcs({p: w for p, w in inputs.items() if w > 0}, {}, inhibitors)

@@ -1,7 +1,7 @@
 """Sweeps: the state spaces of a grid of models, as a table (the data of the paper's Figs 15 to 17).
 
-A sweep runs on this machine or on a Dask cluster, every point in a process of its own. What is finished
-stands in a journal beside the output at once, so that a killed worker or run loses none of it.
+A sweep runs on this machine or on a Dask cluster, each point in a separate process. Finished points are
+written at once to a journal next to the output, so that a killed worker or run loses none of them.
 """
 
 from dineros.analysis.sweeps.grid import Axis, Grid, Point, SweepError

@@ -1,4 +1,4 @@
-"""Workers of a Dask cluster (dask.distributed): what ``--scheduler`` uses."""
+"""Workers of a Dask cluster (dask.distributed), for ``--scheduler``."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ PATIENCE = 60
 
 
 def answer_on_worker(job: Job | Part) -> Any:
-    """Answer a job; runs on a worker of the cluster, which starts processes of its own for this."""
+    """Answer a job; runs on a worker of the cluster, which starts child processes for this."""
     return _processes().answer(job)
 
 
 def end_on_worker(work: str) -> None:
-    """End the parts of a work that nobody waits for; runs on a worker."""
+    """End the parts of a work that are no longer needed; runs on a worker."""
     _processes().end_work(work)
 
 
@@ -39,21 +39,21 @@ def _processes() -> PointProcesses:
 def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, Any], None, None]:
     """Answer jobs on a Dask cluster; yield each with its answer, or with an error, when it is done.
 
-    Whoever closes the generator ends what is still worked on, where these are parts of a work.
+    Closing the generator ends unfinished jobs, if these are parts of a work.
 
-    Jobs of a worker that dies are given to others by the scheduler; one that several die of is given up
-    (``distributed.scheduler.allowed-failures``).
+    If a worker dies, the scheduler gives its jobs to others; a job during which several workers die is given
+    up (``distributed.scheduler.allowed-failures``).
 
     Parameters
     ----------
     jobs : iterable of Job or of Part
     address : str
-        Of the scheduler, such as ``tcp://10.0.0.1:8786``.
+        Address of the scheduler, such as ``tcp://10.0.0.1:8786``.
 
     Raises
     ------
     SweepError
-        distributed is not installed, the cluster cannot be reached or goes away, or its workers cannot count.
+        distributed is not installed, the cluster is or becomes unavailable, or its workers cannot count.
     """
     try:
         from distributed import KilledWorker, as_completed
@@ -68,7 +68,7 @@ def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, Any],
         completed = as_completed(loop=client.loop)
 
         def submit_some() -> None:
-            # Enough to keep the workers busy, and no more: every point carries its model.
+            # Enough jobs to keep the workers busy, but no more: each point contains its model.
             most = 2 * sum(client.nthreads().values()) + 2
             while len(running) < most and (job := next(waiting, None)) is not None:
                 future = client.submit(answer_on_worker, job, pure=False)
@@ -99,7 +99,7 @@ def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, Any],
                 submit_some()
         finally:
             works = {job.work for job in running.values() if isinstance(job, Part)}
-            with suppress(Exception):  # the answers that count are there; a worker that is away ends alone
+            with suppress(Exception):  # all answers are there; an unavailable worker ends by itself
                 client.cancel(list(completed.futures))
                 for work in works:
                     client.run(end_on_worker, work)

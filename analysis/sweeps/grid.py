@@ -1,4 +1,4 @@
-"""Grids: which settings and variants of a model a sweep goes through, and in which order.
+"""Grids: the settings and variants of a model in a sweep, and their order.
 
 A feature without a dot is a parameter of a program that builds the model, see
 `dineros.metamodel.files.programs`.
@@ -27,19 +27,20 @@ _RANGE = re.compile(r"([+-]?[0-9]{1,18})\.\.([+-]?[0-9]{1,18})(?:\.\.([0-9]{1,18
 
 
 class SweepError(DinerosError):
-    """A sweep cannot be run: a grid makes no sense, a journal is another sweep's, a cluster is away."""
+    """A sweep cannot be run: an invalid grid, the journal of another sweep, an unavailable cluster."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """Features that take the same values together.
+    """Features that have the same values at the same time.
 
     Attributes
     ----------
     features : tuple of str
-        Such as ``RedObjects.tokens``, see `dineros.metamodel.settings`; or a parameter, such as ``robots``.
+        For example ``RedObjects.tokens``, see `dineros.metamodel.settings`; or a parameter, such as
+        ``robots``.
     values : tuple of str
-        What they are set to, one after the other.
+        Their values, in order.
     """
 
     features: tuple[str, ...]
@@ -74,7 +75,7 @@ class Axis:
 
 
 def is_parameter(feature: str) -> bool:
-    """Tell whether it is a parameter of a program that builds a model, and no feature of an element."""
+    """Return whether it is a parameter of a program that builds a model, not a feature of an element."""
     return feature.isidentifier()
 
 
@@ -109,7 +110,7 @@ class Point:
     settings : tuple of (str, str)
         Feature and value, in the order of the axes.
     signals, overflow : str or None
-        How the model is flattened; None for a plain net.
+        Options of the flattening; None for a plain net.
     reduced : bool
         Whether the net is reduced before it is explored.
     """
@@ -121,7 +122,7 @@ class Point:
 
     @property
     def key(self) -> str:
-        """What tells it from all other points."""
+        """Unique key of the point in its grid."""
         return json.dumps([self.settings, self.signals, self.overflow, self.reduced], ensure_ascii=False)
 
     @property
@@ -130,7 +131,7 @@ class Point:
         return tuple(f"{name}={value}" for name, value in self.settings if is_parameter(name))
 
     def columns(self) -> dict[str, str | bool | None]:
-        """Return its part of a row of the table."""
+        """Return the columns of the table for this point."""
         return {
             **dict(self.settings),
             "signals": self.signals,
@@ -146,7 +147,7 @@ class Grid:
     Attributes
     ----------
     axes : tuple of Axis
-        What is varied, outermost first.
+        The axes, outermost first.
     signals, overflow : tuple
         Variants of the flattening; ``(None,)`` for a plain net.
     reduced : tuple of bool
@@ -155,7 +156,7 @@ class Grid:
     Raises
     ------
     SweepError
-        A feature stands in two axes, or there are too many points.
+        A feature is in two axes, or there are too many points.
     """
 
     axes: tuple[Axis, ...]
@@ -171,7 +172,7 @@ class Grid:
 
     @property
     def _count(self) -> int:
-        """Number of points, which may be more than `len` can say."""
+        """Number of points, which may exceed the limit of `len`."""
         variants = (self.signals, self.overflow, self.reduced)
         return prod([*(len(axis.values) for axis in self.axes), *map(len, variants)])
 
@@ -180,7 +181,7 @@ class Grid:
 
     @cached_property
     def features(self) -> tuple[str, ...]:
-        """All features that are varied."""
+        """All features of the axes."""
         return tuple(feature for axis in self.axes for feature in axis.features)
 
     def __iter__(self) -> Iterator[Point]:
@@ -191,27 +192,27 @@ class Grid:
             yield Point(settings, signals, overflow, reduced)
 
     def check(self, model: str) -> None:
-        """Apply every value, of whole numbers the ends, and validate the model at the ends of each axis.
+        """Apply all values (of integers only the ends), and validate the model at the ends of each axis.
 
         Parameters
         ----------
         model : str
-            The model, as XMI; of a program the one with the first values of its parameters.
+            The model, as XMI; for a program, the one with the first values of its parameters.
 
         Raises
         ------
         DinerosError
-            There is no such feature, a value does not fit it, or breaks a constraint.
+            A feature does not exist, or a value is invalid or violates a constraint.
         """
         from dineros.metamodel.settings import apply
 
         for number, axis in enumerate(self.axes):
             changed = parse_model(model)
             ends = (axis.values[0], axis.values[-1])
-            # Finding the element of a setting takes as long as the model is large.
+            # The time to find the element of a setting grows with the size of the model.
             for value in [*ends, *(value for value in axis.values if not _WHOLE.fullmatch(value))]:
                 for feature in axis.features:
-                    if not is_parameter(feature):  # whose values have built a model each
+                    if not is_parameter(feature):  # each of its values has built a model
                         apply(changed, f"{feature}={value}")
             for value in set(ends):
                 axes = (*self.axes[:number], Axis(axis.features, (value,)), *self.axes[number + 1 :])
@@ -219,7 +220,7 @@ class Grid:
 
 
 def parse_model(text: str) -> pn.Net:
-    """Return the model in a text, which is XMI."""
+    """Return the model in an XMI text."""
     from dineros.metamodel.files import load
 
     with TemporaryDirectory() as folder:
@@ -234,14 +235,14 @@ def model_of(point: Point, text: str) -> pn.Net:
     Raises
     ------
     DinerosError
-        A setting does not fit the model, or breaks a constraint.
+        A setting does not fit the model, or violates a constraint.
     """
     from dineros.metamodel.constraints import validate
     from dineros.metamodel.settings import apply
 
     model = parse_model(text)
     for feature, value in point.settings:
-        if not is_parameter(feature):  # by which the text was made
+        if not is_parameter(feature):  # applied when the text was created
             apply(model, f"{feature}={value}")
     errors = [violation for violation in validate(model) if violation.severity == "error"]
     if errors:

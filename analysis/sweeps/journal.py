@@ -1,4 +1,4 @@
-"""The journal of a sweep: what is finished, beside the output, until the output is written."""
+"""The journal of a sweep: finished points, kept next to the output until the output is written."""
 
 from __future__ import annotations
 
@@ -20,28 +20,29 @@ FORMAT = 1
 
 
 class Journal:
-    """Figures of finished points, each synchronised to the disk as soon as it is there.
+    """Figures of finished points, each synchronised to the disk at once.
 
-    The first line says what sweep it is; every other line is a point. A line that a crash left half-written
-    does not count.
+    The first line describes the sweep; each other line is a point. An incomplete line after a crash is
+    ignored.
 
     Parameters
     ----------
     path : Path
-        The file; made where it is not there.
+        The file; created if it does not exist.
     model : str
         The model, as XMI.
     grid : Grid
         The points.
     engine : str
-        The engine asked for.
+        The requested engine.
     limits : list
-        Memory and time given to a point. Points that ended for lack of them are done again with other ones.
+        Memory and time for a point. Points that failed because of these limits are repeated with other
+        limits.
 
     Raises
     ------
     SweepError
-        The file is the journal of another sweep, or of one that is running.
+        The file is the journal of another sweep, or of a running one.
     OSError
         It cannot be read or written.
     """
@@ -61,7 +62,7 @@ class Journal:
             raise
 
     def _begin(self, header: dict[str, Any]) -> None:
-        """Read what an earlier run finished, and drop the half line of a crash."""
+        """Read the points of earlier runs, and remove an incomplete last line."""
         self._file.seek(0)
         text = self._file.read(SIZE_LIMIT + 1)
         if len(text) > SIZE_LIMIT:
@@ -78,7 +79,7 @@ class Journal:
         self.finished = self._points(lines)
 
     def _points(self, lines: list[bytes]) -> dict[str, Figures]:
-        """Return the points of lines, without those that other limits give another chance."""
+        """Return the points of lines, without those to be repeated with other limits."""
         points: dict[str, Figures] = {}
         for line in lines:
             entry = _read(line) or {}
@@ -97,17 +98,17 @@ class Journal:
         )
 
     def add(self, point: Point, figures: Figures) -> None:
-        """Note a finished point for good."""
+        """Store a finished point permanently."""
         self._append({"point": point.key, "limits": self.limits, "figures": asdict(figures)})
         self.finished[point.key] = figures
 
     def kept(self) -> dict[str, Figures]:
-        """Return what another run finds: what the file holds, wherever `add` was interrupted.
+        """Return the points for a later run: those in the file, even if `add` was interrupted.
 
         Raises
         ------
         OSError
-            The file cannot be read, or what is still to be written to it cannot be written.
+            The file cannot be read, or pending data cannot be written.
         """
         self._file.flush()
         self._file.seek(0)
@@ -120,7 +121,7 @@ class Journal:
         os.fsync(self._file.fileno())
 
     def remove(self) -> None:
-        """Remove the file: the output holds it all."""
+        """Remove the file: the output has all the data."""
         self.path.unlink(missing_ok=True)
 
     def __enter__(self) -> Journal:
@@ -141,7 +142,7 @@ def _hash(model: str, grid: Grid, engine: str) -> str:
 
 
 def _read(line: bytes) -> dict[str, Any] | None:
-    """Return what a line says; None for one that is damaged."""
+    """Return the content of a line; None: the line is damaged."""
     try:
         entry = decode_json(line)
     except JsonTextError:

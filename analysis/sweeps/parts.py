@@ -1,10 +1,10 @@
-"""Parts of questions for other machines: who answers what, and the answers together.
+"""Divides questions among machines, and combines the answers.
 
-A question about a net goes to several who may answer it: all engines by their own turns, and decision
-diagrams whose orders of levels are searched for from other starts. The first who knows ends the rest. Of a
-conjunction each formula is a question. The questions of a check go to several, each of whom makes the state
-space, and are answered side by side; another one counts again what is to be confirmed. Of property files,
-each gets some of the properties.
+A question about a net is given to several workers: one with all engines in turns, and several with decision
+diagrams, whose searches for a variable order begin differently. The first answer ends the others. Each
+formula of a conjunction is a question. The questions of a check are divided among several workers, each of
+which builds the state space; another worker counts again for a confirmation. The properties of property files
+are divided among the workers.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ if TYPE_CHECKING:
     from dineros.metamodel import pn
 
     PartAnswer = Outcome | Report | Confirmation | list[PropertyAnswer] | None
-    """Of a question, a check, who counts again (None: there is nothing to count), and of properties.
+    """Answer to a question, a check, a repeated count (None: there is nothing to count), and properties.
 
-    An `Outcome` that is unknown tells of any of them why there is no answer.
+    For each of them, an unknown `Outcome` gives the reason why there is no answer.
     """
 
 STARTS = 3
-"""Starts of the search for an order that are tried at the same time."""
+"""Number of parallel searches for a variable order."""
 
 SHEETS = 8
-"""Workers at most among whom the properties of files are divided: each prepares the net."""
+"""Maximum number of workers among which properties are divided: each prepares the net."""
 
 TOGETHER = (
     ("Clauses", "Matching", "Boundedness", "Overflow", "Presence", "Use", "Places"),
@@ -43,12 +43,12 @@ TOGETHER = (
     ("Repetition",),
     ("Properties",),
 )
-"""Questions of a check that one worker answers, by the names of their classes."""
+"""Groups of questions of a check that one worker answers, by class names."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """What a worker needs for its part.
+    """The data that a worker needs for its part.
 
     Attributes
     ----------
@@ -56,15 +56,15 @@ class Part:
         The model, as XMI.
     task : {"question", "check", "properties"}
     asked : dict
-        Of a question: kind, text, signals, overflow, may be weak, strong and order; and start, 0 for all
-        engines and else that of the order search. Of a check: questions, at_any_cost, and whether to confirm
-        what is counted. Of properties: these, signals, overflow, and seconds for each.
+        For a question: kind, text, signals, overflow, and optionally weak, strong and order; and start, 0 for
+        all engines, else the start of the search for an order. For a check: questions, at_any_cost, and
+        whether to confirm counts. For properties: these, signals, overflow, and seconds for each.
     memory : int or None
-        Bytes that engines may take.
+        Memory for engines, in bytes.
     timeout : float or None
         Seconds after which it is given up.
     work : str
-        What it is a part of: ended together.
+        Id of the whole; its parts are ended together.
     """
 
     model: str
@@ -77,12 +77,12 @@ class Part:
 
     @property
     def questions(self) -> tuple[str, ...]:
-        """Names of the questions of a check; none of another task."""
+        """Names of the questions of a check; empty for another task."""
         return tuple(self.asked.get("questions", ()))
 
     @property
     def patience(self) -> float | None:
-        """Seconds after which its process is killed, if it has not given up by itself."""
+        """Seconds after which its process is killed if it has not ended by itself."""
         return None if self.timeout is None else 1.1 * self.timeout + 2
 
 
@@ -100,13 +100,13 @@ def answer_part(part: Part) -> PartAnswer:
 def question_parts(
     model: str, asked: dict[str, Any], memory: int | None, timeout: float | None, work: str
 ) -> list[Part]:
-    """Return who is asked one question: all engines, and diagrams from several starts where they know it."""
+    """Return the parts of one question: all engines, and diagrams with several starts if applicable."""
     starts = range(1 if asked["kind"] == "ltl" else STARTS)
     return [Part(model, "question", {**asked, "start": n}, memory, timeout, work) for n in starts]
 
 
 def conjuncts(kind: str, text: str) -> list[str]:
-    """Return the formulas that a formula joins; itself, where it joins none."""
+    """Return the formulas of a conjunction; for another formula, the formula itself."""
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.logic.language.syntax import And
 
@@ -115,7 +115,7 @@ def conjuncts(kind: str, text: str) -> list[str]:
 
 
 def all_of(answers: Mapping[str, Outcome], texts: Sequence[str]) -> Outcome | None:
-    """Return the answer to a conjunction by those to its formulas; None where none is known yet."""
+    """Return the answer to a conjunction from those to its formulas; None: it is not known yet."""
     found = [answers[text] for text in texts if text in answers]
     violated = next((answer for answer in found if answer.status == "violated"), None)
     if violated is not None or len(found) < len(texts):
@@ -128,7 +128,7 @@ def all_of(answers: Mapping[str, Outcome], texts: Sequence[str]) -> Outcome | No
 def check_parts(
     model: str, at_any_cost: bool, memory: int | None, work: str, is_confirmed: bool = False
 ) -> list[Part]:
-    """Return who is asked which questions of a check, and who counts again."""
+    """Return the parts of a check: groups of questions, and a repeated count."""
     asked: list[dict[str, Any]] = [{"questions": list(names)} for names in TOGETHER]
     asked += [{"questions": [], "confirm": True}] if is_confirmed else []
     more = {"at_any_cost": at_any_cost}
@@ -138,7 +138,7 @@ def check_parts(
 def property_parts(
     model: str, subject: dict[str, Any], properties: Sequence[Property], names: GroupedNames, work: str
 ) -> list[Part]:
-    """Return who is asked which properties: neighbours, which are alike, go to others.
+    """Return the parts of a property file: neighbours, which are similar, go to different workers.
 
     Parameters
     ----------
@@ -161,12 +161,12 @@ def property_parts(
 
 
 def check_names(subject: Subject, kind: str, text: str) -> None:
-    """Find out before anybody is asked whether a question can be read.
+    """Check that a question is valid, before any worker gets it.
 
     Raises
     ------
     FormulaError
-        It cannot, or names something unknown.
+        It is not, or has an unknown name.
     """
     from dineros.analysis.logic.language.atoms import BoundAtoms
     from dineros.analysis.logic.language.parser import parse
@@ -177,7 +177,7 @@ def check_names(subject: Subject, kind: str, text: str) -> None:
 
 
 def property_answers(part: Part, answer: PartAnswer) -> list[PropertyAnswer]:
-    """Return what is known of the properties of a part."""
+    """Return the answers to the properties of a part."""
     from dineros.analysis.properties.property import PropertyAnswer
 
     if isinstance(answer, Outcome):
@@ -187,9 +187,9 @@ def property_answers(part: Part, answer: PartAnswer) -> list[PropertyAnswer]:
 
 
 def add_report(report: Report, subject: Subject, part: Part, answer: PartAnswer) -> None:
-    """Put what a worker answered to its questions of a check into a report.
+    """Add a worker's answers to its questions of a check to a report.
 
-    What several found out on their way, such as whether the net is bounded, is taken once.
+    Facts that several workers have found, such as whether the net is bounded, are added once.
     """
     from dineros.analysis.witnesses.findings import Report, witness_of
 
@@ -227,7 +227,7 @@ def _check(model: pn.Net, asked: dict[str, Any], budget: Budget) -> Report | Con
         from dineros.analysis.evidence.confirmation import confirm_space
 
         return None if report.space is None else confirm_space(report.space, budget)
-    # Neither the model nor its markings travel.
+    # The model and its markings are not transferred.
     findings = [
         replace(one, witness=one.witness and replace(one.witness, subject=None)) for one in report.findings
     ]
@@ -272,7 +272,7 @@ def _read(subject: Subject, asked: dict[str, Any]) -> Question:
 def _drawn(
     subject: Subject, question: Question, asked: dict[str, Any], start: int, budget: Budget
 ) -> Outcome:
-    """Ask diagrams whose order of levels is searched for from another start."""
+    """Use diagrams whose search for a variable order begins differently."""
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.logic.language.syntax import Enabled, Exists, Finally, Name
     from dineros.analysis.nets.witness import ending_with_one_of

@@ -1,8 +1,8 @@
 """One point of a sweep, and a process that counts points.
 
-The process loads the engines once and forks for every job, so that each point has a process with a peak of
-memory of its own, and one that is killed takes nothing with it. It answers with None when it has all it
-needs, and then with the figures; or with an error.
+The process loads the engines once and forks for every job. So each point has its own process with its own
+peak of memory, and a killed one affects no other. It answers with None when it is ready to count, and then
+with the figures or an error.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class PointDiedError(Exception):
 
     @classmethod
     def of(cls, status: int) -> PointDiedError:
-        """Return what the status of a process says, negative for a signal."""
+        """Return the error for an exit status, negative for a signal."""
         if status >= 0:
             return cls(f"it ended with status {status}")
         name = signal.Signals(-status).name if -status in list(signal.Signals) else str(-status)
@@ -42,18 +42,18 @@ class PointDiedError(Exception):
 
 @dataclass(frozen=True)
 class Job:
-    """What a worker needs to count a point.
+    """The data that a worker needs to count a point.
 
     Attributes
     ----------
     model : str
         The model, as XMI.
     point : Point
-        What to change, and how to flatten.
+        Settings and options of the flattening.
     engine : str
         The engine; see `dineros.analysis.questions.state_space`.
     memory : int or None
-        Bytes that the engine may take; the engine's default where it is None.
+        Memory for the engine, in bytes; None: the engine's default.
     timeout : float or None
         Seconds after which it is given up.
     """
@@ -67,25 +67,25 @@ class Job:
 
 @dataclass(frozen=True)
 class Figures:
-    """What is known of a point.
+    """The figures of a point.
 
     Attributes
     ----------
     places, transitions : int or None
         Size of the net explored.
     states, arcs, deadlocks : int or None
-        Exact counts; of an incomplete exploration what was seen. Where the net was reduced these are still
-        those of the net itself, but arcs are not known.
+        Exact counts; for an incomplete exploration, the counts so far. For a reduced net, these are still
+        those of the net itself, but arcs are unknown.
     reduced_states : int or None
-        Markings of the net explored, where that is a reduced one.
+        Markings of the explored net, if that is a reduced one.
     seconds : float or None
         Wall-clock time of reduction, search for an order, and exploration.
     peak_memory_bytes : int or None
-        The most memory that the point's process ever had, about 200 MiB of it the compiled engines.
+        Peak memory of the point's process, including about 200 MiB of compiled engines.
     engine : str or None
         The engine that answered.
     complete : bool
-        Whether these are all markings.
+        Whether all markings were counted.
     error : str
         Why not.
     """
@@ -122,7 +122,7 @@ def _types_of_figures() -> dict[str, Any]:
 
 
 _COUNTED = ("places", "transitions", "states", "arcs", "deadlocks", "reduced_states", "engine", "complete")
-"""What figures are called in a `StateSpace`, too."""
+"""Figures with the same names in a `StateSpace`."""
 
 
 def count(job: Job) -> Figures:
@@ -156,7 +156,7 @@ def _count(job: Job, budget: Budget) -> Figures:
 
 @cache
 def _load_engine(engine: str) -> None:
-    """Load, or compile, an engine, so that no point pays for it."""
+    """Load or compile an engine, so that no point needs the time for it."""
     from dineros.analysis.model import subject  # noqa: F401
     from dineros.analysis.nets.compiled import CompiledNet
     from dineros.analysis.questions import reduced_space  # noqa: F401
@@ -170,7 +170,7 @@ def _load_engine(engine: str) -> None:
 
 
 def unanswered(job: Job | Part, error: str, **figures: Any) -> Figures | Outcome:
-    """Return why a job has no answer, and the figures that are known of a point all the same."""
+    """Return why a job has no answer, with the known figures."""
     if isinstance(job, Part):
         return Outcome("unknown", reason=error)
     return Figures(error=error, **figures)
@@ -185,14 +185,14 @@ def _answer(job: Job | Part) -> Figures | PartAnswer:
         return unanswered(job, "memory ran out", peak_memory_bytes=peak_memory())
     except DinerosError as error:
         return unanswered(job, str(error))
-    except Exception as error:  # an engine's fault must not end the sweep
+    except Exception as error:  # an error of an engine must not end the sweep
         return unanswered(job, f"unexpected {type(error).__name__}: {' '.join(str(error).split())}")
 
 
 def _answer_in_a_fork(job: Job | Part) -> Any:
     with Apart(lambda _: _answer(job)) as apart:
         for _ in apart.messages():
-            pass  # it tells nothing before its answer
+            pass  # nothing arrives before the answer
         try:
             return apart.value()
         except ApartDiedError as died:
@@ -205,7 +205,7 @@ def serve(jobs: Connection) -> None:
         job = jobs.recv()
         try:
             _load_engine(job.engine)
-        except Exception as error:  # such as a library that is not installed
+        except Exception as error:  # for example, a library is not installed
             reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
             hint = "pip install 'dineros[analysis]'"
             jobs.send(SweepError(f"the engines cannot be loaded: {reason}", hint=hint))
@@ -215,7 +215,7 @@ def serve(jobs: Connection) -> None:
 
 
 def main(parent: int, pipe: int) -> None:
-    """Serve the process that started this one, at the other end of a pipe."""
+    """Serve the process that started this one, through a pipe."""
     die_with(parent)
     with suppress(EOFError), Connection(pipe) as jobs:
         serve(jobs)

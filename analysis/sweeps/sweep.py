@@ -1,4 +1,4 @@
-"""A sweep from the grid to the table, and on after it was interrupted."""
+"""Runs a sweep from the grid to the table, and continues it after an interruption."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from dineros.metamodel import pn
 from dineros.metamodel.errors import Location, ModelFileError
 
 ENOUGH = 64 << 20
-"""Bytes of an engine for one point; where there are less for each, fewer are counted at a time."""
+"""Minimum memory of an engine for one point, in bytes; with less, fewer points are counted in parallel."""
 WATCHER = 32 << 20
-"""Bytes of a process that watches over this one."""
+"""Memory of a supervising process, in bytes."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a sweep is: points done and in all, those of earlier runs, those without an answer."""
+    """Progress of a sweep: points done, all points, points of earlier runs, points without an answer."""
 
     done: int
     points: int
@@ -44,7 +44,7 @@ class SweepInterrupt(KeyboardInterrupt):
     Parameters
     ----------
     progress : Progress
-        What its journal keeps for the next run.
+        The progress stored in its journal for the next run.
     """
 
     def __init__(self, progress: Progress) -> None:
@@ -54,16 +54,16 @@ class SweepInterrupt(KeyboardInterrupt):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a sweep wrote.
+    """The result of a sweep.
 
     Attributes
     ----------
     rows : tuple of dict
         The table, in the order of the grid.
     resumed : int
-        How many of them an earlier run had finished.
+        Number of points that an earlier run had finished.
     unknown : int
-        How many have no complete state space.
+        Number of points without a complete state space.
     """
 
     rows: tuple[Row, ...]
@@ -72,7 +72,7 @@ class Outcome:
 
 
 def journal_path(output: Path) -> Path:
-    """Return where the journal of a sweep stands."""
+    """Return the path of a sweep's journal."""
     return output.with_name(f"{output.name}.partial.jsonl")
 
 
@@ -90,41 +90,40 @@ def sweep(
 ) -> Outcome:
     """Count the state spaces of a grid of models, and write them as a table.
 
-    Every finished point stands in a journal beside the output, synchronised to the disk. The same sweep goes
-    on where an earlier run of it was ended, by whatever means, and removes the journal when it has written
-    the output.
+    Each finished point is stored in a journal next to the output, synchronised to the disk. The same sweep
+    continues after an earlier run that ended in any way, and removes the journal after writing the output.
 
     Parameters
     ----------
     model : pn.Net or callable
-        What is varied; or what returns it for values of parameters, such as ``["robots=3"]``
+        The model; or a function that returns it for values of parameters, such as ``["robots=3"]``
         (`dineros.metamodel.files.programs.ModelProgram.model`).
     grid : Grid
-        How.
+        The points.
     output : Path
-        A ``.csv`` or ``.parquet`` file, written as a whole at the end.
+        A ``.csv`` or ``.parquet`` file, written completely at the end.
     engine : {"auto", "explicit", "symbolic"}
         See `dineros.analysis.questions.state_space`.
     memory : int, optional
-        Bytes that an engine may take for one point; an equal share of 70 % of what is free unless given, and
+        Memory of an engine for one point, in bytes; by default an equal share of 70 % of the free memory, and
         on a cluster the engine's default.
     timeout : float, optional
         Seconds for one point.
     workers : int, optional
-        Points counted at a time on this machine; as many as there are processors unless given.
+        Number of points counted in parallel on this machine; by default the number of processors.
     scheduler : str, optional
         Address of a Dask scheduler whose workers count the points instead.
     progress : callable, optional
-        Told after every point.
+        Called after each point.
 
     Raises
     ------
     SweepError
-        The grid does not fit the model, the journal is that of another sweep, or the cluster is away.
+        The grid does not fit the model, the journal belongs to another sweep, or the cluster is unavailable.
     DinerosError
         A setting does not fit the model, or a file cannot be written.
     SweepInterrupt
-        By Ctrl-C, while there is a journal.
+        Raised on Ctrl-C while there is a journal.
     """
     writer_for(output)
     _refuse_output(output)
@@ -143,7 +142,7 @@ def sweep(
         ]
         tell = progress or (lambda _: None)
         tell(now)
-        # Closed at once when something goes wrong: processes and connections end before that is reported.
+        # Closed at once after an error: processes and connections end before it is reported.
         counted = local_figures(jobs, local) if scheduler is None else cluster_answers(jobs, scheduler)
         with closing(counted):
             for job, figures in counted:
@@ -159,7 +158,7 @@ def sweep(
 def _texts(
     model: pn.Net | Callable[[Sequence[str]], pn.Net], points: list[Point]
 ) -> dict[tuple[str, ...], str]:
-    """Return the models of all values that parameters have in the points, as XMI."""
+    """Return the models, as XMI, of all combinations of parameter values in the points."""
     from dineros.metamodel.files.xmi import xmi_bytes
 
     texts: dict[tuple[str, ...], str] = {}
@@ -190,38 +189,38 @@ def _journal(output: Path, model: str, grid: Grid, engine: str, limits: list[flo
 
 
 def _progress(finished: dict[str, Figures], points: list[Point]) -> Progress:
-    """Return how far a sweep is that begins with what earlier runs finished."""
+    """Return the progress of a sweep that begins with the points of earlier runs."""
     done = [finished[point.key] for point in points if point.key in finished]
     return Progress(len(done), len(points), len(done), sum(not figures.complete for figures in done))
 
 
 @contextmanager
 def _interruptible(journal: Journal, points: list[Point]) -> Iterator[None]:
-    """Tell whoever interrupts a sweep what is kept, which only the file itself knows."""
+    """On an interrupt, report the points that are actually stored in the file."""
     resumed = _progress(journal.finished, points).resumed
     try:
         yield
     except KeyboardInterrupt:
-        if not journal.path.exists():  # the table is written
+        if not journal.path.exists():  # the table has been written
             raise
         kept = replace(_progress(journal.kept(), points), resumed=resumed)
         raise SweepInterrupt(kept) from None
 
 
 def share_of_memory(memory: int, workers: int) -> tuple[int, int]:
-    """Return how many points can be counted at a time, and the bytes that an engine may take for each.
+    """Return the number of points to count in parallel, and the memory of an engine for each, in bytes.
 
     Parameters
     ----------
     memory : int
-        Bytes of this process and of all that it starts.
+        Memory of this process and its child processes, in bytes.
     workers : int
-        How many at most.
+        Maximum number of points in parallel.
 
     Raises
     ------
     MemoryBudgetError
-        There is not enough for one.
+        There is not enough memory for one point.
     """
     from dineros.analysis.nets.memory import (
         LEAST_FOR_SEARCH,
@@ -244,7 +243,7 @@ def _share_of_memory(workers: int) -> int:
 
 
 def _refuse_output(output: Path) -> None:
-    """Find out before long work, not after it, that a file cannot be written."""
+    """Check before a long computation that a file can be written."""
     if output.is_dir():
         raise ModelFileError("is a directory", location=Location(output), hint="name a file")
     if not output.parent.is_dir():
@@ -261,5 +260,5 @@ def _row(point: Point, figures: Figures) -> Row:
 
 
 def _value(text: str) -> Value:
-    """Return whole numbers as such."""
+    """Return integers as numbers."""
     return int(text) if re.fullmatch(r"[+-]?[0-9]{1,18}", text) else text

@@ -20,7 +20,7 @@ Row = dict[str, Value]
 
 
 def writer_for(path: Path) -> Callable[[Sequence[Row]], bytes]:
-    """Return what makes the content of a file, by its suffix.
+    """Return a function that makes the content of a file, by the file's suffix.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def writer_for(path: Path) -> Callable[[Sequence[Row]], bytes]:
 
 
 def write_table(rows: Sequence[Row], path: Path) -> None:
-    """Write rows, which all have the same columns, as a whole or not at all.
+    """Write rows with equal columns, completely or not at all.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def write_table(rows: Sequence[Row], path: Path) -> None:
 
 
 def to_csv(rows: Sequence[Row]) -> bytes:
-    """Return rows as CSV (RFC 4180, but lines end as on Unix): whole numbers in full, nothing for None."""
+    """Return rows as CSV (RFC 4180, but with Unix line ends): integers in full, empty for None."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(rows[0])
@@ -78,8 +78,8 @@ def _text(value: Value) -> str:
 def to_parquet(rows: Sequence[Row]) -> bytes:
     """Return rows as Parquet.
 
-    A column of whole numbers is ``int64``. Where one of them needs more, the column is ``decimal`` without a
-    fraction, which is exact to 76 digits, and beyond that text.
+    A column of integers is ``int64``. If one of them is larger, the column is ``decimal`` without a fraction,
+    which is exact to 76 digits, and beyond that text.
     """
     import pyarrow
     import pyarrow.parquet

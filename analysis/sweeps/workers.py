@@ -1,4 +1,4 @@
-"""Workers on this machine: processes that count points, watched, started again, and ended with the sweep."""
+"""Workers on this machine: processes that count points, are supervised, and end with the sweep."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from dineros.analysis.sweeps.parts import Part
 from dineros.analysis.sweeps.point import Figures, Job, PointDiedError, unanswered
 
 ATTEMPTS = 3
-"""How often a point is tried whose process is killed."""
+"""Maximum number of attempts for a point whose process is killed."""
 
 
 class PointTimeoutError(Exception):
-    """A point took longer than it may."""
+    """A point exceeded its time-out."""
 
 
 class PointProcess:
@@ -49,14 +49,14 @@ class PointProcess:
         self.answer(None)
 
     def answer(self, timeout: float | None) -> Any:
-        """Return what was answered to the job that was begun.
+        """Return the answer to the job that was begun.
 
         Raises
         ------
         PointDiedError
             The process was killed.
         PointTimeoutError
-            It took longer than it may.
+            It exceeded the time-out.
         """
         assert self._process is not None
         assert self._pipe is not None
@@ -71,7 +71,7 @@ class PointProcess:
         return answer
 
     def kill(self) -> None:
-        """End the process, and the point in it; the next point starts a new one."""
+        """End the process with its point; the next point starts a new process."""
         process, self._process = self._process, None
         if process is not None:
             process.kill()
@@ -81,7 +81,7 @@ class PointProcess:
             self._pipe = None
 
     def end(self) -> None:
-        """End the process from another thread; the one that waits for it finds it dead."""
+        """End the process from another thread; the waiting thread notices that it has died."""
         process = self._process
         if process is not None:
             process.kill()
@@ -92,23 +92,23 @@ class PointProcess:
         self.kill()
         self._pipe, there = Pipe()
         with there:
-            # No module of its own: what such a one makes, no other process could read.
+            # Not a module run by ``-m``: objects of its classes could not be unpickled elsewhere.
             code = f"from dineros.analysis.sweeps.point import main; main({os.getpid()}, {there.fileno()})"
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-c", code],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
-                # Threads of a linear algebra library would not survive a fork.
+                # Threads of a linear algebra library do not survive a fork.
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
                 pass_fds=[there.fileno()],
-                process_group=0,  # Ctrl-C is for the sweep, which ends its processes
+                process_group=0,  # Ctrl-C is handled by the sweep, which ends its processes
             )
         return self._pipe
 
 
 class PointProcesses:
-    """As many processes as threads ask for points at a time."""
+    """One process for each thread that requests points at the same time."""
 
     def __init__(self) -> None:
         self._idle: queue.LifoQueue[PointProcess] = queue.LifoQueue()
@@ -120,7 +120,7 @@ class PointProcesses:
         self.closed = False
 
     def count(self, job: Job) -> Figures:
-        """Count a point, again where its process is killed; what goes wrong stands in the figures.
+        """Count a point, and retry if its process is killed; errors are returned in the figures.
 
         Raises
         ------
@@ -131,7 +131,7 @@ class PointProcesses:
         return figures
 
     def answer(self, job: Job | Part) -> Any:
-        """Return what is answered to a job, or why it has no answer; raises as `count`."""
+        """Return the answer to a job, or the reason why there is none; raises like `count`."""
         cause, work = "", job.work if isinstance(job, Part) else ""
         for _ in range(ATTEMPTS):
             if self.closed or work in self._ended:
@@ -140,7 +140,7 @@ class PointProcesses:
             self._busy[process] = work
             try:
                 self._start(process, job)
-                if work in self._ended:  # while there was no process to end yet
+                if work in self._ended:  # ended before there was a process
                     process.kill()
                     break
                 return process.answer(job.patience if isinstance(job, Part) else job.timeout)
@@ -156,7 +156,7 @@ class PointProcesses:
         return unanswered(job, f"its process died {ATTEMPTS} times: {cause}")
 
     def end_work(self, work: str) -> None:
-        """End the parts of a work, from another thread; those that come later do not begin."""
+        """End the parts of a work, from another thread; later parts do not begin."""
         self._ended.add(work)
         for process, busy_with in list(self._busy.items()):
             if busy_with == work:
@@ -166,7 +166,7 @@ class PointProcesses:
         if self._warm:
             process.start(job)
             return
-        with self._first:  # kernels that must be compiled are compiled once
+        with self._first:  # so that kernels are compiled only once
             process.start(job)
             self._warm = True
 
@@ -179,26 +179,26 @@ class PointProcesses:
             return process
 
     def close(self) -> None:
-        """End all processes; points that are being counted fail. Call it again while threads wait for one."""
+        """End all processes; running points fail. Call it again while threads wait for a process."""
         self.closed = True
         for process in self._all:
             process.end()
 
     def reap(self) -> None:
-        """Forget all processes, when no thread waits for one any more."""
+        """Remove all processes, when no thread waits for one any more."""
         for process in self._all:
             process.kill()
 
 
 def local_figures(jobs: Iterable[Job], workers: int) -> Generator[tuple[Job, Figures], None, None]:
-    """Count points by processes of this machine; yield each when it is done.
+    """Count points in processes of this machine; yield each when it is done.
 
     Parameters
     ----------
     jobs : iterable of Job
         The points.
     workers : int
-        How many are counted at a time.
+        Number of points counted in parallel.
 
     Raises
     ------
@@ -215,5 +215,5 @@ def local_figures(jobs: Iterable[Job], workers: int) -> Generator[tuple[Job, Fig
             for figures in counted:
                 figures.cancel()
             while wait(counted, 0.2).not_done:
-                processes.close()  # again and again: a thread may be starting one just now
+                processes.close()  # repeatedly: a thread may be starting a process at this moment
             processes.reap()

@@ -4,7 +4,7 @@ from typing import Any
 
 
 def __getattr__(name: str) -> Any:
-    """Return the engine's function when it is first asked for: it needs the compiled kernels."""
+    """Return the engine's function on first access, because it needs the compiled kernels."""
     if name == "symbolic_state_space":
         from dineros.analysis.symbolic.engine import symbolic_state_space
 

@@ -1,8 +1,8 @@
-"""Boxes of tokens over fewer places than a net has: what is asked of determined places is asked of others.
+"""Boxes of tokens over some places of a net; conditions on the other places are rewritten.
 
-A place that an invariant determines from others, ``D = c + sum k_i x_i``, needs no room in a stored
-marking: what arcs ask of D is asked of the x_i instead. Where that is not a box, it is split into disjoint
-ones.
+A place that an invariant determines from others, ``D = c + sum k_i x_i``, is not stored in a marking.
+Conditions of arcs on D become conditions on the x_i. If such a condition is not a box, it is split into
+disjoint boxes.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from dineros.analysis.nets.compiled import CompiledNet
 
 Box = dict[int, tuple[int, int]]
 
-#: Combinations of values looked at when a determined place's guard is turned into boxes; beyond it the
-#: place is kept.
+#: Largest number of value combinations tried when the guard of a determined place is turned into boxes; with
+#: more, the place is kept.
 LARGEST_PRODUCT = 256
 
 
@@ -39,10 +39,10 @@ class BoxNet:
     ----------
     net : CompiledNet
     bounds : tuple of int
-        Largest number of tokens assumed per place (of all places); proved, or a cap to be checked when
-        firing.
+        Largest assumed number of tokens of each place (including dropped ones): proved, or a cap that is
+        checked when firing.
     determined : dict
-        Dropped place -> how to recover it.
+        Dropped place -> formula for its tokens.
     """
 
     net: CompiledNet
@@ -55,7 +55,7 @@ class BoxNet:
         return tuple(p for p in range(len(self.net.places)) if p not in self.determined)
 
     def renumbered(self, net: CompiledNet, places: Sequence[int]) -> BoxNet:
-        """The same in the numbers of another net: place n is ``places[n]`` there."""
+        """Return the same object with the numbers of another net: place n is ``places[n]`` there."""
         bounds = [0] * len(places)
         for place, bound in zip(places, self.bounds, strict=True):
             bounds[place] = bound
@@ -66,19 +66,19 @@ class BoxNet:
         return BoxNet(net, tuple(bounds), determined)
 
     def full_marking(self, tokens: dict[int, int]) -> list[int]:
-        """Marking of all places from the tokens of the kept ones."""
+        """Return the marking of all places from the tokens of the kept ones."""
         marking = [tokens.get(p, 0) for p in range(len(self.net.places))]
         for place, rule in self.determined.items():
             marking[place] = rule.constant + sum(k * tokens[p] for p, k in rule.factors.items())
         return marking
 
     def guard_boxes(self, guard: Box) -> list[Box]:
-        """A guard over all places as disjoint boxes over the kept ones.
+        """Return a guard over all places as disjoint boxes over the kept ones.
 
         Raises
         ------
         ValueError
-            If a determined place's guard needs more combinations than are looked at.
+            If the guard of a determined place needs too many combinations of values.
         """
         boxes = [dict(guard)]
         for place, rule in self.determined.items():
@@ -93,12 +93,12 @@ class BoxNet:
 
 
 def split_box(guard: Box, place: int, rule: Determined, bounds: Sequence[int]) -> list[Box] | None:
-    """Return what a box asks of a determined place as disjoint boxes without it; None: too many values."""
+    """Rewrite a box's condition on a determined place as disjoint boxes without it; None: too many values."""
     low, high = guard[place]
     rest = {p: interval for p, interval in guard.items() if p != place}
     places = sorted(rule.factors)
     ranges = [rest.get(p, (0, bounds[p])) for p in places]
-    if len(places) == 1:  # however many values: those that fit are an interval
+    if len(places) == 1:  # for any number of values: the values that fit form an interval
         interval = _solved(rule.factors[places[0]], low - rule.constant, high - rule.constant, ranges[0])
         return [] if interval is None else [_with(rest, places, (interval,), bounds)]
     if prod(b - a + 1 for a, b in ranges) > LARGEST_PRODUCT:
@@ -124,7 +124,7 @@ def _covering(
 def _with(
     guard: Box, places: Sequence[int], intervals: Sequence[tuple[int, int]], bounds: Sequence[int]
 ) -> Box:
-    """Return a guard with intervals for further places, where they say something."""
+    """Return a guard with intervals for further places, without intervals that exclude nothing."""
     box = dict(guard)
     for p, interval in zip(places, intervals, strict=True):
         if interval != (0, bounds[p]) or p in guard:
@@ -133,7 +133,7 @@ def _with(
 
 
 def _solved(factor: int, low: int, high: int, within: tuple[int, int]) -> tuple[int, int] | None:
-    """Return the numbers v of an interval with ``low <= factor * v <= high``; None where there are none."""
+    """Return the numbers v of an interval with ``low <= factor * v <= high``; None if there are none."""
     if factor < 0:
         factor, low, high = -factor, -high, -low
     first, last = max(within[0], -(-low // factor)), min(within[1], high // factor)

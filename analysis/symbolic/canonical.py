@@ -1,9 +1,9 @@
-"""An order of places and transitions that hangs on neither their names nor where they stand in the file.
+"""Order of places and transitions that depends neither on their names nor on their order in the file.
 
-Colours are refined until all of one colour have the same arcs to each other colour; where a colour is left
-that several have, one of them gets a colour of its own, and refinement continues. Two nets that differ in
-names and order only become the same net, wherever those of one colour are images of each other under a
-symmetry, as they are in nearly all nets; elsewhere, which of them goes first is chance.
+Colours are refined until all elements of a colour have the same arcs to each other colour. If several
+elements still share a colour, one of them gets a colour of its own, and refinement continues. Two nets that
+differ only in names and order become the same net if the elements of one colour are images of each other
+under a symmetry. This holds for nearly all nets; in the others, the choice of the first element is arbitrary.
 
 References
 ----------
@@ -24,14 +24,14 @@ from dineros.analysis.nets.compiled import ArcTable, CompiledNet
 
 @dataclass(frozen=True)
 class Arrangement:
-    """A net in canonical order, and where its elements come from.
+    """A net in canonical order, with the original numbers of its elements.
 
     Attributes
     ----------
     net : CompiledNet
         The same net, its elements in canonical order.
     places, transitions : tuple of int
-        By canonical number: the number in the net before.
+        By canonical number: the number in the original net.
     """
 
     net: CompiledNet
@@ -65,7 +65,7 @@ def _permuted(net: CompiledNet, places: Sequence[int], transitions: Sequence[int
     def permuted(arcs: ArcTable) -> ArcTable:
         lengths = np.diff(arcs.pointer)[at]
         pointer = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
-        # Arc n of the new table is arc `source[n]` of the old one, but for the order within a row.
+        # Arc n of the new table is arc `source[n]` of the old one, except for the order within a row.
         source = np.repeat(arcs.pointer[at] - pointer[:-1], lengths) + np.arange(pointer[-1])
         place, weight = position[arcs.place[source]], arcs.weight[source]
         within = np.lexsort((place, np.repeat(np.arange(at.size), lengths)))
@@ -87,9 +87,9 @@ def _permuted(net: CompiledNet, places: Sequence[int], transitions: Sequence[int
 
 
 class _Refinement:
-    """An ordered partition of the elements of a net into cells of one colour.
+    """An ordered partition of the elements of a net into cells; the elements of a cell have one colour.
 
-    Places are numbered first, then transitions. A cell is a part ``[start, start + size)`` of `_order`.
+    Places are numbered first, then transitions. A cell is ``[start, start + size)`` of `_order`.
     """
 
     def __init__(self, net: CompiledNet) -> None:
@@ -125,7 +125,7 @@ class _Refinement:
         self._queued = set(self._size)
 
     def order(self) -> list[int]:
-        """Refine until each element has a cell of its own; return them in the order of their cells."""
+        """Refine until each element has its own cell; return the elements in the order of their cells."""
         self._refine()
         for start in range(len(self._order)):
             while self._size[start] > 1:
@@ -134,7 +134,7 @@ class _Refinement:
         return self._order
 
     def _refine(self) -> None:
-        """Split cells until all elements of one have the same arcs to each other cell."""
+        """Split cells until all elements of a cell have the same arcs to each other cell."""
         arcs, cell_of, size = self._arcs, self._cell, self._size
         while self._queue:
             start = self._queue.popleft()
@@ -151,7 +151,7 @@ class _Refinement:
                 self._split(cell, touched[cell])
 
     def _split(self, cell: int, keys: dict[int, tuple[int, ...]]) -> None:
-        """Part a cell by keys, in their order; those of its elements that have none stay in front."""
+        """Split a cell by keys, in the order of the keys; elements without a key stay in front."""
         groups: defaultdict[tuple[int, ...], list[int]] = defaultdict(list)
         for element, key in keys.items():
             groups[key].append(element)
@@ -175,7 +175,7 @@ class _Refinement:
             self._size[cell] = rest
             parts.append(cell)
         if cell not in self._queued:
-            # What elements have to do with one part follows from the others; so not with the largest.
+            # The arcs to one part follow from the arcs to the others, so the largest part is skipped.
             parts.remove(max(parts, key=lambda part: (self._size[part], part)))
         for part in sorted(parts):
             if part not in self._queued:

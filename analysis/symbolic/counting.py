@@ -1,4 +1,4 @@
-"""Exact counts on a finished decision diagram: markings, arcs, deadlocks, largest tokens."""
+"""Exact counts on a finished decision diagram: markings, arcs, deadlocks, largest token counts."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from dineros.analysis.symbolic.kernels import counting as kernels
 from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
 
 Int64Array = NDArray[np.int64]
-#: By encoding level: numbers by local state, to be summed up. Levels without any count nothing.
+#: By encoding level: a number for each local state, to be summed; levels without numbers count as zero.
 Weights = Mapping[int, Sequence[int]]
 LARGEST_PRIME = 1 << 30
-#: Bytes for each node, copies made on the way included, and bytes that are always there.
+#: Bytes per node, including temporary copies, and a constant number of bytes.
 NODE_BYTES = 72
 SMALLEST_ROOM = 1 << 22
 
@@ -34,7 +34,7 @@ class DiagramCounts:
     Raises
     ------
     DiagramMemoryError
-        If there is no room for the tables beside the diagram.
+        If there is no memory for the tables in addition to the diagram.
     """
 
     def __init__(self, diagram: Diagram, root: int | None = None) -> None:
@@ -63,7 +63,7 @@ class DiagramCounts:
 
     @property
     def nodes(self) -> int:
-        """Nodes below the root, itself included, the terminal not counted."""
+        """Number of nodes below the root, including the root but not the terminal."""
         return self.level_of.size - 1
 
     def vectors(self) -> int:
@@ -109,7 +109,7 @@ class DiagramCounts:
         return int(below[self.root])
 
     def _primes_at_once(self, nodes: int, fixed: int) -> int:
-        """How many primes fit beside the diagram; a cache that has grown makes room."""
+        """Number of primes that fit in memory next to the diagram; a grown cache is reduced if necessary."""
         each = 3 * 8 * (nodes + 1)
         if self.diagram.bytes + fixed + each * self.primes.size > self.diagram.memory:
             self.diagram.shrink_cache()
@@ -122,7 +122,7 @@ class DiagramCounts:
         return range(0, self.primes.size, self._batch)
 
     def _counted(self, first: int) -> tuple[int, Int64Array, Int64Array, Int64Array]:
-        """Ways below and above each node, and room for more, modulo the primes of a batch."""
+        """Return the ways below and above each node and a buffer, modulo the primes of a batch."""
         if self._tables is None or self._tables[0] != first:
             self._tables = None
             primes = self.primes[first : first + self._batch]
@@ -135,8 +135,8 @@ class DiagramCounts:
     def largest(self, weights: Weights) -> int:
         """Largest sum, over the vectors below the root, of ``weights[encoding level][local state]``.
 
-        Levels without weights do not count; only nodes from the lowest to the highest of those that have some
-        are looked at.
+        Levels without weights do not count; only the nodes from the lowest to the highest level with weights
+        are visited.
         """
         if not weights:
             return 0

@@ -1,8 +1,8 @@
-"""A net as guarded translations, and its places dropped one by one as far as invariants determine them.
+"""A net as guarded translations; places that invariants determine are dropped one by one.
 
 A transition becomes one or more *events*: a box (an interval of tokens for some places) and a translation.
-Where what a dropped place is asked is not a box of the others, events are split into disjoint ones: the
-events of a transition never overlap, so that counts of arcs stay exact.
+If a condition on a dropped place is not a box over the other places, events are split into disjoint ones.
+The events of a transition never overlap, so that counts of arcs stay exact.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dineros.analysis.symbolic.boxes import Box, BoxNet, Determined, split_box
 
 @dataclass(frozen=True)
 class Event:
-    """One box of a transition's guard and the change of the kept places.
+    """One box of the guard of a transition, and the change of the kept places.
 
     Attributes
     ----------
@@ -40,21 +40,21 @@ class GuardedNet:
     ----------
     net : CompiledNet
     bounds : sequence of int
-        Largest number of tokens assumed of each place.
+        Largest assumed number of tokens of each place.
 
     Attributes
     ----------
     determined : dict
-        Dropped place -> how to recover it.
+        Dropped place -> formula for its tokens.
     """
 
     def __init__(self, net: CompiledNet, bounds: Sequence[int]) -> None:
         self._net = net
         self._bounds = tuple(bounds)
         self.determined: dict[int, Determined] = {}
-        #: By transition: its events, over kept places; events whose guard can never hold are left out.
+        #: By transition: its events, over kept places; events whose guard can never hold are omitted.
         self._events_of: list[list[Event]] = []
-        #: By place: transitions; an event of another transition never names the place.
+        #: By place: transitions whose events may name the place; events of other transitions never name it.
         self._touching: list[set[int]] = [set() for _ in net.places]
         for transition, change in enumerate(net.delta):
             guard = {p: (weight, bounds[p]) for p, weight in net.pre.row(transition)}
@@ -78,7 +78,7 @@ class GuardedNet:
         return [p for p in range(len(self._bounds)) if p not in self.determined]
 
     def boxes(self) -> BoxNet:
-        """Return which places are kept, and how the others follow."""
+        """Return the kept places and the formulas for the others."""
         return BoxNet(self._net, self._bounds, self.determined)
 
     def over_kept(self, flow: PlaceInvariant) -> PlaceInvariant:
@@ -98,7 +98,7 @@ class GuardedNet:
     def drop(self, flow: PlaceInvariant, place: int, largest_growth: int) -> bool:
         """Drop a place that an invariant over otherwise kept places determines.
 
-        Returns False, and changes nothing, when the guards on the place cannot be recovered with at most
+        Returns False and changes nothing if the guards on the place cannot be rewritten with at most
         `largest_growth` additional events.
         """
         sign = flow.weights[place]
@@ -136,8 +136,8 @@ class GuardedNet:
     ) -> None:
         """Drop places that short invariants determine, shortest first.
 
-        Of an invariant the place with the largest bound goes first, then the one that the fewest guards ask
-        for; places that determine another one stay.
+        Of an invariant, the place with the largest bound is dropped first; on a tie, the one in the fewest
+        guards. Places that determine another one are kept.
 
         Parameters
         ----------

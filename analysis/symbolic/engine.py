@@ -1,4 +1,4 @@
-"""Symbolic engine: complete state spaces as decision diagrams, any size, counted exactly."""
+"""Symbolic engine: complete state spaces as decision diagrams, of any size, counted exactly."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
 from dineros.analysis.symbolic.vector_sets import VectorSets
 
-#: Rounds of (work of the order search, work of saturation), in cache misses: easy nets pay for little search,
-#: hard ones get more. Millions take a third of a second. No clock decides, so that every run is the same.
-#: The first round betters the best of the orders made from the structure by a few moves: milliseconds.
-#: The second one tries more, since a run that continues for long under a bad order costs more than these do.
+#: Rounds of (work of the order search, work of saturation), in cache misses: easy nets need little search,
+#: hard ones get more. A million takes about a third of a second. No clock is used, so that runs are
+#: reproducible. The first round improves the best of the orders made from the structure by a few moves
+#: (milliseconds). The second round tries more, because a long run under a bad order costs more than this
+#: search.
 ROUNDS = (
     (5_000, 100_000),
     (50_000, 400_000),
@@ -36,15 +37,15 @@ ROUNDS = (
     (24_000_000, 40_000_000),
     (60_000_000, None),
 )
-#: How many rounds on is the work allowed to an order again that a search could not better.
+#: An order that a search did not improve gets the work of this many rounds later.
 UNCHANGED_ROUNDS = 1
-#: The round from which on an order that costs too much on a smaller instance is not run.
+#: First round in which an order that costs too much on a smaller instance is not run.
 FIRST_DOUBT = 2
-#: Work allowed to an order that is known from an earlier run, before another one is searched for.
+#: Work allowed to an order known from an earlier run, before a search for another one starts.
 KNOWN_ORDER_WORK = 30_000_000
-#: Work of a search from which on its order is worth keeping.
+#: Least work of a search whose order is kept in a file.
 WORTH_KEEPING = sum(work for work, _ in ROUNDS[:4])
-#: Orders tried with which memory runs out.
+#: Number of orders that may run out of memory before the engine gives up.
 MEMORY_TRIES = 2
 FIRST_CAP = 4
 LARGEST_CAP = 1 << 12
@@ -60,17 +61,17 @@ class SymbolicStateSpace:
     ----------
     net : CompiledNet
     complete : bool
-        False when memory ended the run; then only `reason`, `order` and the figures of the run mean anything.
+        False if memory ended the run; then only `reason`, `order` and the statistics of the run are valid.
     reason : str
-        Why it is incomplete.
+        Reason why it is incomplete.
     markings : int
         Number of reachable markings, exact.
     order : tuple of tuple of str
         Groups of places by level, bottom first.
     peak_nodes : int
-        Most nodes held at any time.
+        Largest number of nodes at any time.
     search_work : int
-        What the order search cost, in cache misses of saturation.
+        Cost of the order search, in cache misses of saturation.
     """
 
     net: CompiledNet
@@ -96,7 +97,7 @@ class SymbolicStateSpace:
 
     @property
     def counts(self) -> DiagramCounts:
-        """The diagram, ready for counting.
+        """The diagram, prepared for counting.
 
         Raises
         ------
@@ -117,7 +118,7 @@ class SymbolicStateSpace:
         return self.counts.in_boxes(self.event_masks(number))
 
     def deadlocks(self) -> int | None:
-        """Number of reachable markings that enable nothing; None when memory runs out."""
+        """Number of reachable markings that enable no transition; None if memory runs out."""
         counts = self.counts
         try:
             dead = self.sets.without_boxes(self.diagram.root, self.event_masks())
@@ -165,7 +166,7 @@ class SymbolicStateSpace:
         Raises
         ------
         ValueError
-            If such a place stands on no level.
+            If such a place belongs to no level.
         """
         by_place = {self.net.places.index(name): weight for name, weight in weights.items()}
         if not self.encoding.boxes.determined.keys().isdisjoint(by_place):
@@ -181,9 +182,9 @@ class SymbolicStateSpace:
         )
 
     def weights_of(self, factors: Mapping[int, int]) -> tuple[Weights, int]:
-        """A weighted sum of tokens as weights of local states, ``[level][state]``, and a constant.
+        """Return a weighted sum of tokens as weights of local states, ``[level][state]``, and a constant.
 
-        Levels that have nothing to do with it have no weights.
+        Levels that do not contribute to the sum have no weights.
         """
         kept: dict[int, int] = {}
         constant = 0
@@ -215,7 +216,7 @@ class SymbolicStateSpace:
         return VectorSets(self.diagram)
 
     def event_masks(self, transition: int | None = None) -> list[dict[int, Sequence[bool]]]:
-        """Markings that enable a transition, or any, as disjoint products (level -> flags)."""
+        """Markings that enable a transition, or any transition, as disjoint products (level -> flags)."""
         flags: dict[tuple[int, ...], tuple[bool, ...]] = {}  # many events share their tables
         masks: list[dict[int, Sequence[bool]]] = []
         for event in self.encoding.events if transition is None else self._events_of.get(transition, ()):
@@ -228,7 +229,7 @@ class SymbolicStateSpace:
 
     @cached_property
     def _events_of(self) -> dict[int, list[LocalEvent]]:
-        """By transition, in the numbers of the net."""
+        """Events by transition number of the net."""
         found: defaultdict[int, list[LocalEvent]] = defaultdict(list)
         for event in self.encoding.events:
             found[event.transition].append(event)
@@ -251,27 +252,27 @@ def symbolic_state_space(
     net
         The net; its places must be bounded.
     budget
-        Running into its memory, of which the diagram is made, gives a result with ``complete=False``.
+        If its memory, which also limits the diagram, runs out, the result has ``complete=False``.
     seed
-        Of the order search.
+        Seed of the order search.
     order
         A known order (`SymbolicStateSpace.order` of an earlier run on a net of the same structure), tried
         first.
     orders
-        Where orders are kept: one of a net of the same structure is tried first, and one that took long to
-        find is kept.
+        Cache of orders: an order for a net of the same structure is tried first, and an order that took long
+        to find is kept.
     keep
-        Places that stand on a level, even if others determine them: those with weights in `weighted`.
+        Places that must belong to a level even if others determine them: those with weights in `weighted`.
     between
-        Told before the first run of saturation, and after each that did not end, what all of them and the
-        search for orders have cost, in cache misses; what it raises ends the work.
+        Called before the first run of saturation and after each unfinished run, with the cost so far of all
+        runs and of the order search, in cache misses. An exception raised in it ends the work.
 
     Raises
     ------
     UnknownBoundError
         If the net is unbounded, or some place still grows at the largest cap tried; it names the places.
     LevelSizeError
-        If places may hold so many tokens that their local states alone take more memory.
+        If places may hold so many tokens that their local states alone exceed the memory.
     BudgetExceededError
         If time runs out.
 
@@ -304,7 +305,7 @@ def _with_bounds(
     keep: Collection[int],
     between: Between | None,
 ) -> SymbolicStateSpace:
-    """Compute the state space; places whose bounds are not known get caps, raised until they are not met."""
+    """Compute the state space; places without known bounds get caps, raised until no marking reaches them."""
     gain = max((tokens for change in net.delta for tokens in change.values()), default=0)
     caps: list[int] | None = None
     while True:
@@ -368,7 +369,7 @@ def _with_encoding(
 
 
 def _attempts(search: OrderSearch, known: list[int] | None) -> Iterator[tuple[list[int], int | None]]:
-    """Orders worth a run, each with the work allowed to it: what is known, then ever more searched for."""
+    """Yield orders to run, each with its allowed work: the known order, then results of longer searches."""
     if known is not None:
         yield known, KNOWN_ORDER_WORK
     if search.good_effort is not None:

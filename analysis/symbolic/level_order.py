@@ -1,14 +1,14 @@
-"""Orders of the levels of a decision diagram, searched for per net.
+"""Search for a good order of the levels of a decision diagram, for each net.
 
-The size of a diagram, and even more the effort of saturation, hang on the order of its levels. The first
-orders are made from the structure (module `level_starts`) and cost little; many nets need no others. Further
-candidates are made by FORCE from random starts, then improved by local moves. What a candidate costs is not
-estimated but measured: saturation itself runs on an instance of the same structure with all large markings
-and weights scaled down, which takes milliseconds and stops as soon as it exceeds the best effort so far.
+The size of a diagram, and even more the effort of saturation, depend on the order of its levels. The first
+orders are made from the structure of the net (module `level_starts`) and are cheap; many nets need no others.
+FORCE makes further candidates from random starts, and local moves improve them. The cost of a candidate is
+measured, not estimated: saturation runs on an instance of the same structure with all large markings and
+weights scaled down. Such a run takes milliseconds and stops when it exceeds the lowest effort so far.
 
-Local moves end in a local optimum, and which one hangs on the start. So a long search is made of several
-climbs from different starts; between their orders decides an instance that is scaled down less, since it
-tells more about the net itself but costs too much to measure every candidate on it.
+Local moves end in a local optimum that depends on the start. A long search therefore consists of several
+climbs from different starts. Their orders are compared on an instance that is scaled down less: it is closer
+to the net itself, but measuring every candidate on it would cost too much.
 """
 
 from __future__ import annotations
@@ -30,39 +30,39 @@ TRIAL_MEMORY = 1 << 28
 LEAST_TRIAL_MEMORY = 1 << 24
 TRIAL_CACHE = 1 << 16
 TRIAL_BUCKETS = 1 << 14
-#: Share of a climb's first search spent on making starts rather than on improving the best; at least so much.
+#: Share of the first search of a climb that is spent on starts, not on improving the best; and its minimum.
 START_SHARE = 0.25
 START_WORK = 75_000
-#: Effort from which on an instance tells orders apart.
+#: Lowest effort of an instance that can distinguish good orders from bad ones.
 LEAST_EFFORT = 300
-#: What making a candidate and setting it up costs, in cache misses of saturation.
+#: Cost of making and setting up a candidate, in cache misses of saturation.
 TRIAL_WORK = 1_000
-#: Effort allowed to the first starts, and how many starts are tried before it is doubled.
+#: Effort allowed to the first starts, and number of starts that are tried before the effort is doubled.
 FIRST_EFFORT = 2_000
 STARTS_PER_LIMIT = 12
 #: Effort allowed to each of the orders made from the structure: at first, and at most.
 FIRST_RACE, LAST_RACE = 500, 128_000
-#: Effort that no other order is expected to better by much: so much for each entry of the events' tables, and
-#: so much for any net.
+#: Effort below which no other order is expected to be much better: a part for each entry of the tables of
+#: the events, and a constant part.
 GOOD_EFFORT = 8
 LEAST_GOOD_EFFORT = 50_000
-#: A net whose local states are more than so many times those of its smallest instance is tried there first.
+#: A net with more than this many times the local states of its smallest instance is first tried on that one.
 WIDE = 4
-#: But where levels have so few of them on average, so that misses are cheap, the first order is tried with
-#: what a race costs.
+#: Exception: if levels have few local states on average, misses are cheap, and the first order is tried with
+#: the effort of a race.
 NARROW = 20
 RACE_EFFORT = 16_000
-#: Work of a climb after which another one begins, how many there are, and how many times the largest marking
-#: is larger in the instance that decides between them.
+#: Work of a climb after which the next one begins, number of climbs, and factor by which the largest
+#: marking is larger in the instance that decides between them.
 CLIMB_WORK = 8_000_000
 CLIMBS = 4
 DECIDING_FACTOR = 4
-#: Most that the effort on the net itself is taken to be larger than on that instance.
+#: Largest assumed ratio between the effort on the net itself and on that instance.
 LARGEST_GROWTH = 8
 
 
 def scaled_down(net: CompiledNet, largest: int) -> CompiledNet:
-    """The same net with every marking and weight above `largest` lowered to it."""
+    """Return the same net with every marking and weight above `largest` reduced to `largest`."""
 
     def scale(arcs: ArcTable) -> ArcTable:
         return replace(arcs, weight=np.minimum(arcs.weight, largest))
@@ -78,7 +78,7 @@ def scaled_down(net: CompiledNet, largest: int) -> CompiledNet:
 
 
 class OrderSearch:
-    """A search for a good order that can be continued.
+    """Resumable search for a good order.
 
     Parameters
     ----------
@@ -87,18 +87,18 @@ class OrderSearch:
     events
         Its events as arrays.
     seed
-        Of the random moves: the same seed and work give the same order.
+        Seed of the random moves: the same seed and work give the same order.
     memory
-        Bytes that a trial may take.
+        Memory limit of a trial, in bytes.
     progress
-        Called now and then; an exception raised in it ends the search.
+        Called regularly; an exception raised in it ends the search.
 
     Attributes
     ----------
     order : list of int
-        Best order so far, bottom first; `first_start` while no candidate was finished.
+        Best order so far, bottom first; `first_start` until a candidate is finished.
     work : int
-        What the search has cost so far, in cache misses of saturation.
+        Cost of the search so far, in cache misses of saturation.
     """
 
     def __init__(
@@ -123,7 +123,7 @@ class OrderSearch:
 
     @property
     def good_effort(self) -> int | None:
-        """Effort with which the first order is good without a look at others; None for nets to try small."""
+        """Effort at which the first order is accepted without trying others; None: first try it small."""
         levels, events = self._encoding.levels, self._events
         states = sum(len(level.states) for level in levels)
         if states > WIDE * sum(len(level.places) + 1 for level in levels):
@@ -132,9 +132,9 @@ class OrderSearch:
         return LEAST_GOOD_EFFORT + GOOD_EFFORT * entries
 
     def race(self) -> None:
-        """Take the best of the orders made from the structure, measured on the trials' instance.
+        """Choose the best of the orders made from the structure, measured on the trials' instance.
 
-        All are given the same effort, which grows until one of them is finished with it.
+        All orders get the same effort, which grows until one of them finishes.
         """
         if len(self.order) < 3:
             return
@@ -149,7 +149,7 @@ class OrderSearch:
             limit *= 4
 
     def improve(self, work: int) -> None:
-        """Search on, for about so many cache misses of saturation; no clock decides."""
+        """Continue the search for about `work` cache misses of saturation; it does not depend on time."""
         if work == 0 or len(self.order) < 3:
             return
         climb = self._next_climb()
@@ -162,9 +162,9 @@ class OrderSearch:
             self._decide(climb)
 
     def is_promising(self, work: int) -> bool:
-        """Whether the best order may do with so many cache misses on the net itself.
+        """Return whether the best order may need at most `work` cache misses on the net itself.
 
-        An order that needs more than its share of them on the deciding instance is not worth a run.
+        An order that needs more than its share of them on the deciding instance is not run.
         """
         largest, most = DECIDING_FACTOR * self._scaled[0], self._largest_marking
         if most <= largest:
@@ -175,7 +175,7 @@ class OrderSearch:
         return finished
 
     def _next_climb(self) -> _Climb:
-        """Return the last climb while it is short, then a new one, then, when there are enough, the best."""
+        """Return the last climb if it is short, otherwise a new one; if there are enough, the best one."""
         if self._climbs and self._climbs[-1].work < CLIMB_WORK:
             return self._climbs[-1]
         if len(self._climbs) == CLIMBS and self._best is not None:
@@ -185,7 +185,7 @@ class OrderSearch:
         return self._climbs[-1]
 
     def _decide(self, latest: _Climb) -> None:
-        """Choose between the climbs by the deciding instance."""
+        """Choose between the climbs on the deciding instance."""
         for climb in self._climbs if self._best is None else [latest]:
             if climb.effort is None:
                 continue
@@ -197,9 +197,9 @@ class OrderSearch:
 
     @cached_property
     def _scaled(self) -> tuple[int, Diagram]:
-        """The largest marking of the trials' instance, and that instance.
+        """Largest marking of the trials' instance, and the instance.
 
-        It is the smallest that tells orders apart: where hardly any effort is needed, the best is chance.
+        It is the smallest instance that distinguishes orders: at very low efforts, the result is random.
         """
         largest = 1
         while True:
@@ -224,7 +224,7 @@ class OrderSearch:
 
 
 def _scaled_down(encoding: Encoding, largest: int) -> Encoding:
-    """Return the encoding of the scaled-down net, or of the net itself where the levels do not fit that."""
+    """Return the encoding of the scaled-down net, or of the net itself if the levels do not match."""
     try:
         return encode_like(encoding, scaled_down(encoding.boxes.net, largest))
     except ValueError:
@@ -238,7 +238,7 @@ class _Climb:
     ----------
     order : list of int
     effort : int or None
-        Effort of the order on the scaled-down instance; None while no candidate was finished.
+        Effort of the order on the scaled-down instance; None until a candidate is finished.
     work : int
     """
 
@@ -272,7 +272,7 @@ class _Climb:
         return spans_of
 
     def improve(self, work: int) -> None:
-        """Search on, for about so many cache misses of saturation; no clock decides."""
+        """Continue the search for about `work` cache misses of saturation; it does not depend on time."""
         limit = self.work + work
         if self._start_work is None:
             self._start_work = max(int(work * START_SHARE), START_WORK)
@@ -281,7 +281,7 @@ class _Climb:
             self._try(self._neighbour())
 
     def _find_start(self, share: int, limit: int) -> None:
-        """Random starts under a small limit of effort that doubles until one of them stays within it."""
+        """Try random starts under a small limit of effort, which doubles until a start stays within it."""
         while self.work < (share if self.effort is not None else limit):
             self._try(self._start)
             self._try(self._start[::-1])
@@ -303,7 +303,7 @@ class _Climb:
             self.effort, self.order = self._trial.effort, list(order)
 
     def _neighbour(self) -> list[int]:
-        """Return the best order with one level moved to a neighbour by events, or a block moved or turned."""
+        """Return a copy of the best order with one level or block moved, or with a block reversed."""
         dice, order = self._random, list(self.order)
         size = len(order)
         kind = dice.random()

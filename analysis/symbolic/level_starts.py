@@ -1,9 +1,10 @@
-"""Orders of levels to begin with, made from which events touch which levels and nothing else.
+"""Initial orders of levels, made only from the levels that each event touches.
 
-One level after the other is put on, always one that begins the fewest events and ends the most: so few events
-are under way at any height. Then FORCE may move all levels to the middle of what they have to do with. Which
-of these orders is best, and whether it is better upside down, hangs on the net; `level_order` tries them.
-Where levels are alike, their numbers decide, and those come from a canonical order of the net.
+Levels are added one after the other. The next level is the one that begins the fewest events and ends the
+most, so that few events are open at any height. Then the heuristic FORCE may move all levels towards the
+middle of the events that touch them. The best of these orders, and its better direction, depend on the net;
+`level_order` tries them. Ties are broken by the numbers of the levels, which come from a canonical order of
+the net.
 
 References
 ----------
@@ -28,18 +29,18 @@ from dineros.analysis.symbolic.levels import Encoding
 from dineros.analysis.symbolic.relations import EventTables, Int64Array
 
 FORCE_ROUNDS = 60
-#: Levels from which orders are grown; the one in which events span least is taken.
+#: Number of levels from which an order is started; the order with the shortest total span is used.
 ROOTS = 16
 
 
 def first_start(encoding: Encoding, events: EventTables) -> list[int]:
-    """Return one order of the levels, bottom first, that costs little to make and is good for most nets."""
+    """Return one order of the levels, bottom first, that is cheap to make and good for most nets."""
     spans = _flowing(encoding, events)
     return spans.grown(spans.end())[::-1]
 
 
 def starts(encoding: Encoding, events: EventTables) -> Iterator[list[int]]:
-    """Orders of the levels, bottom first, each of them once; those that are most often good come first."""
+    """Yield distinct orders of the levels, bottom first; those that are best most often come first."""
     known: set[tuple[int, ...]] = set()
     for order in _proposed(encoding, events):
         for turned in (order[::-1], order):
@@ -49,7 +50,7 @@ def starts(encoding: Encoding, events: EventTables) -> Iterator[list[int]]:
 
 
 def force_order(events: EventTables, start: Sequence[int]) -> list[int]:
-    """Return the order that the FORCE heuristic makes of another one."""
+    """Return the order that the FORCE heuristic makes from another order."""
     return _forced(start, events.event_start, events.event_level)
 
 
@@ -68,7 +69,7 @@ def _proposed(encoding: Encoding, events: EventTables) -> Iterator[list[int]]:
 
 
 def span(events: EventTables, order: Sequence[int]) -> int:
-    """Return how far the lowest and the highest level of each event are apart, summed up."""
+    """Return the sum, over all events, of the distance between the lowest and the highest level."""
     if events.event_level.size == 0:
         return 0
     position = np.empty(len(order), dtype=np.int64)
@@ -88,7 +89,7 @@ def _forced(order: Sequence[int], start: Int64Array, level: Int64Array) -> list[
 
 
 class _Spans:
-    """Levels, and what should lie close together: the levels of each event, and maybe of each semiflow."""
+    """Levels, and groups of levels that should be close: those of each event, optionally of each semiflow."""
 
     def __init__(self, size: int, spans: Sequence[Sequence[int]]) -> None:
         self._spans = [span for span in spans if len(span) > 1]
@@ -98,12 +99,12 @@ class _Spans:
                 self._of[level].append(number)
 
     def grown(self, root: int) -> list[int]:
-        """Put on next what begins the fewest spans and ends the most, of what has to do with those put on."""
+        """Add levels in turn: next, the connected level that begins the fewest spans and ends the most."""
         size = len(self._of)
         left = [len(span) for span in self._spans]
         begun = [False] * len(self._spans)
-        # By level: (whether nothing that it has to do with is there, spans begun less ended, when it was
-        # met first, number); entries of the heap that differ from it are stale.
+        # By level: (whether no connected level was added yet, spans begun minus spans ended, when the level
+        # was first met, number). Entries of the heap that differ from it are outdated.
         keys = [(True, len(of), 0, level) for level, of in enumerate(self._of)]
         if size:
             keys[root] = (False, -size, 0, root)
@@ -136,11 +137,11 @@ class _Spans:
         return order
 
     def end(self) -> int:
-        """Return a level that is far from others: of those last met from the last one met from the first."""
+        """Return a level far from the others: the last level of a search from the last level of a search."""
         return self._met_from(self._met_from(0)) if self._of else 0
 
     def _met_from(self, root: int) -> int:
-        """Return the level that a search breadth first meets last, those in few spans before others."""
+        """Return the last level of a breadth-first search; ties go to levels in few spans."""
         seen = {root}
         queue = deque([root])
         level = root

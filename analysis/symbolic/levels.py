@@ -1,8 +1,8 @@
 """Levels of a decision diagram: small groups of places with their local states, and events as local tables.
 
 Places of a semiflow of constant one (a state machine with one token) share a level: at most one of them is
-marked, so k places need k + 1 local states instead of k levels. All other kept places get a level of their
-own.
+marked, so that k places need k + 1 local states instead of k levels. Each other kept place gets its own
+level.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from dineros.metamodel.errors import BudgetError
 
 Int32Array = NDArray[np.int32]
 
-#: What a local state takes, with its entries in the tables of a few events.
+#: Bytes of a local state, including its entries in the tables of a few events.
 BYTES_OF_A_STATE = 300
-#: Bytes that levels may take however little memory is left for the diagram.
+#: Bytes that levels may always take, even if little memory is left for the diagram.
 ALWAYS_ALLOWED = 1 << 24
 #: Additional events allowed for each dropped place.
 LARGEST_GROWTH = 8
@@ -62,7 +62,7 @@ class LocalEvent:
 
 @dataclass(frozen=True)
 class Encoding:
-    """What the symbolic engine needs of a net, before any order of the levels.
+    """Input of the symbolic engine for a net, before any order of the levels.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Encoding:
     bounds : tuple of (Bound or None)
         By place.
     flows : tuple of tuple of int
-        Levels that hold the places of a semiflow, where these are several.
+        Levels with the places of a semiflow, if there are several such levels.
     """
 
     boxes: BoxNet
@@ -87,9 +87,9 @@ class Encoding:
         return {place: index for index, level in enumerate(self.levels) for place in level.places}
 
     def renumbered(self, net: CompiledNet, places: Sequence[int], transitions: Sequence[int]) -> Encoding:
-        """The same levels and events, by the numbers that elements have in a net of another order.
+        """Return the same levels and events with the numbers of a net whose elements are ordered differently.
 
-        Place n of this net is place ``places[n]`` of the other one, and so are transitions.
+        Place n of this net is place ``places[n]`` of the other one; `transitions` works likewise.
         """
         bounds: list[Bound | None] = [None] * len(places)
         renumbered: dict[int, dict[int, int]] = {}  # most places share their weighting with others
@@ -109,7 +109,7 @@ class Encoding:
         )
 
     def masks(self, guard: Box) -> list[dict[int, Sequence[bool]]]:
-        """A guard over any places as disjoint products of sets of local states (level -> flags)."""
+        """Return a guard over any places as disjoint products of local-state sets (level -> flags)."""
         home = self.home
         answers: list[dict[int, Sequence[bool]]] = []
         for box in self.boxes.guard_boxes(guard):
@@ -137,16 +137,16 @@ def encode(
     caps
         Assumed largest number of tokens for places that no invariant bounds.
     memory
-        Bytes that the levels may take; by default as many as they like.
+        Bytes that the levels may take; unlimited by default.
     keep
-        Places that stand on a level, even if others determine them.
+        Places that must belong to a level even if others determine them.
 
     Raises
     ------
     UnknownBoundError
         If a place is bounded neither by an invariant nor by a cap; it names the places.
     LevelSizeError
-        If places may hold so many tokens that their local states take more memory.
+        If places may hold so many tokens that their local states exceed the memory.
     """
     flows, bounds = net.once(flows_and_bounds)
     values = [None if bound is None else bound.value for bound in bounds]
@@ -176,10 +176,10 @@ def encode(
 
 
 def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:
-    """The encoding of another net of the same structure, with the same levels and the same places dropped.
+    """Return the encoding of another net of the same structure, with the same levels and dropped places.
 
-    Used for scaled-down instances, on which orders of levels are tried: a level means the same in both
-    encodings.
+    It is used for scaled-down instances, on which orders of levels are tried: a level has the same
+    meaning in both encodings.
     """
     known = [value for value in bounds_like(net, encoding.bounds) if value is not None]
     if len(known) < len(net.places):
@@ -195,7 +195,7 @@ def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:
 
 
 def _require_few_states(net: CompiledNet, bounds: Sequence[int], alone: Sequence[int], memory: int) -> None:
-    """Refuse levels that are larger than the memory, before they are made."""
+    """Raise an error for levels that exceed the memory, before they are made."""
     if sum(bounds[place] + 1 for place in alone) * BYTES_OF_A_STATE > max(memory, ALWAYS_ALLOWED):
         largest = max(alone, key=bounds.__getitem__)
         raise LevelSizeError(
@@ -206,10 +206,10 @@ def _require_few_states(net: CompiledNet, bounds: Sequence[int], alone: Sequence
 
 
 def _groups(kept: Iterable[int], flows: Sequence[PlaceInvariant]) -> list[tuple[int, ...]]:
-    """Disjoint groups of kept places with at most one token together, largest first."""
+    """Return disjoint groups of kept places with at most one token together, largest first."""
     free = set(kept)
     groups: list[tuple[int, ...]] = []
-    # What is free of a flow only shrinks: a size that still holds when it comes up is the largest.
+    # The free part of a flow only shrinks: a size that is still correct when it is reached is the largest.
     sizes = [(-len(flow.weights), number) for number, flow in enumerate(flows)]
     heapify(sizes)
     while sizes:
@@ -235,13 +235,13 @@ def _level(net: CompiledNet, bounds: Sequence[int], group: tuple[int, ...]) -> L
 
 
 def _holds(state: tuple[int, ...], asked: Iterable[tuple[int, int, int]]) -> bool:
-    """Whether a local state is within intervals: (position in the level, fewest, most)."""
+    """Return whether a local state is within intervals: (position in the level, fewest, most)."""
     return all(low <= state[at] <= high for at, low, high in asked)
 
 
 def _local_events(guarded: GuardedNet, levels: Sequence[Level]) -> tuple[LocalEvent, ...]:
     home = {place: k for k, level in enumerate(levels) for place in level.places}
-    # Tables hang on the states of a level, not on its places: many levels share theirs.
+    # Tables depend on the states of a level, not on its places: many levels share their tables.
     shapes: dict[tuple[tuple[int, ...], ...], _Shape] = {}
     shape_of = [shapes.setdefault(level.states, _Shape(level.states)) for level in levels]
     events = []
@@ -260,7 +260,7 @@ def _local_events(guarded: GuardedNet, levels: Sequence[Level]) -> tuple[LocalEv
 
 
 class _Shape:
-    """The local states of a level, and the tables of all that events ask of such levels."""
+    """The local states of a level, and the tables of all events on levels with these states."""
 
     def __init__(self, states: tuple[tuple[int, ...], ...]) -> None:
         self._states = states
@@ -270,7 +270,7 @@ class _Shape:
     def table(
         self, guard: tuple[tuple[int, int] | None, ...], gain: tuple[int | None, ...]
     ) -> tuple[int, ...] | None:
-        """Return where an event leads: (fewest, most) and gain by place; None: it is never enabled."""
+        """Return the table of an event from (fewest, most) and gain by place; None if it is never enabled."""
         key = guard, gain
         if key not in self._tables:
             asked = [(at, *interval) for at, interval in enumerate(guard) if interval is not None]
@@ -282,7 +282,7 @@ class _Shape:
                         table.append(-1)
                         break
                 else:
-                    # A target outside the local states breaks a proved bound: the guard elsewhere forbids it.
+                    # A target outside the local states breaks a proved bound: another guard forbids it.
                     table.append(self._position.get(tuple(map(add, state, gained)), -1))
             self._tables[key] = tuple(table) if max(table) >= 0 else None
         return self._tables[key]

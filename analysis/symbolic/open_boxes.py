@@ -1,10 +1,10 @@
-"""Which boxes may still hold a vector, level by level from the top: an automaton made as far as it is used.
+"""Automaton of the boxes that may still contain a vector, level by level from the top, built on demand.
 
-A *box* is a product of sets of local states. Going down a diagram, each local state closes the boxes that do
-not allow it. What lies below a node then hangs on the node and on the set of boxes that are still open, and
-nothing else; few such sets meet at one level where the boxes touch few levels each, as guards do. So all
-boxes together are taken out of a set in one walk (`diagram_kernels.exclude`), where taking out one after
-another would walk the upper levels once for each.
+A *box* is a product of sets of local states. On the way down a diagram, each local state closes the boxes
+that do not allow it. The result below a node then depends only on the node and on the set of boxes that are
+still open. Few such sets occur at a level if each box touches few levels, as guards do. Therefore all boxes
+are removed from a set in one walk (`diagram_kernels.exclude`); removing them one after the other would walk
+the upper levels once for each box.
 """
 
 from __future__ import annotations
@@ -21,29 +21,29 @@ Int32Array = NDArray[np.int32]
 Int64Array = NDArray[np.int64]
 Masks = Mapping[int, Sequence[bool]]
 
-#: Entries of `OpenBoxes.following` besides sets: no box is left; a box holds the vector.
+#: Entries of `OpenBoxes.following` that are not sets: no box is open; a box contains the vector.
 NONE_LEFT, HELD = 0, -1
 NO_ROW = -1
 FIRST_ROOM = 64
 
 
 class OpenBoxes:
-    """Sets of open boxes, numbered from 1 as they are met; number 1 is the set at the top.
+    """Sets of open boxes, numbered from 1 in the order in which they occur; number 1 is the set at the top.
 
     Parameters
     ----------
     diagram : Diagram
-        Its order says which level is on top.
+        Its order determines the top level.
     boxes : sequence of mapping
-        Encoding level -> flag for each local state; levels not named are free. None is empty.
+        Encoding level -> flag for each local state; levels not named are free. None stands for an empty box.
 
     Attributes
     ----------
     state_class : int32 array
-        By ``diagram.base[level] + local state``: local states of a level that the same boxes allow have the
-        same number.
+        By ``diagram.base[level] + local state``: local states of a level that are allowed by the same boxes
+        have the same number.
     row : int64 array
-        By set: where its entries of `following` begin, ``NO_ROW`` while they are not known.
+        By set: index of its first entry in `following`; ``NO_ROW`` until it is known.
     following : int32 array
         By ``row[set] + class``: the set one level down, ``NONE_LEFT`` or ``HELD``.
     """
@@ -55,7 +55,7 @@ class OpenBoxes:
         self.following: Int32Array = np.zeros(FIRST_ROOM, dtype=np.int32)
         self._used = 0
         positions = [sorted(int(diagram.position[level]) for level in box) for box in boxes]
-        #: By level: boxes that begin and end there, boxes that touch it, and by class those that allow it.
+        #: By level: boxes that begin and end there, boxes that touch it, and the allowing boxes by class.
         self._begin: list[list[int]] = [[] for _ in range(top + 1)]
         self._end: list[list[int]] = [[] for _ in range(top + 1)]
         self._touch: list[frozenset[int]] = [frozenset()] * (top + 1)
@@ -75,11 +75,11 @@ class OpenBoxes:
         self._numbered(top, frozenset())
 
     def __len__(self) -> int:
-        """Return how many sets were met."""
+        """Return the number of sets found so far."""
         return len(self._sets)
 
     def learn(self, number: int) -> None:
-        """Make the row of a set."""
+        """Compute the row of a set."""
         level, still_open = self._sets[number - 1]
         begun = still_open.union(self._begin[level])
         untouched = begun - self._touch[level]

@@ -1,8 +1,8 @@
-"""Good orders of levels, kept in a file next to the model, so that a hard net is searched once.
+"""Good orders of levels, kept in a file next to the model, so that a hard net is searched only once.
 
 The file is ``.dineros/orders.json`` in the folder of the model. An order is kept for the *structure* of a
-net: its places, transitions and arcs, but neither its markings nor its weights, since an order that suits few
-objects suits many. When the structure changes, so does the key, and the order is not found any more.
+net: its places, transitions and arcs, without markings and weights, because an order that is good for few
+objects is good for many. If the structure changes, the key changes too, and the order is no longer found.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 Order = Sequence[Sequence[str]]
 
 PLACE = ".dineros/orders.json"
-#: Orders kept in a file; the oldest go first.
+#: Largest number of orders in a file; the oldest are removed first.
 MOST_ORDERS = 64
-#: Bytes of a file; it comes with the folder of the model, from whomever that is.
+#: Largest size of the file in bytes; the file comes with the model's folder and is untrusted.
 SIZE_LIMIT = 4 << 20
 
 
 def structure_key(net: CompiledNet) -> str:
-    """Return a hash of a net's places, transitions and arcs, weights and markings left out."""
+    """Return a hash of a net's places, transitions and arcs, without weights and markings."""
     digest = hashlib.sha256()
     digest.update(json.dumps([net.places, net.transitions]).encode())
     for arcs in (net.pre, net.post, net.inhibitor):
@@ -41,7 +41,7 @@ def structure_key(net: CompiledNet) -> str:
 
 @dataclass(frozen=True)
 class OrderCache:
-    """The orders kept beside one model.
+    """The file of orders of one model.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class OrderCache:
         return self.model.parent / PLACE
 
     def order(self, net: CompiledNet) -> Order | None:
-        """Return the order kept for a net of this structure; a file that cannot be read has none."""
+        """Return the order kept for a net of this structure, if any; an unreadable file contains none."""
         order = self._read().get(structure_key(net))
         good = isinstance(order, list) and all(
             isinstance(group, list) and all(isinstance(place, str) for place in group) for group in order
@@ -65,7 +65,7 @@ class OrderCache:
         return order if good else None
 
     def keep(self, net: CompiledNet, order: Order) -> None:
-        """Keep an order; where the folder cannot be written, nothing happens."""
+        """Keep an order; do nothing if the folder cannot be written."""
         from dineros.metamodel.errors import ModelFileError
 
         orders = self._read()

@@ -1,4 +1,4 @@
-"""What a decision diagram of all markings says of single places."""
+"""Properties of single places, read from a decision diagram of all markings."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 
 def is_stable(space: SymbolicStateSpace, place: int) -> bool:
-    """Whether a place (by number) holds the same tokens in all markings."""
+    """Return whether a place (by number) holds the same number of tokens in all markings."""
     most: list[int] = []
     for sign in (1, -1):
         weights, constant = space.weights_of({place: sign})

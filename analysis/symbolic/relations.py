@@ -1,4 +1,4 @@
-"""Events as chains of local tables under an order of the levels, equal tails shared."""
+"""Events as chains of local tables under an order of the levels; equal tails are shared."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class EventTables:
 
     @classmethod
     def of(cls, encoding: Encoding) -> EventTables:
-        """Flatten the events that change something; equal events are kept once."""
+        """Flatten the events that change something; of equal events, one is kept."""
         number: dict[tuple[int, ...], int] = {}
         rows: dict[tuple[tuple[int, int], ...], None] = {}
         for event in encoding.events:
@@ -63,7 +63,7 @@ class EventTables:
         )
 
     def reversed(self) -> EventTables:
-        """Return the events fired backwards; each is injective, since it moves tokens by fixed amounts."""
+        """Return the reversed events; each is injective, because it moves fixed numbers of tokens."""
         tables = np.full_like(self.tables, -1)
         source, target = self.pair_source.copy(), self.pair_target.copy()
         for n in range(self.start.size - 1):

@@ -1,4 +1,4 @@
-"""Saturation runs: an encoding and an order of its levels become a diagram of the reachable markings."""
+"""Saturation runs: compute the diagram of the reachable markings from an encoding and an order of levels."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ FIRST_CACHE = 1 << 18
 FIRST_BUCKETS = 1 << 16
 SMALLEST_STORE = 1 << 12
 EFFORT_PER_CALL = 200_000
-#: Cache misses for each entry of the cache from which on it grows.
+#: Cache misses per entry of the cache above which the cache grows.
 FULL_CACHE = 0.5
-#: Shares of the memory: nodes; hash table; cache. What is left is for the stack of the garbage collector: a
-#: word for each node of at least six.
+#: Shares of the memory: nodes; hash table; cache. The rest is for the stack of the garbage collector: one
+#: word for each node, and a node has at least six words.
 STORE_SHARE, BUCKET_SHARE, CACHE_SHARE = 1 / 2, 1 / 6, 1 / 4
-#: Tells closures of nodes apart in the cache from operations; smaller numbers are for further kinds of runs.
+#: Key of closures of nodes in the cache, distinct from operations; smaller keys are for other kinds of runs.
 FIRST_CLOSED_KEY = -8
 
 
 class Diagram:
-    """A node store with the arrays of one saturation run; `restart` uses it again under another order.
+    """A node store with the arrays of one saturation run; `restart` reuses it with another order.
 
     Parameters
     ----------
@@ -39,16 +39,16 @@ class Diagram:
     order
         Indices of the encoding's levels, bottom first.
     memory
-        Bytes that store, hash table, cache and the stack of the garbage collector may take together.
+        Bytes that store, hash table, cache and garbage-collector stack may take together.
     first_cache, first_buckets
-        Entries of the cache and of the hash table to begin with (powers of two); both grow with the diagram.
+        Initial entries of the cache and of the hash table (powers of two); both grow with the diagram.
 
     Attributes
     ----------
     root : int
         Node of the reachable markings, once the run is complete.
     pinned : list of int
-        Further nodes that garbage collection leaves alone.
+        Further nodes that garbage collection keeps.
     out_of_memory : bool
         Whether memory ended the last run.
     """
@@ -83,7 +83,7 @@ class Diagram:
         self.restart(order)
 
     def restart(self, order: Sequence[int]) -> None:
-        """Forget everything and take another order."""
+        """Discard all results and set another order."""
         self.order = tuple(order)
         position = np.zeros(self.top, dtype=np.int64)
         position[list(self.order)] = np.arange(1, self.top + 1)
@@ -114,14 +114,14 @@ class Diagram:
         progress: ProgressCallback | None = None,
         effort_limit: int | None = None,
     ) -> bool:
-        """Make the diagram of the reachable markings; False when a limit or the memory ended it early.
+        """Make the diagram of the reachable markings; False if a limit or the memory ended the run early.
 
         Parameters
         ----------
         progress
-            Called now and then, and at the end.
+            Called regularly, and at the end.
         effort_limit
-            Cache misses (firings and unions really computed) at which to give up.
+            Number of cache misses (firings and unions actually computed) after which the run is ended.
         """
         child = 1
         for k in range(1, self.top + 1):
@@ -143,12 +143,12 @@ class Diagram:
         progress: ProgressCallback | None = None,
         effort_limit: int | None = None,
     ) -> bool:
-        """Run the machine until the frame of a level is finished; False when a limit or the memory ended it.
+        """Run the machine until the frame of a level is finished; False if a limit or the memory ended it.
 
         Parameters
         ----------
         top
-            The level; its frame, and that of no level above, is set up.
+            The level; its frame must be set up, and no frame of a level above.
         relations
             Events to fire.
         progress, effort_limit
@@ -171,29 +171,29 @@ class Diagram:
             elif effort_limit is not None and self.effort >= effort_limit:
                 return False
             elif self.effort > FULL_CACHE * (self.cache.size // 4):
-                # More was computed than it holds: what is forgotten is computed again.
+                # There are more results than entries: results that were evicted are computed again.
                 self._grow_cache(self.cache.size)
             if progress is not None:
                 progress(self.progress)
 
     @property
     def progress(self) -> Progress:
-        """How far a run is."""
+        """Return the progress of the run."""
         return Progress("nodes", self.nodes, self.bytes)
 
     @property
     def effort(self) -> int:
-        """Firings and unions computed so far: the measure by which orders are compared."""
+        """Number of firings and unions computed so far; orders are compared by it."""
         return int(self.control[store.MISSES])
 
     @property
     def nodes(self) -> int:
-        """Nodes in the store, dead ones that were not collected yet included."""
+        """Number of nodes in the store, including unreachable ones that were not collected yet."""
         return int(self.control[store.NODES])
 
     @property
     def bytes(self) -> int:
-        """Memory touched by store, hash table and cache."""
+        """Bytes of memory used by store, hash table and cache."""
         return int(self.control[store.POOL_TOP]) * 4 + self.heads.nbytes + self.cache.nbytes
 
     def collect(self, roots: Sequence[int]) -> None:
@@ -205,7 +205,7 @@ class Diagram:
         self.collections += 1
 
     def shrink_cache(self) -> None:
-        """Forget what was computed and give the memory of a cache that has grown back."""
+        """Discard the cached results and free the memory of a cache that has grown."""
         if self.cache.size > FIRST_CACHE * 4:
             self.cache = np.zeros(FIRST_CACHE * 4, dtype=np.int32)
             self.control[store.CACHE_MASK] = FIRST_CACHE - 1
@@ -256,7 +256,7 @@ class Diagram:
         Raises
         ------
         DiagramMemoryError
-            If hardly anything is garbage.
+            If garbage collection frees too little.
         """
         if self.control[store.FAILED] == store.UNFINISHED:
             roots = [*roots, *self.scratch.tolist()]
@@ -315,8 +315,8 @@ class Diagram:
         self._grow_cache(size * 4)
 
     def _grow_cache(self, entries: int) -> None:
-        """Let the cache have so many entries, if there is memory for them."""
-        # While entries are taken over, both caches are there.
+        """Grow the cache to a number of entries if there is enough memory."""
+        # While entries are copied, both caches exist.
         if entries * 16 * 5 // 4 <= self.memory * CACHE_SHARE and entries * 4 > self.cache.size:
             old, self.cache = self.cache, np.zeros(entries * 4, dtype=np.int32)
             self.control[store.CACHE_MASK] = entries - 1

@@ -1,7 +1,7 @@
 """Sets of markings as nodes of a finished diagram: products of local states, sums of tokens, closures.
 
-Nodes that Python holds on to while something else is computed must be *pinned*, or garbage collection may
-free them: `Scope` does so.
+Nodes that Python refers to during another computation must be *pinned*; otherwise garbage collection may free
+them. `Scope` pins them.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from dineros.analysis.symbolic.open_boxes import Masks, OpenBoxes
 from dineros.analysis.symbolic.relations import EventTables, Int64Array, Relations
 from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError
 
-#: Most seconds between two calls of a callback, as far as single operations allow.
+#: Most seconds between two calls of a callback, unless a single operation takes longer.
 SECONDS_UNTOLD = 0.1
 
-#: By diagram: the sets of transitions that steps were restricted to, numbered. Its cache tells them apart.
+#: By diagram: numbers of the transition sets that steps were restricted to, used as keys in its cache.
 _RESTRICTIONS: WeakKeyDictionary[Diagram, dict[frozenset[int], int]] = WeakKeyDictionary()
 
 
 class Scope:
-    """Pins nodes of a diagram while a block runs: always those given last to `hold`."""
+    """Pins nodes of a diagram while a block runs: the nodes of the last call of `hold`."""
 
     def __init__(self, diagram: Diagram) -> None:
         self._pinned = diagram.pinned
@@ -42,7 +42,7 @@ class Scope:
         return self
 
     def hold(self, *nodes: int) -> None:
-        """Pin these nodes instead of those held so far."""
+        """Pin these nodes instead of the nodes pinned so far."""
         self._pinned[self._mark :] = nodes
 
     def __exit__(self, *exception: object) -> None:
@@ -50,7 +50,7 @@ class Scope:
 
 
 class VectorSets:
-    """Operations on the sets of vectors of one finished diagram. Every set is the number of a node.
+    """Operations on the sets of vectors of one finished diagram. Every set is identified by a node number.
 
     All methods raise `DiagramMemoryError` when memory runs out.
 
@@ -59,7 +59,7 @@ class VectorSets:
     diagram : Diagram
         Its run is complete.
     budget : Budget, optional
-        Told now and then how far an operation is; when its time is up, the operation under way ends.
+        Receives regular progress reports; when its time runs out, the current operation ends.
     """
 
     def __init__(self, diagram: Diagram, budget: Budget = UNLIMITED) -> None:
@@ -73,7 +73,7 @@ class VectorSets:
             diagram.pinned.append(self._free[-1])
 
     def restricted(self, transitions: frozenset[int]) -> VectorSets:
-        """Return the same sets where the steps are those of some transitions only."""
+        """Return the same sets with steps restricted to some transitions."""
         diagram = self.diagram
         events = tuple(event for event in diagram.encoding.events if event.transition in transitions)
         tables = EventTables.of(replace(diagram.encoding, events=events))
@@ -91,15 +91,15 @@ class VectorSets:
         return _kinds(self.diagram.relations, self.diagram.events, self.diagram)
 
     def union(self, *sets: int) -> int:
-        """Return what is in some of the sets."""
+        """Return the union of sets."""
         return self._fold(store.UNION, sets)
 
     def intersection(self, left: int, right: int) -> int:
-        """Return what is in both sets."""
+        """Return the intersection of two sets."""
         return self._combine(left, right, store.INTERSECTION)
 
     def difference(self, left: int, right: int) -> int:
-        """Return what is in the first set only."""
+        """Return the first set without the second one."""
         return self._combine(left, right, store.DIFFERENCE)
 
     def box(self, masks: Masks) -> int:
@@ -132,7 +132,7 @@ class VectorSets:
                 return self._free[at]
             return None
 
-        # Sums of the levels above for which it is open, from the top down; then nodes from the bottom up.
+        # Undecided sums of the levels above, from the top down; then nodes from the bottom up.
         pending: list[set[int]] = [{0}]
         for at in range(diagram.top, 0, -1):
             self._tell()
@@ -158,7 +158,7 @@ class VectorSets:
         return below[0] if known is None else known
 
     def without_boxes(self, states: int, boxes: Sequence[Masks]) -> int:
-        """Return what is in none of the boxes, all taken out in one walk (see `open_boxes`)."""
+        """Return the set without the boxes, all removed in one walk (see `open_boxes`)."""
         if states == 0 or not boxes:
             return states
         if not all(boxes):
@@ -196,7 +196,7 @@ class VectorSets:
         return node
 
     def some(self, states: int) -> int:
-        """Return a set of one vector of a set that is not empty."""
+        """Return a set of one vector from a set that is not empty."""
         return self.single(self.some_vector(states))
 
     def some_vector(self, states: int) -> list[int]:
@@ -212,16 +212,16 @@ class VectorSets:
         return vector
 
     def contains(self, states: int, vector: Sequence[int]) -> bool:
-        """Whether a set has a vector (local states in the order of the encoding's levels)."""
+        """Return whether a set contains a vector (local states in the order of the encoding's levels)."""
         self._tell()
         at = np.array(vector, dtype=np.int64)
         return bool(membership.holds(self.diagram.mem, states, self._order, at))
 
     def descent(self, vector: Sequence[int], growing: Sequence[int]) -> list[int]:
-        """Return events of the encoding, by number, that lead from a vector into the first of growing sets.
+        """Return numbers of encoding events that lead from a vector into the first of growing sets.
 
-        Each step leads to the earliest set that any does, and always to an earlier one, as it must be
-        possible from each of them; the last one has the vector.
+        Each step leads to the earliest set that an event reaches, and this must be an earlier set than
+        before. The last set contains the vector.
         """
         mem, order, sets = self.diagram.mem, self._order, np.array(growing, dtype=np.int64)
         here = np.array(vector, dtype=np.int64)
@@ -243,7 +243,7 @@ class VectorSets:
 
     @cached_property
     def _flat_events(self) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array]:
-        """All events as `membership.earliest_step` wants them; those of one shape share their tables."""
+        """All events in the form for `membership.earliest_step`; events of one shape share their tables."""
         events = [event.tables for event in self.diagram.encoding.events]
         begins: dict[tuple[int, ...], int] = {}
         flat: list[int] = []
@@ -257,7 +257,7 @@ class VectorSets:
         return start, level, table_begin, np.array(flat, dtype=np.int64)
 
     def closure(self, states: int, within: int, backwards: bool) -> int:
-        """Return what can be reached from a set, or can reach it, without leaving another one."""
+        """Return all vectors reachable from a set, or from which it is reachable, within another set."""
         with Scope(self.diagram) as scope:
             scope.hold(within)
             states = self.intersection(states, within)
@@ -266,7 +266,7 @@ class VectorSets:
             return self._drive(states, within, (backwards, False), 0)
 
     def last_part(self, states: int) -> tuple[int, bool]:
-        """Return a strongly connected part that no step within the set leaves; whether it is one marking.
+        """Return a strongly connected part that no step within the set leaves, and whether it is one marking.
 
         The set must not be empty.
         """
@@ -284,7 +284,7 @@ class VectorSets:
                     return back, back == start
 
     def image(self, states: int, within: int, backwards: bool) -> int:
-        """Return the successors, or predecessors, of a set that lie in another one."""
+        """Return the successors, or predecessors, of a set within another set."""
         found = 0
         with Scope(self.diagram) as scope:
             for event in range(self.events):
@@ -294,7 +294,7 @@ class VectorSets:
 
     @property
     def events(self) -> int:
-        """Number of events, those with the lowest top level first."""
+        """Number of events; events with the lowest top level come first."""
         return self._relations[False, False].event_relation.size - 1
 
     @cached_property
@@ -311,7 +311,7 @@ class VectorSets:
         return [[e for e, there in enumerate(levels) if there & here] for here in levels]
 
     def event_image(self, states: int, within: int, event: int, backwards: bool) -> int:
-        """Return the part in another set of the image of a set under one event, or under its reverse."""
+        """Return the image of a set under one event, or under its reverse, within another set."""
         if states == 0 or within == 0:
             return 0
         relation = int(self._relations[backwards, True].event_relation[event])
@@ -354,7 +354,7 @@ class VectorSets:
         return self.diagram.combine(left, right, operation)
 
     def _tell(self) -> None:
-        """Report now and then: many short operations may take as long as one long one."""
+        """Report progress if some time has passed: many short operations may take as long as one long one."""
         now = time.perf_counter()
         if now - self._told > SECONDS_UNTOLD:
             self._told = now
@@ -362,7 +362,7 @@ class VectorSets:
 
 
 def _kinds(forward: Relations, tables: EventTables, diagram: Diagram) -> dict[tuple[bool, bool], Relations]:
-    """Return events by (backwards, one event only); to fire one event, no fixed points are made."""
+    """Return events by (backwards, one event only); firing a single event makes no fixed points."""
     backward = Relations.under(tables.reversed(), diagram.position)
     nothing = np.zeros_like(forward.event_start)
     return {

@@ -1,4 +1,4 @@
-"""What templates see of a system model: packages, nodes, ports, transitions, and the names of all."""
+"""The data that templates get about a system model: packages, nodes, ports, transitions, and all names."""
 
 from dineros.generators.application.application import (
     Application,

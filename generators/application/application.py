@@ -1,4 +1,4 @@
-"""What templates see of a model: the application and its nodes, in plain values and in model order."""
+"""The data that templates get: the application and its nodes, as plain values in model order."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ class Transition:
     id : str
         Its id in the model.
     function, type_name : str
-        Name of the function that handles it; start of the names of its types: `Firing`, `Inputs`, `Outputs`.
+        Name of its handler function; prefix of the names of its types `Firing`, `Inputs` and `Outputs`.
     inputs, outputs : tuple of ArcEnd
-        Where its arcs come from and go to, references followed.
+        The places of its arcs, with references resolved.
     clause : str or None
         Its input clause.
     guard, assigns : str or None
-        What it asks of the data of the tokens it takes, and what it gives to fields of those it puts.
+        Its guard on the data of the tokens it takes, and the fields that it assigns in those it puts.
     service : str or None
-        The service whose server page it stands on: it exists once per instance.
+        The service on whose server page it is: it exists once per instance.
     instances : int
-        How many instances there are.
+        Number of instances.
     case : Case
-        How it can be made to fire by itself.
+        A marking and signals under which it fires.
     types : dict of str to TokenClass
-        What the tokens of its places carry.
+        Token types of its places.
     result : TokenClass
-        What the data that continues carries, which a handler sees and changes.
+        Token type of the data passed on, which a handler gets and may change.
     demanded : tuple of str
-        Places that a handler has to name when it gives data, as nothing continues to them.
+        Places for which a handler must give data, as no data is passed on to them.
     is_typed : bool
-        Whether it needs types of its own: not all its places have the first token type.
+        Whether it needs its own types: not all its places have the first token type.
     """
 
     id: str
@@ -63,30 +63,30 @@ class Transition:
 
     @property
     def names(self) -> list[str]:
-        """What handlers may be registered for: all of it, or one server instance."""
+        """Names for which handlers may be registered: the transition, or that of one server instance."""
         if self.service is None:
             return [self.id]
         return [self.id, *(f"{self.service}[{number}].{self.id}" for number in range(1, self.instances + 1))]
 
     @property
     def input_places(self) -> list[str]:
-        """Places whose tokens a handler sees, in the order of the arcs."""
+        """Places whose tokens a handler gets, in the order of the arcs."""
         return list(dict.fromkeys(end.place for end in self.inputs if end.kind != "inhibitor"))
 
     @property
     def output_places(self) -> list[str]:
-        """Places that a handler may give data, in the order of the arcs."""
+        """Places for which a handler may give data, in the order of the arcs."""
         read = [end.place for end in self.inputs if end.kind == "read"]
         return list(dict.fromkeys([*(end.place for end in self.outputs), *read]))
 
     @property
     def given(self) -> dict[str, dict[str, object]]:
-        """What a handler has to give at least: for each demanded place, no field but the defaults."""
+        """The minimum result of a handler: for each demanded place, only the defaults."""
         return {place: {} for place in self.demanded}
 
     @property
     def conditions(self) -> list[str]:
-        """What has to hold besides its arcs: clause and guard."""
+        """Its conditions besides its arcs: clause and guard."""
         return [each for each in (self.clause, self.guard) if each]
 
     @property
@@ -107,13 +107,14 @@ class Port:
     channel, name : str
         Id of the channel; name of the topic, service or action.
     place : str
-        Id of the place that is sent from or received on; a client's and server's `other` is the second one.
+        Id of the place from which it sends or onto which it receives; the second place of a client or server
+        is `other`.
     limit : int or None
         QoS depth.
     quality : str
-        The depth and all else that is said of its queue, or of how a client asks, in words.
+        The depth and the other properties of its queue, or the settings of a client, as text.
     overrides : tuple of (str, str or int)
-        The same as values of the parameters that override them: what ROS calls each policy -> its value.
+        The same as parameters that override them: ROS's name of each policy -> its value.
     type : str
         The ROS interface.
     client : str or None
@@ -121,7 +122,7 @@ class Port:
     instances : int or None
         Number of server instances, or of slots for goals.
     service : str or None
-        The service or action whose server page a client or publisher stands on: its places exist once per
+        The service or action on whose server page a client or publisher is: its places exist once per
         instance.
     """
 
@@ -140,7 +141,7 @@ class Port:
 
     @property
     def override(self) -> Name:
-        """What the parameters of its quality of service are under, such as ``publisher_Selected``."""
+        """Prefix of the parameters for its quality of service, such as ``publisher_Selected``."""
         role = "publisher" if self.kind == "publisher" else "subscription"
         return Name(f"{role}_{resource_name(self.place)}")
 
@@ -156,9 +157,9 @@ class Place:
     tokens : int
         Its initial tokens.
     instances : int
-        How often it exists: once per instance on a server page.
+        Number of its copies: one per instance on a server page, else 1.
     type : TokenClass
-        What its tokens carry.
+        Type of its tokens.
     """
 
     id: str
@@ -201,7 +202,7 @@ class Timer:
 
 @dataclass(frozen=True)
 class NodePackage:
-    """A node net and the ROS package it becomes.
+    """A node net and its ROS package.
 
     Attributes
     ----------
@@ -212,19 +213,19 @@ class NodePackage:
     executor, threads : str, int
         How the node runs its callbacks.
     transitions, ports, signals, timers : tuple
-        What it has, in model order.
+        Its transitions, ports, signals and timers, in model order.
     places : tuple of Place
         Its places.
     published : tuple of (str, int)
-        For each channel it publishes on, what its parameter is called, and the number of its subscribers.
+        For each channel on which it publishes, the name of its parameter, and the number of its subscribers.
     message_packages : tuple of str
-        Packages of the interfaces it uses, sorted.
+        Packages of the interfaces that it uses, sorted.
     token_types : tuple of TokenClass
-        What its tokens carry: the model's first token type, and the others that its places name.
+        Its token types: the first one of the model, and those of its places.
     token_classes : tuple of TokenClass
-        The same, after the ROS types nested in them.
+        The same, preceded by the ROS types nested in them.
     runtime_model : bytes
-        The RTM as XMI.
+        The runtime model as XMI.
     """
 
     id: str
@@ -246,7 +247,7 @@ class NodePackage:
 
     @property
     def has_guards(self) -> bool:
-        """Whether data decides which of its transitions fire, or a transition assigns data."""
+        """Whether guards depend on data, or a transition assigns data."""
         return any(transition.guard or transition.assigns for transition in self.transitions)
 
     @property
@@ -256,7 +257,7 @@ class NodePackage:
 
     @property
     def typing_names(self) -> list[Name]:
-        """What the module of its tokens needs of `typing`."""
+        """Names that the module of its tokens imports from `typing`."""
         names = {"TypedDict", "Unpack"} | ({"Any"} if len(self.token_types) > 1 else set())
         if any(each.constants for each in self.token_classes if each.ros is None):
             names.add("Final")
@@ -267,7 +268,7 @@ class NodePackage:
 
     @property
     def has_actions(self) -> bool:
-        """Whether it sends goals, or works on them."""
+        """Whether it has action clients or action servers."""
         return any(port.kind in ("action client", "action server") for port in self.ports)
 
     @property
@@ -277,11 +278,11 @@ class NodePackage:
 
     @property
     def limited(self) -> list[Port]:
-        """Ports of topics whose full names are known here; those with substitutions are not."""
+        """Ports of topics whose full names are known; names with substitutions are not."""
         return [port for port in self.ports if port.limit and not set(port.name) & set("~{}")]
 
     def resolved(self, topic: str) -> str:
-        """Return the full name of a topic, as long as nobody remaps it."""
+        """Return the full name of a topic, if it is not remapped."""
         return topic if topic.startswith("/") else f"{self.namespace.rstrip('/')}/{topic}"
 
 
@@ -292,7 +293,7 @@ class Application:
     Attributes
     ----------
     id, name : str
-        Id of the system model, and what people call it.
+        Id and name of the system model.
     interfaces : Interfaces
         Its interface package.
     bringup : str
@@ -300,7 +301,7 @@ class Application:
     nodes : tuple of NodePackage
         Its node nets.
     manager : tuple of str
-        What the manager of its managed nodes is told, in the start order.
+        Arguments for the manager of its managed nodes, in the start order.
     """
 
     id: str

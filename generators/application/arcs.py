@@ -1,4 +1,4 @@
-"""The ends of a transition's arcs, as people and templates read them."""
+"""The ends of a transition's arcs, for templates and messages."""
 
 from __future__ import annotations
 

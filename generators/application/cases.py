@@ -1,4 +1,4 @@
-"""How a transition can be made to fire by itself: what its test puts where, and what must come out."""
+"""Test cases of transitions: the tokens that a test puts, and the expected result of the firing."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from dineros.metamodel.token_data import Value
 
 @dataclass(frozen=True)
 class Case:
-    """A marking and signals under which a transition can fire. Ids are those of the running net.
+    """A marking and signals under which a transition can fire; ids are those of the running net.
 
     Attributes
     ----------
     transition : str
-        The transition; of the first instance where there are several.
+        The transition, in the first instance if there are several.
     marking : dict of str to int
         Tokens of the places it needs; all others are empty.
     signals : dict of str to bool or str
         Values of the signals that differ from those at the start.
     change : dict of str to int
-        How firing it changes the marking.
+        Change of the marking by the firing.
     obstacle : str
-        Why it cannot fire with these alone; empty: it can.
+        Why it cannot fire with only these; empty: it can.
     data : dict of str to dict
-        By place, the fields of its token that a guard asks about.
+        For each place, the fields of its token that occur in a guard.
     """
 
     transition: str
@@ -60,11 +60,11 @@ def case_of(
     clause : sym.InputClause or None
         Its input clause.
     initial : dict of str to bool
-        The signals of its node, and their start values.
+        The signals of its node, with their initial values.
     running : callable
         Returns the id of a place in the running net.
     data : mapping of str to dict
-        By place of the model, values of fields that fulfil its guard.
+        For each place of the model, values of fields that fulfil its guard.
     """
     taken, read, change = Counter[str](), Counter[str](), Counter[str]()
     limits: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""An application, as templates see it, from a system model."""
+"""Collects the data of an application for templates from a system model."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ from dineros.transformations.flattening.split import split
 
 
 def application_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED) -> Application:
-    """Return what templates see of a model, no name of which hides one of `reserved`.
+    """Return the data of a model for templates; no name of the model hides one of `reserved`.
 
     Raises
     ------
     DinerosError
-        The model cannot be split, a guard cannot be used, or its names collide in ROS.
+        The model cannot be split, a guard is invalid, or its names collide in ROS.
     """
     parts = split(model)
     packages = node_packages(model, [part.node for part in parts])
@@ -79,7 +79,7 @@ def application_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED
 
 
 def _subscribing(model: sym.SystemModel) -> dict[str, int]:
-    """Return how many nodes subscribe to each topic."""
+    """Return the number of nodes that subscribe to each topic."""
     return {
         channel.id: len({node_net_of(port.place) for port in channel.subscribers})
         for channel in model.channels
@@ -208,7 +208,7 @@ def _transitions(part: rtm.RuntimeModel, interfaces: Interfaces, reserved: Reser
 def _fulfilling(
     transition: pn.Transition, part: rtm.RuntimeModel, inputs: list[ArcEnd], outputs: list[ArcEnd]
 ) -> dict[str, dict[str, Value]]:
-    """Return, by place, values of fields that a guard allows."""
+    """Return, for each place, values of fields that fulfil a guard."""
     if not isinstance(transition, sym.Transition) or (transition.guard, transition.assigns) == (None, None):
         return {}
     by_id = {place.id: place for place in places(part)}
@@ -240,7 +240,7 @@ class _Typing(TypedDict):
 def _typing(
     inputs: list[ArcEnd], outputs: list[ArcEnd], types: dict[str, TokenClass], first: TokenClass
 ) -> _Typing:
-    """Return what the data at a transition is."""
+    """Return the types of the data at a transition."""
     reads = [end.place for end in inputs if end.kind == "read"]
     takes, puts = _weights(end for end in inputs if end.kind == "normal"), _weights(outputs)
     goes_on = passing(takes, puts, reads, types.__getitem__)
@@ -281,7 +281,7 @@ def _server_of(node: pn.Node, servers: dict[pn.Page, _PagePort]) -> _PagePort | 
 
 
 def _running(node: pn.Node, servers: dict[pn.Page, _PagePort]) -> str:
-    """Return the id of a node in the running net, of the first instance where there are several."""
+    """Return the id of a node in the running net, in the first instance if there are several."""
     server = _server_of(node, servers)
     return f"{server.channel}[1].{node.id}" if server else node.id
 
@@ -309,7 +309,7 @@ _PER_INSTANCE = ("publisher", "client", "action client")
 
 
 def _about(port: rtm.PlacePort, middleware: sym.Middleware) -> tuple[str, str, str, dict[str, Any]]:
-    """Return a port's kind, the name of its channel, the kind of its interface, and what else it says."""
+    """Return a port's kind, the name of its channel, the kind of its interface, and its other values."""
     match port:
         case rtm.PublisherPort() | rtm.SubscriberPort():
             kind = "publisher" if isinstance(port, rtm.PublisherPort) else "subscriber"
@@ -332,7 +332,7 @@ def _about(port: rtm.PlacePort, middleware: sym.Middleware) -> tuple[str, str, s
 
 
 def action_words(port: rtm.ActionClientPort | rtm.ActionServerPort, roles: Iterable[str]) -> str:
-    """Return what a port of an action says of its other places: ``succeeded Done, cancel Stop, 2 slots``."""
+    """Describe the other places of an action's port: ``succeeded Done, cancel Stop, 2 slots``."""
     words = [f"{role} {place.id}" for role in roles if (place := getattr(port, role)) is not None]
     if isinstance(port, rtm.ActionServerPort):
         words.append(f"{port.instances} slot{'s' if port.instances > 1 else ''}")
@@ -343,7 +343,7 @@ def action_words(port: rtm.ActionClientPort | rtm.ActionServerPort, roles: Itera
 
 
 def client_words(port: rtm.ClientPort) -> str:
-    """Return what a client says of how it asks: ``3 requests under way, gives up after 5 s: Late``."""
+    """Describe the settings of a client: ``3 requests under way, gives up after 5 s: Late``."""
     asked = "any number of" if port.outstanding == UNLIMITED else port.outstanding
     words = [f"{asked} requests under way"] if asked != 1 else []
     if port.timeout is not None:
@@ -353,7 +353,7 @@ def client_words(port: rtm.ClientPort) -> str:
 
 
 def quality_words(port: rtm.PublisherPort | rtm.SubscriberPort, middleware: sym.Middleware) -> str:
-    """Return what a port says of its queue and its quality of service: ``limit 5, best effort``."""
+    """Describe the queue and the quality of service of a port: ``limit 5, best effort``."""
     words = [f"limit {port.limit}"]
     if isinstance(port, rtm.SubscriberPort):
         if middleware == sym.Middleware.ros1:
@@ -375,7 +375,7 @@ def quality_words(port: rtm.PublisherPort | rtm.SubscriberPort, middleware: sym.
 def quality_overrides(
     port: rtm.PublisherPort | rtm.SubscriberPort,
 ) -> tuple[tuple[Name, str | int], ...]:
-    """Return what a port says of its queue, as ROS's parameters have it: times in nanoseconds."""
+    """Return the queue's properties as values of ROS's parameters: times in nanoseconds."""
     said: dict[str, str | int] = {"depth": port.limit}
     quality = port.qos
     if quality is not None:

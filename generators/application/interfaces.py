@@ -1,9 +1,9 @@
-"""What a model's tokens look like as messages, services and actions (ROS 2 design, "Interface definition").
+"""The messages, services and actions for a model's tokens (ROS 2 design, "Interface definition").
 
-Field kinds become ``string``, ``int64``, ``float64``, ``bool``, unless the field names a ROS type; a list
-becomes an array, of fixed length where the token type says so; a map becomes an array of entries. Every
-generated message ends with its id, by which a node recognises what it has received before. Token types that
-are installed messages are used as they are.
+Field kinds become ``string``, ``int64``, ``float64`` or ``bool``, unless the field names a ROS type. A list
+becomes an array, of fixed length if the token type has one; a map becomes an array of entries. Each generated
+message ends with its id, by which a node recognises messages that it has received before. Token types that
+are installed messages are used unchanged.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ Served = TypeVar("Served", sym.ServiceChannel, sym.ActionChannel)
 
 @dataclass(frozen=True)
 class Service:
-    """A service whose type is generated.
+    """A service with a generated type.
 
     Attributes
     ----------
     name : str
         Name of the type.
     request, response : TokenClass
-        What its parts carry.
+        Token types of its parts.
     """
 
     name: Name
@@ -54,16 +54,16 @@ class Service:
 
 @dataclass(frozen=True)
 class Action:
-    """An action whose type is generated.
+    """An action with a generated type.
 
     Attributes
     ----------
     name : str
         Name of the type.
     goal : TokenClass
-        What goals carry.
+        Token type of goals.
     result, feedback : TokenClass or None
-        What results and feedback carry; None: nothing.
+        Token types of results and feedback; None: there are none.
     """
 
     name: Name
@@ -81,9 +81,9 @@ class Interfaces:
     package : str
         Its name.
     types : tuple of TokenClass
-        The token types, the model's first one first.
+        The token types, beginning with the model's first one.
     nested : tuple of TokenClass
-        The ROS types in installed messages, those inside of others first.
+        The ROS types nested in installed messages; a type follows the types nested in it.
     entries : tuple of (str, str)
         Messages for the entries of maps: name, and ROS type of the value.
     services : tuple of Service
@@ -101,17 +101,17 @@ class Interfaces:
 
     @property
     def token(self) -> Name:
-        """Name of the first token type: of its message, and of the class that handlers see."""
+        """Name of the first token type: that of its message and of the class in handlers."""
         return self.types[0].name
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """What tokens of the first type carry."""
+        """Fields of the first token type."""
         return self.types[0].fields
 
     @property
     def generated(self) -> tuple[TokenClass, ...]:
-        """Token types whose messages are generated; a package of interfaces has at least one of its own."""
+        """Token types with generated messages; the interface package has at least one message."""
         own = tuple(each for each in self.types if each.ros is None)
         if own or self.services or self.actions:
             return own
@@ -119,7 +119,7 @@ class Interfaces:
 
     @property
     def dependencies(self) -> list[Name]:
-        """Packages of the installed messages that services and actions carry."""
+        """Packages of the installed messages in services and actions."""
         carried = [part for service in self.services for part in (service.request, service.response)]
         for action in self.actions:
             carried += [part for part in (action.goal, action.result, action.feedback) if part is not None]
@@ -127,7 +127,7 @@ class Interfaces:
 
     @property
     def files(self) -> list[str]:
-        """The interface files, as CMake wants them."""
+        """The interface files, in the notation of CMake."""
         names = (*(each.name for each in self.generated), *(name for name, _ in self.entries))
         return [
             *(f"msg/{name}.msg" for name in names),
@@ -136,14 +136,14 @@ class Interfaces:
         ]
 
     def type_named(self, token_type: sym.TokenType | None) -> TokenClass:
-        """Return the class of a token type of the model, of a copy as well; None: of the first one."""
+        """Return the class of a token type of the model, or of its copy; None: of the first one."""
         if token_type is None:
             return self.types[0]
         return next(each for each in self.types if each.id == token_type.id)
 
 
 def interfaces_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED) -> Interfaces:
-    """Return the interface package of a model, no name of which hides one of `reserved`.
+    """Return the interface package of a model; no name of the model hides one of `reserved`.
 
     Raises
     ------
@@ -181,9 +181,9 @@ def interfaces_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED)
 
 
 def _named(model: sym.SystemModel, kind: type[Served], word: str) -> dict[Name, Served]:
-    """Return the channels of a kind whose types are generated, by the names of these."""
+    """Return the channels of a kind with generated types, by the names of these types."""
     named: dict[Name, Served] = {}
-    files: dict[str, str] = {}  # case does not tell files apart everywhere, and headers have small letters
+    files: dict[str, str] = {}  # not all systems distinguish case, and headers are in lower case
     for channel in model.channels:
         if isinstance(channel, kind) and not channel.type:
             name = interface(f"the {word} {channel.id[:40]!r}", camel_case(channel.id), channel.id)

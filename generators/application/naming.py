@@ -1,4 +1,4 @@
-"""Names of what is generated: ROS packages, Python functions and classes, and the collisions between them."""
+"""Names in generated code: ROS packages, Python functions and classes, and collisions between names."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from dineros.metamodel.token_data import field_type
 _PACKAGE = re.compile(r"[a-z][a-z0-9_]*[a-z0-9]")
 _INTERFACE = re.compile(r"[A-Z][A-Za-z0-9]*")
 LONGEST = 200
-"""Bytes of the longest name of a package or an interface: files are named by it with more, and end at 255."""
+"""Longest name of a package or an interface, in bytes: file names add to it, and end at 255."""
 _BUILTINS = frozenset(dir(builtins))
-# Macros of C and C++ in what every interface package includes.
+# Macros of C and C++ in headers that every interface package includes.
 _MACROS = frozenset({"NULL", "EOF", "TRUE", "FALSE", "errno", "linux", "unix"})
-# What the class of a message has itself, or uses in its body (rosidl_generator_py).
+# Names that the class of a message has, or uses in its body (rosidl_generator_py).
 _MESSAGE_CLASS = frozenset({"builtins", "get_fields_and_field_types"})
-# Words that C++ reserves; interface packages are C++ packages, too (ISO C++ 17, table 5).
+# Reserved words of C++; interface packages are C++ packages, too (ISO C++ 17, table 5).
 _CPP_KEYWORDS = frozenset(
     """
     alignas alignof and_eq asm auto bitand bitor bool case catch char char16_t char32_t class compl concept
@@ -39,17 +39,17 @@ _CPP_KEYWORDS = frozenset(
 
 
 class NamingError(DinerosError):
-    """A name of the model cannot be used in a ROS workspace, or two of them become the same one."""
+    """A name of the model cannot be used in a ROS workspace, or two names collide."""
 
 
 @dataclass(frozen=True)
 class Reserved:
-    """Names that the templates use in generated modules, which names of the model must not hide.
+    """Names that templates use in generated modules; names of the model must not hide them.
 
     Attributes
     ----------
     handlers, firings, tokens : frozenset of str
-        Names in the modules of these names.
+        Names in the modules `handlers`, `firings` and `tokens`.
     """
 
     handlers: frozenset[str] = frozenset()
@@ -58,7 +58,7 @@ class Reserved:
 
     @property
     def type_names(self) -> frozenset[str]:
-        """What no transition's types may begin with."""
+        """Prefixes that the types of transitions must not have."""
         suffixes = ("Firing", "Inputs", "Outputs")
         return frozenset(
             name.removesuffix(suffix) for name in self.firings for suffix in suffixes if name.endswith(suffix)
@@ -69,7 +69,7 @@ NOTHING_RESERVED = Reserved()
 
 
 def bringup_package(model: str) -> Name:
-    """Return the name of the package that starts a model's nodes, by the id of the model.
+    """Return the name of the package that starts a model's nodes, from the id of the model.
 
     Examples
     --------
@@ -80,12 +80,12 @@ def bringup_package(model: str) -> Name:
 
 
 def require_own_packages(model: str) -> None:
-    """Refuse a model whose packages of interfaces and of launch files are those of others.
+    """Refuse a model whose interface or launch package would have the name of another package.
 
     Raises
     ------
     NamingError
-        Packages of these names are known, or they are too long.
+        Packages of these names are known, or the names are too long.
     """
     for name in (interfaces_package(model), bringup_package(model)):
         require_short(name, "the package", model)
@@ -99,12 +99,12 @@ def require_own_packages(model: str) -> None:
 
 
 def require_short(name: str, what: str, element: str | None) -> None:
-    """Refuse a name too long for the files that are named by it.
+    """Refuse a name that is too long for the files named after it.
 
     Raises
     ------
     NamingError
-        It is.
+        It is too long.
     """
     if len(name.encode()) > LONGEST:
         raise NamingError(
@@ -120,7 +120,7 @@ def node_packages(model: sym.SystemModel, node_nets: Iterable[sym.NodeNet]) -> d
     Raises
     ------
     NamingError
-        Two node nets have the same package, or a package has the name of one that is needed.
+        Two node nets have the same package name, or a package has the name of a required one.
     """
     own = {interfaces_package(model.id): "the interfaces", bringup_package(model.id): "the launch files"}
     packages: dict[str, Name] = {}
@@ -147,7 +147,7 @@ def node_packages(model: sym.SystemModel, node_nets: Iterable[sym.NodeNet]) -> d
 
 
 def node_name(node: sym.NodeNet) -> Name:
-    """Return the name of the ROS node: that of the node net, mended where ROS does not accept it.
+    """Return the name of the ROS node: that of the node net, changed if ROS does not accept it.
 
     Raises
     ------
@@ -160,12 +160,12 @@ def node_name(node: sym.NodeNet) -> Name:
 
 
 def functions(ids: Iterable[str], reserved: Reserved = NOTHING_RESERVED) -> dict[str, Name]:
-    """Return a Python function's name for each id, all different, none hiding another name."""
+    """Return a distinct name of a Python function for each id; none hides another name."""
     return _distinct(ids, snake_case, reserved.handlers | _BUILTINS)
 
 
 def classes(ids: Iterable[str], reserved: Reserved = NOTHING_RESERVED) -> dict[str, Name]:
-    """Return for each id what the names of its types begin with, all different."""
+    """Return a distinct prefix of type names for each id."""
     return _distinct(ids, camel_case, reserved.type_names)
 
 
@@ -185,12 +185,12 @@ def _distinct(ids: Iterable[str], case: Callable[[str], str], taken: Container[s
 
 
 def require_short_paths(paths: Iterable[str]) -> None:
-    """Refuse files whose names are too long to be written.
+    """Refuse file names that are too long.
 
     Raises
     ------
     NamingError
-        A part of a path has more than `LONGEST` bytes, and some to spare.
+        A part of a path, with some reserve, exceeds `LONGEST` bytes.
     """
     for path in paths:
         for part in path.split("/"):
@@ -203,12 +203,12 @@ def require_short_paths(paths: Iterable[str]) -> None:
 
 
 def interface(what: str, name: str, element: str | None, reserved: Reserved = NOTHING_RESERVED) -> Name:
-    """Return the name of a message or a service type, which becomes a class in Python and in C++.
+    """Return the name of a message or service type, which becomes a class in Python and in C++.
 
     Raises
     ------
     NamingError
-        It cannot be one, or hides a name that the module of tokens needs.
+        It is invalid, or hides a name that the module of tokens uses.
     """
     require_short(name, what, element)
     taken = {name, f"{name}Changes"} & reserved.tokens
@@ -226,7 +226,7 @@ def message_fields(token_type: sym.TokenType | None) -> dict[str, Name]:
     Raises
     ------
     NamingError
-        Two fields get the same name, or one that ROS interfaces cannot have.
+        Two fields get the same name, or a field gets a name that ROS does not allow.
     """
     names: dict[str, Name] = {}
     for field in token_type.fields if token_type else ():

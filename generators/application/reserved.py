@@ -1,6 +1,6 @@
-"""Which names the templates themselves use, found in what they make of a probe: a list would grow old.
+"""Finds the names that templates use, by rendering a probe model; a fixed list would become outdated.
 
-So templates of a user's own may use others than ours.
+So user templates may use other names than the built-in ones.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ _PROBE = "ProbeOfNames"
 
 
 def reserved_names(render: Callable[[Application, str], bytes]) -> Reserved:
-    """Return the names that modules of a node use.
+    """Return the names used in the modules of a node.
 
     Parameters
     ----------
     render : callable
-        Returns a module of the first node of an application, without stubs, by the module's name.
+        Renders a module of the first node of an application, without stubs, by the module's name.
     """
     probe = application_of(_probe())
     names = {module: _names(render(probe, module)) for module in ("handlers", "firings", "tokens")}
@@ -31,7 +31,7 @@ def reserved_names(render: Callable[[Application, str], bytes]) -> Reserved:
 
 
 def _probe() -> sym.SystemModel:
-    """Return a model for which the templates write all they can: two transitions, fields of every kind."""
+    """Return a model for which the templates write all their parts: two transitions, all kinds of fields."""
     fields = [
         sym.TokenField(name=f"{_PROBE}{kind}{element}", kind=kind, elementKind=element)
         for kind in ("text", "integer", "number", "boolean", "list", "map")
@@ -44,7 +44,7 @@ def _probe() -> sym.SystemModel:
 
 
 def _names(module: bytes) -> frozenset[str]:
-    """Return the names that a module binds or uses, but for those of the probe."""
+    """Return the names that a module binds or uses, except those of the probe."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(module)):
         if isinstance(node, ast.Name):

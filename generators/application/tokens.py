@@ -1,4 +1,4 @@
-"""What tokens look like to handlers and in messages: a class for each token type and each nested ROS type."""
+"""Tokens in handlers and in messages: a class for each token type and each nested ROS type."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from dineros.metamodel.value_ranges import ValueRange
 
 ROS_TYPES = {"text": "string", "integer": "int64", "number": "float64", "boolean": "bool"}
 LONGEST_LITERAL = 60
-"""Characters of the type of a field with named values; a longer one would break the line."""
+"""Maximum length of the type of a field with named values; a longer one would break the line."""
 PYTHON_TYPES = {"text": "str", "integer": "int", "number": "float", "boolean": "bool"}
 
 
@@ -39,19 +39,19 @@ class Field:
     name, message_name : str
         Its names in the model and in messages.
     kind : str
-        In words: ``text``, ``list of 6 number``, ``map of text``.
+        Its kind as text: ``text``, ``list of 6 number``, ``map of text``.
     python_type, ros_type : str
         Its types in handlers and in messages.
     default : Value
-        Its value where a token says nothing else.
+        Its default value.
     made : str
-        The same as Python writes it.
+        The default as a Python expression.
     ros_default : str
-        The default as the interface definition writes it; empty where it needs none or cannot say it.
+        The default in the interface definition; empty if it is not needed or cannot be expressed.
     named_values : tuple of (str, int)
-        The values that it has, if they have names: constants of the message.
+        Its values, if they have names: constants of the message.
     allowed : str
-        Which values it has, in words, where that is not all of its type.
+        The allowed values as text, if not all values of its type are allowed.
     """
 
     name: str
@@ -68,20 +68,20 @@ class Field:
 
 @dataclass(frozen=True)
 class TokenClass:
-    """What handlers see of a token type, or of a ROS type nested in one.
+    """The class in handlers for a token type, or for a ROS type nested in one.
 
     Attributes
     ----------
     id : str or None
         The token type in the model; None: the model declares none, or it is a nested type.
     name, function : str
-        The class, and the function that makes one.
+        The class, and the function that creates an object.
     fields : tuple of Field
-        What it has.
+        Its fields.
     ros : str or None
-        The installed message that it is; None: a message of its name is generated.
+        The installed message that it represents; None: a message of its name is generated.
     nested : frozenset of str
-        The ROS types in it, those inside of others as well.
+        The ROS types in it, at all levels.
     constants : dict of str to Value
         Constants of the installed message, or named values of the model's own type, by their names in Python:
         ``STATE_PRIMARY_STATE_ACTIVE``.
@@ -102,7 +102,7 @@ class TokenClass:
 
     @property
     def package(self) -> Name | None:
-        """The package of the installed message that it is."""
+        """The package of the installed message."""
         return Name(self.ros.partition("/")[0]) if self.ros else None
 
 
@@ -179,7 +179,7 @@ def _names(declared: Sequence[sym.TokenType | None], reserved: Reserved) -> list
 def _collect(
     fields: Sequence[FieldType], nested: dict[str, tuple[FieldType, ...]]
 ) -> dict[str, tuple[FieldType, ...]]:
-    """Add the ROS types in some fields, those inside of others first."""
+    """Add the ROS types in some fields; a type follows the types nested in it."""
     for field in fields:
         if field.fields and field.ros and field.ros not in nested:
             _collect(field.fields, nested)
@@ -190,7 +190,7 @@ def _collect(
 def _nested_names(
     nested: Sequence[str] | dict[str, tuple[FieldType, ...]], taken: Sequence[Name], reserved: Reserved
 ) -> dict[str, Name]:
-    """Return the class of each nested ROS type: its name, with its package where that is taken."""
+    """Return the class of each nested ROS type: its name, prefixed with its package on a collision."""
     used = {name.lower() for name in taken} | {f"{name}Changes".lower() for name in taken}
     names: dict[str, Name] = {}
     for ros in nested:
@@ -205,12 +205,12 @@ def _nested_names(
 
 
 def token_name(token_type: sym.TokenType | None) -> str:
-    """Return the name of the message that carries tokens of a type, and of the class that handlers see."""
+    """Return the name of a token type: that of its message and of the class in handlers."""
     return camel_case(label(token_type)) if token_type else "Token"
 
 
 def entry_name(kind: str) -> Name:
-    """Return the name of the message for an entry of a map to elements of a kind."""
+    """Return the name of the message for an entry of a map with elements of this kind."""
     return Name(f"{kind.capitalize()}Entry")
 
 
@@ -244,7 +244,7 @@ def _fields(
 
 
 def _types(field: FieldType, nested: dict[str, Name]) -> tuple[str, str, str]:
-    """Return the types of a field in Python and in ROS, and its kind in words."""
+    """Return the types of a field in Python and in ROS, and its kind as text."""
     kind, element = field.kind, field.scalar
     plain = nested[field.ros] if element == "record" and field.ros else PYTHON_TYPES[element]
     ros = field.ros or ROS_TYPES[element]
@@ -268,7 +268,7 @@ def _allowed(values: ValueRange) -> str:
 
 
 def _made(field: FieldType, makers: dict[str, Name]) -> Written:
-    """Write the default of a field of an installed message, in few words."""
+    """Write the default of a field of an installed message as a short expression."""
     if field.scalar == "record" and field.ros:
         maker = f"{makers[field.ros]}()"
         if field.kind == "list":
@@ -281,7 +281,7 @@ def _made(field: FieldType, makers: dict[str, Name]) -> Written:
 
 
 def _ros_default(value: Value) -> Written:
-    """Write a default value; empty where the interface language cannot be trusted with the text."""
+    """Write a default value; empty if the text may not be safe in the interface language."""
     texts = [
         element for element in (value if isinstance(value, list) else [value]) if isinstance(element, str)
     ]

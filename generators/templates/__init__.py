@@ -1,4 +1,4 @@
-"""The templates of what is generated, how they are rendered, and how values are written in each format."""
+"""The templates of generated files, their rendering, and filters that write values in each format."""
 
 from dineros.generators.templates.rendering import TemplateError, Templates, generator
 

@@ -1,9 +1,9 @@
-"""Filters: how a value is written at each kind of place in a generated file.
+"""Filters that write a value for its position in a generated file.
 
-A value of a model is data: a name may hold quotes, line feeds or the end of a comment. So each kind of place
-has its filter, whose result is `Written`, and `require_written` refuses to write anything else: a template
-cannot forget. A text that is cut, joined or changed in a template is plain again. Only a `Name` needs no
-filter, since it is letters, digits and underscores, which no format takes for anything else.
+A value of a model is data: a name may contain quotes, line feeds or the end of a comment. So each kind of
+position has its filter, whose result is `Written`, and `require_written` refuses to write other values: a
+template cannot forget the filter. A text that a template cuts, joins or changes is a plain string again. Only
+a `Name` needs no filter: it consists of letters, digits and underscores, which are safe in all formats.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import jinja2.sandbox
 from dineros.metamodel.errors import with_article
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z_][A-Za-z0-9_]*)*")
-# Characters that XML 1.0 has no place for (Sect. 2.2, Char).
+# Characters that XML 1.0 does not allow (Sect. 2.2, Char).
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _XML = str.maketrans(
     {
@@ -33,69 +33,69 @@ _XML = str.maketrans(
     }
 )
 _PLAIN_YAML = re.compile(r"[A-Za-z_/][A-Za-z0-9_/]*")
-# What YAML 1.1 takes for something else than a text (types bool and null of the tag repository).
+# Words that YAML 1.1 does not read as text (types bool and null of the tag repository).
 _YAML_WORDS = frozenset({"y", "n", "yes", "no", "on", "off", "true", "false", "null"})
 _MARKDOWN = re.compile(r"[\\`*\[\]|~]|(?<![^\W_])_|_(?![^\W_])")
 
 
 class UnfilteredError(TypeError):
-    """A template writes a value that went through no filter."""
+    """A template writes a value without a filter."""
 
 
 class Written(str):
-    """What a filter, or a template itself, made of values: it is put into a file as it is."""
+    """The result of a filter, or of a template itself: it is put into a file unchanged."""
 
     __slots__ = ()
 
 
 class Name(Written):
-    """A name that can stand anywhere in a generated file: identifiers in ASCII, joined by dots if need be.
+    """A name that is safe anywhere in a generated file: ASCII identifiers, optionally joined by dots.
 
     Raises
     ------
     ValueError
-        The text is no such name.
+        The text is not such a name.
     """
 
     __slots__ = ()
 
     def __new__(cls, text: str) -> Name:
-        """Make a name."""
+        """Create a name."""
         if not _NAME.fullmatch(text):
             raise ValueError(f"{text!r} is not a name")
         return super().__new__(cls, text)
 
 
 class Environment(jinja2.sandbox.ImmutableSandboxedEnvironment):
-    """Templates that write only what went through a filter, or needs none, and see only what they are given.
+    """Templates that write only filtered or safe values, and can use only the values that they get.
 
-    A template is a program, and a user's may come from anybody. What a macro or a block makes consists of
-    parts that were written, and so is written itself.
+    A template is a program, and user templates are untrusted. The results of macros and blocks consist of
+    written parts, so they count as written.
     """
 
     @staticmethod
     def concat(parts: Iterable[str]) -> Written:
-        """Join what was written; Jinja does so for macros and blocks, too (cf. NativeEnvironment)."""
+        """Join written parts; Jinja uses this for macros and blocks, too (cf. NativeEnvironment)."""
         return Written("".join(parts))
 
 
 def require_written(value: object) -> object:
-    """Return what a template writes.
+    """Return a value that a template writes.
 
     Raises
     ------
     UnfilteredError
-        It went through no filter, but should.
+        It has passed no filter, but needs one.
     """
     if isinstance(
         value, (Written, int, jinja2.Undefined)
-    ):  # what is undefined says so itself when it is written
+    ):  # an undefined value raises its own error when it is written
         return value
     raise UnfilteredError(f"{value!r} goes through no filter")
 
 
 def python(value: object) -> Written:
-    """Write a value as a Python literal, texts in double quotes as formatters want them."""
+    """Write a value as a Python literal, texts in double quotes as formatters prefer."""
     return Written(_python(value))
 
 
@@ -113,34 +113,34 @@ def _python(value: object) -> str:
 
 
 def docstring(value: object) -> Written:
-    """Write a text inside of double quotes, one or three, of a Python file, which reads it unchanged."""
+    """Write a text inside of double quotes (one or three) of a Python file; Python reads it unchanged."""
     return Written(_inside_quotes(_text(value)))
 
 
 def comment(value: object) -> Written:
     r"""Write a text in a comment to the end of the line, in Python, YAML, CMake or a ROS interface.
 
-    What cannot be seen is spelled, such as ``<U+000A>``. So is the backslash, and ``*/`` gets a blank:
-    comments of ROS interfaces become comments of C. ``coding:`` gets one, too, since it would set the
-    encoding of Python (PEP 263).
+    Invisible characters are written as ``<U+000A>``. So is the backslash, and ``*/`` gets a blank: comments
+    of ROS interfaces become comments of C. ``coding:`` gets a blank, too, since it would set the encoding of
+    a Python file (PEP 263).
     """
     text = _visible(_text(value).replace("\\", "<U+005C>")).replace("*/", "* /")
     return Written(re.sub(r"coding(?=[:=])", "coding ", text))
 
 
 def xml(value: object) -> Written:
-    """Write a text in XML, between tags or in an attribute; what XML cannot hold is spelled."""
+    """Write a text in XML, between tags or in an attribute; characters not allowed in XML are spelled out."""
     return Written(_NOT_XML.sub(_spelled, _text(value)).translate(_XML))
 
 
 def xml_comment(value: object) -> Written:
-    """Write a text in a comment of XML or Markdown, where two hyphens may not meet (XML 1.0, Sect. 2.5)."""
+    """Write a text in a comment of XML or Markdown, which may not contain ``--`` (XML 1.0, Sect. 2.5)."""
     text = re.sub("-(?=-)", "- ", _visible(_text(value)))
     return Written(f"{text} " if text.endswith("-") else text)
 
 
 def yaml(value: object) -> Written:
-    """Write a text, number or truth value as YAML; a text in double quotes unless it is a plain word."""
+    """Write a text, number or Boolean as YAML; a text in double quotes unless it is a plain word."""
     if isinstance(value, (bool, int, float)):
         return Written(json.dumps(value))
     text = _text(value)
@@ -154,13 +154,13 @@ def cmake(value: object) -> Written:
 
 
 def markdown(value: object) -> Written:
-    """Write a text in one line of Markdown, also in a table."""
+    """Write a text on one line of Markdown, also in a table."""
     text = _MARKDOWN.sub(r"\\\g<0>", _visible(_text(value)))
     return Written(re.sub("&|<", lambda found: "&amp;" if found.group() == "&" else "&lt;", text))
 
 
 def code(value: object) -> Written:
-    """Write a text as code in one line of Markdown, between backticks, also in a table."""
+    """Write a text as code on one line of Markdown, in backticks, also in a table."""
     text = _visible(_text(value)).replace("|", "\\|")
     fence = "`" * (1 + max(map(len, re.findall("`+", text)), default=0))
     padding = " " if "`" in text else ""
@@ -173,7 +173,7 @@ def name(value: object) -> Name:
     Raises
     ------
     UnfilteredError
-        The value is none.
+        The value is not an identifier.
     """
     try:
         return Name(_text(value))

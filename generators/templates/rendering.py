@@ -1,6 +1,6 @@
-"""The templates: where they are looked for, and what each file says of its origin.
+"""Finds and renders the templates, and writes the header comment of each file.
 
-A template of the user's folder takes the place of ours of the same path; all others stay ours.
+A template in the user's folder overrides the built-in template of the same path.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ OURS = Path(__file__).parent
 
 
 class TemplateError(DinerosError):
-    """A template cannot be read, has a mistake, or asks for something that is not there."""
+    """A template cannot be read, has an error, or uses an undefined value."""
 
 
 class Templates:
@@ -43,15 +43,15 @@ class Templates:
     Parameters
     ----------
     model : str
-        Id of the system model, which the files' head comments name. Its file and the settings are in the
-        manifest, so that another name of the file leaves all files as they are.
+        Id of the system model, for the header comments. The model's file and settings are in the manifest
+        only, so that renaming the file changes no generated file.
     folder : Path, optional
-        A user's folder with templates that override ours.
+        A user's folder with templates that override built-in ones.
 
     Raises
     ------
     TemplateError
-        The folder is not there, or holds a template that overrides none of ours.
+        The folder does not exist, or has a template that overrides no built-in one.
     """
 
     def __init__(self, model: str, folder: Path | None = None) -> None:
@@ -69,12 +69,12 @@ class Templates:
         name : str
             Path of the template, such as ``node/base.py.j2``.
         **context : Any
-            What it may use; `header` is added.
+            Values that it may use; `header` is added.
 
         Raises
         ------
         TemplateError
-            The template has a mistake, writes what went through no filter, or makes no Python.
+            The template has an error, writes an unfiltered value, or its output is not Python.
         """
         try:
             template = self._environment.get_template(name)
@@ -101,7 +101,7 @@ class Templates:
         return Written("\n".join(f"{start} {line}" for line in lines))
 
     def _own(self, name: str) -> tuple[str, str, None] | None:
-        """Return a template of the user's folder, and its path."""
+        """Return a template of the user's folder, with its path."""
         if self._folder is None:
             return None
         content = ConfinedFolder(self._folder).read(name)
@@ -132,12 +132,12 @@ class Templates:
 
 @cache
 def _our_environment() -> Environment:
-    """Return what compiles our own templates, each once: that takes most of a generation's time."""
+    """Return the environment that compiles the built-in templates, each once: this takes most of the time."""
     return _environment(lambda name: None)
 
 
 def _environment(own: Callable[[str], tuple[str, str, None] | None]) -> Environment:
-    """Return what compiles templates: those of a user's folder, which `own` reads, before ours."""
+    """Return an environment of the built-in templates and those that `own` finds, which override them."""
     ours = jinja2.FileSystemLoader(OURS, encoding="utf-8")
     environment = Environment(
         loader=jinja2.ChoiceLoader([jinja2.FunctionLoader(own), ours]),
@@ -145,7 +145,7 @@ def _environment(own: Callable[[str], tuple[str, str, None] | None]) -> Environm
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
-        autoescape=False,  # which knows HTML only: `require_written` refuses what no filter has seen
+        autoescape=False,  # it knows HTML only; `require_written` refuses unfiltered values
         finalize=require_written,
     )
     environment.filters.update(FILTERS)
@@ -166,7 +166,7 @@ def generator() -> str:
 
 
 def _where(error: BaseException, template: Path) -> Location:
-    """Return the line of the template that an error comes from."""
+    """Return the line of the template in which an error occurred."""
     line, trace = None, error.__traceback__
     while trace is not None:
         if trace.tb_frame.f_code.co_filename == str(template):
@@ -176,7 +176,7 @@ def _where(error: BaseException, template: Path) -> Location:
 
 
 def _require_python(text: str, template: Path) -> None:
-    """Refuse a module that Python cannot read, before anything is written."""
+    """Refuse a module that is not valid Python, before anything is written."""
     try:
         ast.parse(text)
     except (SyntaxError, ValueError) as error:
@@ -187,6 +187,6 @@ def _require_python(text: str, template: Path) -> None:
 
 
 def _is_name(value: str, taken: Container[str] = ()) -> bool:
-    """Tell whether a text can stand as a name in a class body, where it hides no name that is `taken`."""
+    """Return whether a text can be a name in a class body and hides no name that is `taken`."""
     is_free = not keyword.iskeyword(value) and value not in taken
     return value.isidentifier() and value.isascii() and value[0] != "_" and is_free

@@ -1,4 +1,4 @@
-"""A ROS 2 workspace: what it should hold, comparing, writing, building."""
+"""A ROS 2 workspace: planning, comparing, writing and building."""
 
 from dineros.generators.workspace.generating import EditedError, check, generate
 from dineros.generators.workspace.planning import Options, plan

@@ -1,8 +1,7 @@
-"""Building a workspace with colcon, and the environment in which its nodes run without a sourced set-up.
+"""Builds a workspace with colcon, and returns the environment to run its nodes without sourcing a set-up.
 
-Only the interface package needs a compiler: nodes are Python and run from their sources. What is built is
-remembered by a hash of what it was built from, so that nothing is built twice: another id or name of the
-model changes comments only.
+Only the interface package needs a compiler: nodes are Python and run from their sources. A hash of the inputs
+of a build is stored, so that nothing is built twice: another id or name of the model changes only comments.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from dineros.metamodel.files.reading import read_bytes
 STAMP = ".built-from"
 LOG = "log/dineros_build.txt"
 JOBS = 2
-# What a package.xml tells people (REP 149).
+# Elements of a package.xml that only describe the package (REP 149).
 _DESCRIPTIONS = ("description", "maintainer", "author", "license", "url")
 
 
@@ -40,7 +39,7 @@ class BuildError(DinerosError):
 
 
 def missing_tools() -> list[str]:
-    """Return what building interface packages needs and this machine does not have; empty: all is there."""
+    """Return the missing tools for building interface packages; empty: all are available."""
     missing = [program for program in ("g++", "cmake", "make") if shutil.which(program) is None]
     if importlib.util.find_spec("colcon_core") is None and shutil.which("colcon") is None:
         missing.append("colcon")
@@ -50,19 +49,19 @@ def missing_tools() -> list[str]:
 
 
 def build_interfaces(workspace: Path, *, jobs: int = JOBS) -> Path:
-    """Build the interface package of a workspace, unless what is there was built from the same files.
+    """Build the interface package of a workspace, unless it was built from the same files.
 
     Parameters
     ----------
     workspace : Path
         A generated workspace.
     jobs : int
-        How many compilers run at a time.
+        Maximum number of parallel compilers.
 
     Returns
     -------
     Path
-        Where it is installed.
+        The folder in which it is installed.
 
     Raises
     ------
@@ -76,7 +75,7 @@ def build_interfaces(workspace: Path, *, jobs: int = JOBS) -> Path:
     folder, stamp = ConfinedFolder(workspace), f"install/{package}/{STAMP}"
     if folder.read(stamp) == wanted.encode():
         return installed
-    for place in ("install", "build"):  # what was renamed or removed would stay
+    for place in ("install", "build"):  # old files of renamed or removed interfaces would remain
         folder.remove_tree(f"{place}/{package}")
     colcon(workspace, ["--packages-select", package], jobs=jobs)
     remember(workspace)
@@ -84,9 +83,9 @@ def build_interfaces(workspace: Path, *, jobs: int = JOBS) -> Path:
 
 
 def remember(workspace: Path) -> None:
-    """Note that the installed interfaces were built from what the workspace holds now, such as by colcon.
+    """Record that the installed interfaces were built from the current files, for example by colcon.
 
-    `build_interfaces` then leaves them as they are.
+    `build_interfaces` then does not build them again.
     """
     package = manifest_of(workspace).interfaces
     wanted = _fingerprint(workspace, package)
@@ -113,7 +112,7 @@ def colcon(workspace: Path, arguments: Sequence[str] = (), *, jobs: int = JOBS) 
     log = workspace / LOG
     command = [*program, "build", *arguments]
     setup = _wheels_setup(workspace) if found else None
-    if setup:  # the environment is the one that developers source
+    if setup:  # build in the environment that developers source
         command = ["sh", "-c", '. "$0" && exec "$@"', setup, *command]
     variables = {**os.environ, "MAKEFLAGS": f"-j{jobs}", "CMAKE_BUILD_PARALLEL_LEVEL": str(jobs)}
     with os.fdopen(ConfinedFolder(workspace).start(LOG), "wb") as output:
@@ -134,7 +133,7 @@ def environment(workspace: Path, base: Mapping[str, str] | None = None) -> dict[
     workspace : Path
         A generated workspace, its interfaces built.
     base : mapping of str to str, optional
-        What it extends; by default this process's environment.
+        The environment to extend; by default that of this process.
     """
     manifest = manifest_of(workspace)
     workspace = workspace.resolve()
@@ -165,7 +164,7 @@ def manifest_of(workspace: Path) -> Manifest:
 
 
 def _fingerprint(workspace: Path, package: str) -> str:
-    """Return a hash of all that the build of a package depends on: no comments, no descriptions."""
+    """Return a hash of all inputs of a package's build, without comments and descriptions."""
     digest = hashlib.sha256(f"{sys.version} {sysconfig.get_platform()} {sys.prefix}".encode())
     folder, root = ConfinedFolder(workspace), f"src/{package}"
     for path in folder.files(root):
@@ -175,7 +174,7 @@ def _fingerprint(workspace: Path, package: str) -> str:
 
 
 def _meaning(name: str, content: bytes) -> bytes:
-    """Return what a file of an interface package says to those who build it."""
+    """Return the part of an interface package's file that affects the build."""
     if name == "package.xml":
         with contextlib.suppress(etree.XMLSyntaxError):
             root = etree.fromstring(content, etree.XMLParser(resolve_entities=False, remove_comments=True))
@@ -188,7 +187,7 @@ def _meaning(name: str, content: bytes) -> bytes:
 
 
 def _wheels_setup(workspace: Path) -> str | None:
-    """Make the wheels of ROS 2 ready; return their set-up script, None where ROS 2 came in another way."""
+    """Prepare the wheels of ROS 2; return their set-up script, None: ROS 2 was installed in another way."""
     command = [sys.executable, "-P", "-m", "dineros.runtime.ros.wheels"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -201,7 +200,7 @@ def _wheels_setup(workspace: Path) -> str | None:
 
 
 def _wheels() -> list[Path]:
-    """Return where the wheels of ROS 2 are; empty where ROS 2 came in another way."""
+    """Return the folders of the wheels of ROS 2; empty: ROS 2 was installed in another way."""
     prefix = Path(sys.prefix)
     return [prefix] if (prefix / "share/ament_index").is_dir() else []
 
@@ -219,7 +218,7 @@ def _prepend(environment: dict[str, str], name: str, folders: Sequence[Path]) ->
 
 
 def _run(command: Sequence[str], folder: Path, environment: Mapping[str, str], output: int) -> int:
-    """Run a program and all that it starts; an interrupt ends all of them."""
+    """Run a program; an interrupt ends it with all processes that it started."""
     process = subprocess.Popen(
         command,
         cwd=folder,
@@ -239,7 +238,7 @@ def _run(command: Sequence[str], folder: Path, environment: Mapping[str, str], o
 
 
 def _first_error(log: Path) -> str:
-    """Return the line of a build's log that says most."""
+    """Return the most informative line of a build's log."""
     lines = read_bytes(log, follow_links=False).decode("utf-8", "replace").splitlines()
     for line in lines:
         if "error" in line.lower() and "stderr" not in line.lower():

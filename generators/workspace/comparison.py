@@ -1,7 +1,7 @@
-"""Comparing a workspace with what it should hold: what to write, what to say, and what forbids it.
+"""Compares a workspace with its plan: files to write, notices, and edits that prevent writing.
 
-Nothing is written here. Three questions are answered for each file: does it hold what it should, did
-anybody edit what is generated, and does handwritten code speak of what the model no longer has.
+Nothing is written here. For each file, three questions are answered: is it up to date, was a generated file
+edited, and does handwritten code refer to elements that the model no longer has?
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ class WorkspaceError(DinerosError):
 
 @dataclass(frozen=True)
 class Comparison:
-    """How a workspace differs from what it should hold.
+    """The differences between a workspace and its plan.
 
     Attributes
     ----------
     changes, notices, edits : tuple
-        What to write, what to say, what forbids it.
+        Files to write, notices for developers, edits that prevent writing.
     manifest : Manifest
-        The manifest once all changes are made.
+        The manifest after all changes.
     """
 
     changes: tuple[Change, ...]
@@ -42,7 +42,7 @@ class Comparison:
 
     @property
     def is_stale(self) -> bool:
-        """Whether something would be written, was edited, or waits for its developer."""
+        """Whether a file is outdated or edited, or a notice waits for the developer."""
         waiting = any(notice.stays for notice in self.notices)
         return bool(self.changes or self.edits or waiting)
 
@@ -61,16 +61,16 @@ class Comparison:
 
 
 def compare(workspace: Path, plan: Plan, known: Manifest | None) -> Comparison:
-    """Compare a workspace with what it should hold.
+    """Compare a workspace with its plan.
 
     Parameters
     ----------
     workspace : Path
-        The folder; it need not be there.
+        The folder; it need not exist.
     plan : Plan
-        What it should hold.
+        The intended content.
     known : Manifest or None
-        Its manifest as it is now.
+        Its current manifest.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def _remove(
     changes: list[Change],
     notices: list[Notice],
 ) -> None:
-    """Take away a file that is generated no longer, unless somebody edited it."""
+    """Remove a file that is no longer generated, unless it was edited."""
     present = ConfinedFolder(workspace).read(path)
     if present is None or path in plan.developer:
         return
@@ -166,7 +166,7 @@ def _extend(
     present: bytes,
     changes: list[Change],
 ) -> DeveloperEntry:
-    """Add stubs for transitions that never had one, at the end of the file."""
+    """Append stubs for transitions that never had one to the file."""
     had = known.stubs if known else {}
     new = [transition for transition in file.transitions if transition.id not in had]
     content, added = handwritten.with_stubs(workspace / path, file, new, present)

@@ -1,7 +1,6 @@
-"""What a node's handlers need beside what is generated, declared in ``dependencies.toml``.
+"""Additional dependencies of a node's handlers, declared in ``dependencies.toml``.
 
-The file is the developers'; what stands in it goes into the package's ``package.xml`` and ``setup.py``, which
-are generated.
+The file belongs to the developers; its entries are copied to the generated ``package.xml`` and ``setup.py``.
 """
 
 from __future__ import annotations
@@ -22,19 +21,19 @@ _KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9+._-]*")
 
 
 class DependenciesError(DinerosError):
-    """A file of dependencies says something that packages cannot depend on."""
+    """A dependencies file has an invalid entry."""
 
 
 @dataclass(frozen=True)
 class Dependencies:
-    """What handlers need; the names are those of ``package.xml`` (REP 149) and setuptools.
+    """Dependencies of handlers; the names are those of ``package.xml`` (REP 149) and setuptools.
 
     Attributes
     ----------
     exec_depend, test_depend : tuple of str
-        ROS packages, or keys of rosdep: what handlers import, and what only their tests do.
+        ROS packages or keys of rosdep: imports of the handlers, and imports only of their tests.
     install_requires : tuple of str
-        Distributions of the Python package index, as pip takes them (PEP 508).
+        Distributions of the Python package index, in the notation of pip (PEP 508).
     """
 
     exec_depend: tuple[str, ...] = ()
@@ -42,7 +41,7 @@ class Dependencies:
     install_requires: tuple[str, ...] = ()
 
     def without(self, exec_depend: tuple[str, ...]) -> Dependencies:
-        """Return those that a package does not have anyway; what it runs with, its tests have as well."""
+        """Return the dependencies that a package does not have anyway; tests have its runtime ones, too."""
         own = tuple(name for name in dict.fromkeys(self.exec_depend) if name not in exec_depend)
         known = {*exec_depend, *own, "python3-pytest"}
         tests = tuple(name for name in dict.fromkeys(self.test_depend) if name not in known)
@@ -50,12 +49,12 @@ class Dependencies:
 
 
 def read_dependencies(workspace: Path, package: str) -> Dependencies:
-    """Read what the handlers of a package need; nothing where there is no such file.
+    """Read the dependencies of a package's handlers; empty if there is no such file.
 
     Raises
     ------
     DependenciesError
-        It is not TOML, has another key, or names what cannot be depended on; with its line where it has one.
+        It is not TOML, has an unknown key, or an invalid name; with the line, if known.
     ModelFileError
         It cannot be read.
     """

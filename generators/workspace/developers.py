@@ -1,6 +1,6 @@
-"""Developers' modules: what handlers they hold, what they say about the token, and adding stubs at their end.
+"""Developers' modules: their handlers, the token fields they name, and appending stubs.
 
-They are read as syntax trees and never run. Nothing that stands in one is changed.
+They are parsed to syntax trees and never run. Their existing text is never changed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _INSTANCE = re.compile(r"(?P<service>.+)\[(?P<number>\d+)\]\.(?P<transition>.+)"
 
 
 class DeveloperFileError(DinerosError):
-    """A developer's file cannot be read as Python."""
+    """A developer's file is not valid Python."""
 
 
 class Instance(NamedTuple):
@@ -35,7 +35,7 @@ class Instance(NamedTuple):
 
 
 def instance_of(name: str) -> Instance | None:
-    """Return the parts of the name of one instance's transition; None for any other name."""
+    """Return the parts of the name of one instance's transition; None: another kind of name."""
     found = _INSTANCE.fullmatch(name)
     return Instance(found["service"], int(found["number"]), found["transition"]) if found else None
 
@@ -47,7 +47,7 @@ class Handler:
     Attributes
     ----------
     transition : str
-        What it is registered for, such as ``TPick`` or ``Pick[2].TPick``.
+        The name for which it is registered, such as ``TPick`` or ``Pick[2].TPick``.
     function : str
         Name of the function.
     line, end : int
@@ -61,7 +61,7 @@ class Handler:
 
     @property
     def model_transition(self) -> str:
-        """The transition in the model, whichever instance it is of."""
+        """The transition in the model, without the server instance."""
         instance = instance_of(self.transition)
         return instance.transition if instance else self.transition
 
@@ -75,13 +75,13 @@ class Module:
     path : Path
         The file.
     content : bytes
-        What it holds.
+        Its bytes.
     text : str
-        The same, with line feeds.
+        Its text, with line feeds as line ends.
     tree : ast.Module
         Its syntax tree.
     encoding, newline : str
-        How it is written.
+        Its encoding and its line ends.
     """
 
     path: Path
@@ -93,12 +93,12 @@ class Module:
 
 
 def read_module(path: Path, content: bytes) -> Module:
-    """Read a developer's module, of which the file holds these bytes.
+    """Parse a developer's module with this content.
 
     Raises
     ------
     DeveloperFileError
-        It is not Python, or in no encoding that is known; with line.
+        It is not Python, or has an unknown encoding; with the line.
     """
     try:
         encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
@@ -141,7 +141,7 @@ def _registered(call: ast.expr) -> Iterable[str]:
 
 
 def texts(module: Module, wanted: Iterable[str]) -> list[tuple[str, int]]:
-    """Return where some words stand as text constants or keywords: the word and its line."""
+    """Return the places where words occur as text constants or keywords: the word and its line."""
     words = set(wanted)
     found = set()
     for node in ast.walk(module.tree):
@@ -170,7 +170,7 @@ def names(module: Module) -> set[str]:
 
 
 def module_name(module: Module, package: str, name: str) -> str | None:
-    """Return what a module calls its neighbour: ``from . import name [as ...]``, or from the package."""
+    """Return the name under which a module imports its neighbour: ``from . import name [as ...]``."""
     for node in module.tree.body:
         if isinstance(node, ast.ImportFrom):
             is_own = (node.level == 1 and node.module is None) or (node.level == 0 and node.module == package)
@@ -181,19 +181,19 @@ def module_name(module: Module, package: str, name: str) -> str | None:
 
 
 def append(module: Module, parts: Sequence[str]) -> bytes:
-    """Return a module's bytes with text added at its end; what was there stays as it is.
+    """Return a module's bytes with text appended; the existing text is unchanged.
 
     Parameters
     ----------
     module : Module
         The module.
     parts : sequence of str
-        Top-level statements, each ending with a line feed; two blank lines are put before each.
+        Top-level statements, each ending with a line feed; two blank lines are inserted before each.
 
     Raises
     ------
     DeveloperFileError
-        What would result is not Python, or cannot be written in the module's encoding.
+        The result is not Python, or the text cannot be written in the module's encoding.
     """
     text = "" if module.text.endswith("\n") or not module.text else "\n"
     text += "".join(f"\n\n{part}" for part in parts)

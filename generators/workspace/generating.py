@@ -1,4 +1,4 @@
-"""A ROS 2 workspace from a system model: what it should hold, comparing, writing.
+"""Generates a ROS 2 workspace from a system model: planning, comparing, writing.
 
 Example
 -------
@@ -30,7 +30,7 @@ class EditedError(WorkspaceError):
     Attributes
     ----------
     edits : tuple of Edit
-        Which, and how.
+        The edited files, with their differences.
     """
 
     def __init__(self, edits: tuple[Edit, ...], workspace: Path) -> None:
@@ -45,28 +45,28 @@ class EditedError(WorkspaceError):
 
 
 def generate(model: sym.SystemModel, workspace: Path, options: Options) -> Comparison:
-    """Generate a workspace, or bring it up to date; developers' files are only ever added to, at their end.
+    """Generate or update a workspace; developers' files are only appended to.
 
     Parameters
     ----------
     model : sym.SystemModel
         A valid system model.
     workspace : Path
-        The folder; made where it is not there.
+        The folder; created if it does not exist.
     options : Options
-        How.
+        Options of the generation.
 
     Returns
     -------
     Comparison
-        What was changed, and what developers should know.
+        The changes, and the notices for developers.
 
     Raises
     ------
     EditedError
         Generated files were edited; nothing is written.
     DinerosError
-        The model's names collide in ROS, a template has a mistake, or a developer's file is not Python;
+        The model's names collide in ROS, a template has an error, or a developer's file is not Python;
         nothing is written.
     """
     known = read_manifest(workspace)
@@ -78,19 +78,19 @@ def generate(model: sym.SystemModel, workspace: Path, options: Options) -> Compa
 
 
 def check(model: sym.SystemModel, workspace: Path, options: Options) -> Comparison:
-    """Compare a workspace with what `generate` would make of it; nothing is written.
+    """Compare a workspace with the result of `generate`; nothing is written.
 
     Raises
     ------
     DinerosError
-        As `generate`, but for edited files, which are found in the comparison.
+        As for `generate`; but edited files are reported in the comparison.
     """
     known = read_manifest(workspace)
     return compare(workspace, plan(model, workspace, options, known), known)
 
 
 def _write(workspace: Path, comparison: Comparison, known: Manifest | None) -> None:
-    """Write what has changed; the manifest says it first, so that a crash is not an edit."""
+    """Write the changes; the manifest announces them first, so that a crash does not look like an edit."""
     folder = ConfinedFolder(workspace)
     _take_away_leftovers(folder, [comparison.manifest, known or comparison.manifest])
     if comparison.changes:
@@ -110,7 +110,7 @@ def _write(workspace: Path, comparison: Comparison, known: Manifest | None) -> N
 
 
 def _take_away_leftovers(folder: ConfinedFolder, manifests: Iterable[Manifest]) -> None:
-    """Remove what runs that were killed left wherever something is, or was, generated."""
+    """Remove temporary files of killed runs from all folders with generated files, present or former."""
     paths = {PLACE}
     for manifest in manifests:
         paths.update(manifest.generated, manifest.pending, manifest.developer)

@@ -1,4 +1,4 @@
-"""What a changed model means for handwritten handlers: stubs to add, and what speaks of what has changed."""
+"""Effects of a changed model on handwritten handlers: stubs to add, and references to changed elements."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ FIRINGS = "firings"
 def with_stubs(
     path: Path, file: DeveloperFile, new: Sequence[Transition], present: bytes
 ) -> tuple[bytes, list[str]]:
-    """Return a module of handlers with stubs for new transitions at its end, and the ids of those.
+    """Return a module of handlers with stubs for new transitions appended, and the ids of these.
 
-    A transition that has a handler already gets none.
+    A transition that has a handler already gets no stub.
     """
     if file.write_stub is None or not new:
         return present, []
@@ -52,7 +52,7 @@ def with_stubs(
 def handler_notices(
     path: Path, shown: str, file: DeveloperFile, known: DeveloperEntry | None, plan: Plan, present: bytes
 ) -> list[Notice]:
-    """Say which handlers are for transitions that are gone, and which transitions have other arcs now."""
+    """Return notices about handlers of removed transitions, and about transitions with changed arcs."""
     if file.write_stub is None or file.node is None:
         return []
     notices = []
@@ -90,7 +90,7 @@ def _problem(handler: developers.Handler, instances: dict[str, int], node: str) 
 
 
 def left_over(path: Path, shown: str, entry: DeveloperEntry, plan: Plan) -> Notice:
-    """Say that a developer's file belongs to a node net that is gone, and where it may belong now."""
+    """Return a notice that a developer's file belongs to a removed node net, with its likely successor."""
     hint = "move what you need and remove it"
     likely = _successor(entry, plan)
     if likely is not None:
@@ -113,7 +113,7 @@ def _successor(entry: DeveloperEntry, plan: Plan) -> str | None:
 
 
 def token_notices(workspace: Path, before: Manifest, after: Manifest) -> list[Notice]:
-    """Say which token fields changed, and where handlers name them."""
+    """Return notices about changed token fields, with the places where handlers name them."""
     if not before.model:
         return []
     changed = {}

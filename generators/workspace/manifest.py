@@ -1,6 +1,6 @@
-"""The manifest of a workspace, ``.dineros/manifest.json``: which files are generated, and what they held.
+"""The manifest of a workspace, ``.dineros/manifest.json``: its generated files and their hashes.
 
-It belongs into version control beside the files: a generated file with another hash was edited.
+It belongs into version control with the files: a generated file with another hash was edited.
 """
 
 from __future__ import annotations
@@ -41,18 +41,18 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class NodeEntry:
-    """A node of the workspace, as those need it who start it.
+    """A node of the workspace, with the data needed to start it.
 
     Attributes
     ----------
     node : str
         Id of the node net.
     package, executable : str
-        What ``ros2 run`` takes.
+        Arguments of ``ros2 run``.
     module : str
-        What ``python -m`` takes.
+        Argument of ``python -m``.
     name, namespace : str
-        The ROS node.
+        Name and namespace of the ROS node.
     """
 
     node: str
@@ -65,7 +65,7 @@ class NodeEntry:
 
 @dataclass(frozen=True)
 class StubEntry:
-    """A stub that was written: the arcs of its transition at that time."""
+    """A stub that was written, with the arcs of its transition at that time."""
 
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
@@ -73,17 +73,17 @@ class StubEntry:
 
 @dataclass(frozen=True)
 class DeveloperEntry:
-    """A file that was written once and is its developer's since.
+    """A file that was written once and then belongs to its developer.
 
     Attributes
     ----------
     node : str or None
-        Id of the node net whose package it stands in.
+        Id of the node net in whose package it is.
     written : str
-        Hash of what was written last, as long as nobody else changed the file: so one that nobody touched is
-        known.
+        Hash of the last content written by the generator while the file was unedited; it identifies unedited
+        files.
     stubs : dict of str to StubEntry
-        What was written into it, by transition.
+        Stubs that were written into it, by transition.
     """
 
     node: str | None = None
@@ -93,16 +93,16 @@ class DeveloperEntry:
 
 @dataclass(frozen=True)
 class Manifest:
-    """What is known of a workspace.
+    """The recorded state of a workspace.
 
     Attributes
     ----------
     generator, model, source : str
-        What wrote it, the id of the model, and the file it was in.
+        The generator that wrote it, the id of the model, and the name of its file.
     settings : tuple of str
-        How the model was changed by ``--set``.
+        Settings that changed the model by ``--set``.
     options : dict
-        How it is generated; holds until other options are given.
+        Options of the generation, used again if no others are given.
     interfaces, bringup : str
         Names of these packages.
     token : dict of str to str
@@ -112,7 +112,7 @@ class Manifest:
     generated : dict of str to str
         Hash of each generated file, by its path in the workspace.
     pending : dict of str to str
-        Hashes of what was about to be written; empty once all of it is.
+        Hashes of files that are about to be written; empty after they are written.
     developer : dict of str to DeveloperEntry
         The developers' files.
     """
@@ -131,7 +131,7 @@ class Manifest:
     developer: dict[str, DeveloperEntry] = field(default_factory=dict)
 
     def is_ours(self, path: str, content: bytes) -> bool:
-        """Tell whether a generated file holds what was written."""
+        """Return whether a file has the content that was generated."""
         return hash_of(content) in (self.generated.get(path), self.pending.get(path))
 
 
@@ -141,12 +141,12 @@ def hash_of(content: bytes) -> str:
 
 
 def read_manifest(workspace: Path) -> Manifest | None:
-    """Return the manifest of a workspace; None where there is none.
+    """Return the manifest of a workspace; None: there is none.
 
     Raises
     ------
     ManifestError
-        The file cannot be read, is not a manifest, or one of a later version.
+        The file cannot be read, is not a manifest, or has a newer version.
     """
     try:
         content = ConfinedFolder(workspace).read(PLACE, SIZE_LIMIT)
@@ -180,7 +180,7 @@ def write_manifest(workspace: Path, manifest: Manifest) -> None:
 
 
 def manifest_bytes(manifest: Manifest) -> bytes:
-    """Return the manifest as it is written: equal manifests give equal bytes."""
+    """Return the bytes of a manifest; equal manifests have equal bytes."""
     values = {"schema": SCHEMA, **asdict(manifest)}
     for name in ("generated", "pending", "developer"):
         values[name] = dict(sorted(values[name].items()))
@@ -190,7 +190,7 @@ def manifest_bytes(manifest: Manifest) -> bytes:
 
 
 def _manifest(values: dict[str, Any]) -> Manifest:
-    """Return a manifest of values that were checked."""
+    """Return a manifest from checked values."""
     developer = {
         path: DeveloperEntry(
             entry["node"],

@@ -1,7 +1,7 @@
-"""What a manifest may hold: it comes with a workspace, from whomever that is, so every value is checked.
+"""The schema of a manifest: it comes with a workspace and is untrusted, so each value is checked.
 
-A check takes a value and where it stands, such as ``nodes[2].package``, and returns the value or raises
-`ManifestError`. A further field of the manifest is one line of `MANIFEST`.
+A check gets a value and its position, such as ``nodes[2].package``, and returns the value or raises
+`ManifestError`. A new field of the manifest is one line of `MANIFEST`.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from dineros.metamodel.errors import DinerosError, near_matches
 from dineros.metamodel.files.confined import is_confined
 
 SIZE_LIMIT = 16 << 20
-"""Bytes of a manifest."""
+"""Maximum size of a manifest, in bytes."""
 
 TEXT_LIMIT = 4096
-"""Characters of one text in it."""
+"""Maximum length of a text in it, in characters."""
 
 Check = Callable[[Any, str], Any]
 
@@ -75,7 +75,7 @@ def _map_of(check_name: Check, check: Check) -> Check:
 
 
 def record_of(checks: Mapping[str, Check], optional: frozenset[str] = frozenset()) -> Check:
-    """Return the check of an object with these fields, all of them, and no others."""
+    """Return the check of an object with these fields; fields are required unless they are `optional`."""
 
     def check_all(value: Any, where: str) -> dict[str, Any]:
         found = _object(value, where)

@@ -1,4 +1,4 @@
-"""What a comparison finds: files to write, things that developers should know, edits that block it."""
+"""Results of a comparison: files to write, notices for developers, and edits that prevent writing."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Change:
-    """A file that is not as it should be.
+    """A file to be changed.
 
     Attributes
     ----------
     path : str
         Its path in the workspace.
     what : {"new", "changed", "restored", "extended", "removed"}
-        What happens to it.
+        The kind of change.
     detail : str
-        What of it, such as the stubs that are added.
+        Details, such as the stubs that are added.
     content : bytes or None
-        What it will hold; None: it goes.
+        The new content; None: the file is removed.
     """
 
     path: str
@@ -29,20 +29,20 @@ class Change:
 
 @dataclass(frozen=True)
 class Notice:
-    """Something that its developer should know.
+    """Information for the developer of a file.
 
     Attributes
     ----------
     rule : {"obsolete-handler", "left-over", "token-changed", "arcs-changed", "kept"}
-        What it is about.
+        Its subject.
     path : str
         The file.
     line : int or None
-        Where in it.
+        The line in the file.
     message, hint : str
-        What it is, and what to do about it.
+        The text, and what to do about it.
     stays : bool
-        Whether it is true until the developer acts, so that a check must fail; else it is news.
+        Whether it stays true until the developer acts, so that a check must fail; else it is only news.
     """
 
     rule: str
@@ -59,7 +59,7 @@ class Notice:
 
 @dataclass(frozen=True)
 class Edit:
-    """A generated file that somebody edited; `difference` is a unified diff, from what it should hold."""
+    """An edited generated file; `difference` is a unified diff from the intended content."""
 
     path: str
     message: str

@@ -1,4 +1,4 @@
-"""What a workspace should hold: generated files, and the first version of the developers' files."""
+"""The plan of a workspace: its generated files, and the first versions of the developers' files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dineros.generators.templates.filters import Name, Written
 from dineros.generators.workspace.manifest import Manifest
 
 WriteStub = Callable[[Transition, Name, Name], Written]
-"""Writes a stub, given its transition, its function's name and what the module calls ``firings``."""
+"""Writes a stub, given its transition, the function's name, and the module's name for ``firings``."""
 
 
 @dataclass(frozen=True)
@@ -20,11 +20,11 @@ class DeveloperFile:
     Attributes
     ----------
     content : bytes
-        What it holds at first.
+        Its first content.
     node, package : str or None
-        The node net, and the package, that it belongs to.
+        The node net and the package to which it belongs.
     transitions : tuple of Transition
-        What has a stub in it; for a module of handlers only.
+        The transitions with a stub in it; only for a module of handlers.
     write_stub : callable, optional
         Writes a stub for another transition.
     """
@@ -38,18 +38,18 @@ class DeveloperFile:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a workspace should hold.
+    """The intended content of a workspace.
 
     Attributes
     ----------
     manifest : Manifest
-        All of it but hashes and developers' files.
+        The manifest without hashes and developers' files.
     generated : dict of str to bytes
         Generated files, by their path in the workspace.
     developer : dict of str to DeveloperFile
         Developers' files, by their path in the workspace.
     instances : dict of str to dict of str to int
-        For each node net, how often each of its transitions exists there.
+        For each node net, the number of copies of each of its transitions.
     """
 
     manifest: Manifest

@@ -1,4 +1,4 @@
-"""What a ROS 2 workspace should hold, from a system model and options."""
+"""Plans a ROS 2 workspace, from a system model and options."""
 
 from __future__ import annotations
 
@@ -28,26 +28,27 @@ from dineros.metamodel.ros_names import snake_case
 
 @dataclass(frozen=True)
 class Options:
-    """How a workspace is generated.
+    """Options of the generation.
 
     Attributes
     ----------
     source : str
         Name of the model's file, for the manifest.
     settings : tuple of str
-        How the model was changed by ``--set``, for the manifest and for traces.
+        Settings that changed the model by ``--set``, for the manifest and for traces.
     lifecycle : bool or None
-        Whether nodes are lifecycle nodes; None: as the workspace was generated before, else plain nodes.
+        Whether nodes are lifecycle nodes; None: as in the previous generation, else plain nodes.
     templates : Path or None
-        Folder with templates that override ours; a workspace that was generated with some needs them again.
+        Folder with templates that override built-in ones; required again if the workspace was generated with
+        one.
     default_templates : bool
-        Whether such a workspace goes back to ours.
+        Whether such a workspace returns to the built-in templates.
     maintainer, license : str or None
         For the packages' ``package.xml``, the maintainer as ``Name <address>``; None: as before.
     systemd, container : bool or None
-        Whether there is a unit of systemd, and a Containerfile; None: as before, else not.
+        Whether to generate a unit of systemd, and a Containerfile; None: as before, else not.
     tests : tuple of Path
-        Witnesses and recorded runs to write tests from.
+        Witnesses and recorded runs from which tests are written.
     """
 
     source: str
@@ -65,7 +66,7 @@ class Options:
 DEFAULTS: dict[str, Any] = {
     "container": False,
     "lifecycle": False,
-    "license": "TODO: License declaration",  # what `ros2 pkg create` writes
+    "license": "TODO: License declaration",  # as `ros2 pkg create` writes
     "maintainer": "TODO <todo@example.org>",
     "systemd": False,
     "templates": None,
@@ -73,11 +74,11 @@ DEFAULTS: dict[str, Any] = {
 
 
 def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manifest | None) -> Plan:
-    """Return what a workspace should hold, given what is known of it."""
+    """Return the plan of a workspace, given its manifest."""
     chosen = _chosen(workspace, options, known)
     folder = options.templates
     if folder is None and chosen["templates"]:
-        # They are programs, and the manifest comes with the workspace, from whomever that is.
+        # Templates are programs, and the manifest that names their folder is untrusted.
         raise TemplateError(
             f"was generated with the templates of {chosen['templates']!r:.200}, which must be named again",
             location=Location(workspace),
@@ -123,13 +124,13 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
 
 
 def _token_fields(app: Application) -> dict[str, str]:
-    """Return the fields of all token types, by which handlers are looked through when they change."""
+    """Return the fields of all token types, to be searched in handlers when they change."""
     types = app.interfaces.types
     return {field.name: field.kind for each in reversed(types) for field in each.fields}
 
 
 def _common(app: Application, reserved: Reserved, options: Options, chosen: dict[str, Any]) -> dict[str, Any]:
-    """Return what all templates may use."""
+    """Return the values that all templates may use."""
     name, _, address = chosen["maintainer"].removesuffix(">").partition("<")
     return {
         "app": app,
@@ -146,12 +147,12 @@ def _common(app: Application, reserved: Reserved, options: Options, chosen: dict
 
 
 def _node_context(node: NodePackage) -> dict[str, Any]:
-    """Return what the templates of a node's package may use besides."""
+    """Return the additional values for the templates of a node's package."""
     return {"node": node, "executable": executable(node), "imports": _typing(node)}
 
 
 def executable(node: NodePackage) -> Name:
-    """Return the name of a node's program, as ``ros2 run`` takes it."""
+    """Return the name of a node's executable, for ``ros2 run``."""
     return Name(snake_case(node.name))
 
 
@@ -160,7 +161,7 @@ def _entry(node: NodePackage) -> NodeEntry:
 
 
 def _chosen(workspace: Path, options: Options, known: Manifest | None) -> dict[str, Any]:
-    """Return the options that hold: those given, else those of before, else the defaults."""
+    """Return the effective options: given ones, else previous ones, else the defaults."""
     chosen = dict(DEFAULTS)
     if known is not None:
         chosen |= {name: value for name, value in known.options.items() if name in DEFAULTS}
@@ -176,12 +177,12 @@ def _chosen(workspace: Path, options: Options, known: Manifest | None) -> dict[s
 
 
 def _relative(folder: Path, workspace: Path) -> str:
-    """Return a path as seen from the workspace, so that a copy of both finds it."""
+    """Return a path relative to the workspace, so that it stays valid in a copy of both."""
     return Path(os.path.relpath(folder.resolve(), workspace.resolve())).as_posix()
 
 
 class _Files:
-    """The files of a workspace, made from their templates.
+    """The files of a workspace, rendered from their templates.
 
     Parameters
     ----------
@@ -190,12 +191,12 @@ class _Files:
     templates : Templates
         The templates.
     common : dict
-        What all of them may use.
+        Values that all templates may use.
 
     Attributes
     ----------
     generated, developer : dict
-        As those of a `Plan`.
+        As in a `Plan`.
     """
 
     def __init__(self, app: Application, templates: Templates, common: dict[str, Any]) -> None:
@@ -204,7 +205,7 @@ class _Files:
         self.developer: dict[str, DeveloperFile] = {}
 
     def render(self, template: str, **more: Any) -> bytes:
-        """Return what a template makes, given more than all may use."""
+        """Return the output of a template, with additional values."""
         return self._templates.render(f"{template}.j2", **self._common, **more)
 
     def add(self, path: str, template: str, **more: Any) -> None:
@@ -217,7 +218,7 @@ class _Files:
         self.generated[path] = document.replace(b"?>\n", b"?>\n" + head + b"\n", 1)
 
     def add_interfaces(self) -> None:
-        """Add the package of interfaces."""
+        """Add the interface package."""
         interfaces = self._app.interfaces
         root = f"src/{interfaces.package}"
         for name in ("CMakeLists.txt", "package.xml"):
@@ -235,7 +236,7 @@ class _Files:
             self.add(path, "interfaces/action.action", action=action.name, **parts)
 
     def add_node(self, node: NodePackage, own: dependencies.Dependencies) -> None:
-        """Add the package of a node, whose handlers need more packages."""
+        """Add the package of a node, with the dependencies of its handlers."""
         root = f"src/{node.package}"
         module = f"{root}/{node.package}"
         context = {**_node_context(node), "dependencies": own}
@@ -295,7 +296,7 @@ class _Files:
         self.developer[f"{root}/config/local.yaml"] = local
 
     def add_tests(self, scripts: dict[str, Script]) -> None:
-        """Add tests that take the nodes through scripts, which are given by their paths."""
+        """Add tests that run the nodes through the scripts, by path."""
         root = f"src/{self._app.bringup}/test"
         for path, script in scripts.items():
             self.generated[path] = script.to_json()
@@ -305,7 +306,7 @@ class _Files:
 
 
 def _typing(node: NodePackage) -> list[Name]:
-    """Return what the module `firings` takes from `typing`."""
+    """Return the names that the module `firings` imports from `typing`."""
     names = ["TypeAlias", "TypedDict", "Unpack"]
     if node.transitions:
         names.insert(0, "Literal")
@@ -319,7 +320,7 @@ def _typing(node: NodePackage) -> list[Name]:
 def _scripts(
     workspace: Path, options: Options, app: Application, known: Manifest | None
 ) -> dict[str, Script]:
-    """Return the scripts of the tests there are, and of those asked for, by their paths."""
+    """Return the scripts of existing and of requested tests, by path."""
     root = f"src/{app.bringup}/test/steps"
     scripts = {}
     for path in known.generated if known else ():

@@ -1,7 +1,7 @@
-"""Scripts from traces: a witness or a recorded run, as the steps that take nodes through it.
+"""Test scripts from traces: a witness or a recorded run, as steps that tests execute with nodes.
 
-A step is a tuple: its kind, its node, and what it is about. What happens silently inside of channels is
-left out, but for lost messages.
+A step is a tuple: its kind, its node, and its details. Silent steps inside of channels are left out, except
+lost messages.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from dineros.metamodel.ros_names import snake_case
 
 @dataclass(frozen=True)
 class Script:
-    """What takes nodes through a trace.
+    """The steps by which a test runs nodes through a trace.
 
     Attributes
     ----------
     name : str
         Name of the test.
     about : str
-        What the trace shows.
+        Description of the trace.
     steps : tuple of ScriptStep
         The steps.
     marking : dict of str to int
-        Tokens of each place of the model at the end, all server instances together.
+        Tokens on each place of the model at the end, summed over all server instances.
     """
 
     name: Name
@@ -44,7 +44,7 @@ class Script:
     marking: dict[str, int]
 
     def to_json(self) -> bytes:
-        """Return the script as a file of the workspace: one step per line."""
+        """Return the script as the content of a file: one step per line."""
         lines = ",\n    ".join(json.dumps(step, ensure_ascii=False) for step in self.steps)
         head = json.dumps(self.about, ensure_ascii=False)
         marking = json.dumps(self.marking, ensure_ascii=False)
@@ -65,7 +65,7 @@ class Script:
         location = Location(path)
         if (
             not f"test_{path.stem}".isidentifier() or not path.stem.isascii()
-        ):  # names the function of the test
+        ):  # it becomes the name of the test function
             raise ScriptError("is not a name of a script", location=location)
         values = decode_json(content, location=location)
         match values:
@@ -87,14 +87,14 @@ def read_script(path: Path, app: Application) -> Script:
     Parameters
     ----------
     path : Path
-        A witness, the trace of a node's run, or a folder with those of several nodes.
+        A witness, the trace of a node's run, or a folder with traces of several nodes.
     app : Application
         The application.
 
     Raises
     ------
     DinerosError
-        The trace cannot be read, is of another model, or starts from another marking.
+        The trace cannot be read, belongs to another model, or starts from another marking.
     """
     found = _records(path)
     headers = [record for record in found if isinstance(record, records.Header)]
@@ -142,13 +142,13 @@ def _records(path: Path) -> list[records.Record]:
 
 
 _SENDING = {event: kind.declared.receives for event, kind in records.EVENTS.items() if kind.declared.receives}
-"""What is sent before it is received, by the events of both."""
+"""Pairs of events: the event that sends, and the event that receives."""
 _SENT = frozenset(_SENDING.values())
 _Sent = set[tuple[str, str | None, int]]
 
 
 def _merged(traces: dict[str, list[records.Record]]) -> Iterator[records.Record]:
-    """Yield the records of several nodes: by time, but none before the message that it receives."""
+    """Yield the records of several nodes by time, but each after the message that it receives was sent."""
     positions = dict.fromkeys(traces, 0)
     sent: _Sent = set()
     counts: Counter[tuple[str, ...]] = Counter()
@@ -175,7 +175,7 @@ def _merged(traces: dict[str, list[records.Record]]) -> Iterator[records.Record]
 
 
 def _can_happen(record: records.Record, sent: _Sent, counts: Counter[tuple[str, ...]]) -> bool:
-    """Tell whether what a record receives was sent; where messages have no ids, as many must have been."""
+    """Return whether the message of a record was sent; without ids, compare the numbers of messages."""
     sending = _SENDING.get(record.event)
     if sending is None:
         return True
@@ -187,7 +187,7 @@ def _can_happen(record: records.Record, sent: _Sent, counts: Counter[tuple[str, 
 
 
 def _message(record: records.Record) -> tuple[str | None, int]:
-    """Return the id of what is sent or received, and of feedback its number."""
+    """Return the id of the sent or received message, and the number of feedback."""
     return getattr(record, "message", None), getattr(record, "number", 0)
 
 
@@ -196,5 +196,5 @@ def _channel(record: records.Record) -> str:
 
 
 def _receiver(record: records.Record) -> tuple[str, ...]:
-    # Any instance of a server may serve; a message of a topic reaches every subscriber.
+    # Any instance of a server may serve a request; a message of a topic reaches every subscriber.
     return (record.event, _channel(record), record.place if isinstance(record, records.Take) else "")

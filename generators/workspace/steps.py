@@ -1,4 +1,4 @@
-"""What the records of a trace are in a script: one step, several, or none."""
+"""Converts the records of a trace to steps of a script: one, several, or none."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ ScriptStep = tuple[Any, ...]
 
 
 class ScriptError(DinerosError):
-    """A trace cannot take the nodes of this model anywhere."""
+    """A trace cannot be executed with the nodes of this model."""
 
 
 def model_name(id: str) -> str:
-    """Return what the model calls a place or transition of a server instance, or of no instance."""
+    """Return the model's name for a place or transition, without the server instance."""
     instance = instance_of(id)
     return instance.transition if instance else id
 
 
 class Model:
-    """Look-ups in an application."""
+    """Lookups in an application."""
 
     def __init__(self, app: Application) -> None:
         self.app = app
@@ -39,7 +39,7 @@ class Model:
         self.places: dict[str, NodePackage] = {place.id: node for node in app.nodes for place in node.places}
         self.signals = {signal.id: (node, signal) for node in app.nodes for signal in node.signals}
         self.ticks = {f"{timer.callback}.tick" for node in app.nodes for timer in node.timers}
-        """Transitions by which timers tick in a flattened net (rule C1); nodes have none of these."""
+        """Ticks of timers in a flattened net (rule C1); nodes do not have these transitions."""
         self._readers: dict[str, list[str]] = {}
         for node in app.nodes:
             for port in node.ports:
@@ -47,13 +47,14 @@ class Model:
                     self._readers.setdefault(port.channel, []).append(port.place)
 
     def initial(self) -> dict[str, int]:
-        """Return the initial tokens of each place, all server instances together."""
+        """Return the initial tokens of each place, summed over all server instances."""
         return {place.id: place.tokens * place.instances for node in self.app.nodes for place in node.places}
 
     def reader_of(self, drop: records.Drop) -> str:
-        """Return the place of the subscriber for which the history of a publisher loses a message.
+        """Return the subscriber's place for which the history of a publisher loses a message.
 
-        Under the rules of ``ros2`` there is a history for each of them (rule R2); else the result is empty.
+        Under the rules of ``ros2``, each subscriber has its own history (rule R2); otherwise the result is
+        empty.
         """
         begin = f"{drop.channel}.writer.{drop.place}."
         made = drop.transition or ""
@@ -94,13 +95,13 @@ class StepWriter:
     model : Model
         The model.
     satisfies_clauses : bool
-        Whether the trace knows no signals, so that they are set to what a transition's clause needs.
+        Whether the trace has no signals, so that the script sets them as the clause of a transition needs.
     """
 
     def __init__(self, model: Model, *, satisfies_clauses: bool) -> None:
         self._model = model
         self._satisfies_clauses = satisfies_clauses
-        self._waiting: dict[str, list[records.Request]] = {}  # of each channel
+        self._waiting: dict[str, list[records.Request]] = {}  # by channel
         self._serving: dict[tuple[str, int | None], str] = {}  # channel, instance -> client
         self._goals: dict[tuple[str, str], str] = {}  # channel, goal -> client
         self._signals = {id: signal.initial for id, (_, signal) in model.signals.items()}
@@ -151,16 +152,16 @@ class StepWriter:
                 yield ("lifecycle", record.node or "", record.label)
 
     def _sender(self, record: GoalStep) -> str:
-        """Return the client of a goal; servers know only the id of the goal, if it has one."""
+        """Return the client of a goal; a server knows only the id of the goal, if it has one."""
         goal = (record.channel, record.message or "")
         if isinstance(record, records.Goal):
             self._goals[goal] = record.client or ""
         return record.client or self._goals.get(goal, "")
 
     def _lost(self, record: records.Drop) -> str:
-        """Return the client whose request is lost; empty where it was served, and its response is lost."""
+        """Return the client whose request is lost; empty: it was served, and its response is lost."""
         waiting = self._waiting.setdefault(record.channel, [])
-        if record.message is None:  # a witness, which knows the place
+        if record.message is None:  # a witness has the place
             same = [each for each in waiting if each.place == record.place]
         else:
             same = [each for each in waiting if each.message == record.message]
@@ -173,7 +174,7 @@ class StepWriter:
         return lost.client or ""
 
     def _client(self, record: ServiceStep) -> str:
-        """Return the client of a call; servers know only the id of the message, if it has one."""
+        """Return the client of a call; a server knows only the id of the message, if it has one."""
         waiting = self._waiting.setdefault(record.channel, [])
         serving = (record.channel, record.instance)
         client = record.client

@@ -1,6 +1,7 @@
-"""The system model that a workspace was generated from, settings applied: its bringup package holds it.
+"""The system model from which a workspace was generated, with settings applied, in its bringup package.
 
-With it a workspace stands alone: runs are compared with the model, and drawn, without the modeller's file.
+It makes a workspace self-contained: runs can be compared with the model, and drawn, without the original
+file.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ SUFFIX = ".sym.xmi"
 
 
 def file_name(model: str) -> str:
-    """Return what the file is called, whatever the modeller's file is, given the model's id."""
+    """Return the file name of the copy, from the model's id."""
     return f"{snake_case(model)}{SUFFIX}"
 
 
@@ -31,8 +32,7 @@ def system_model_of(workspace: Path) -> sym.SystemModel:
     Raises
     ------
     WorkspaceError
-        The folder is not a workspace, one that was generated without its model, or the model was edited
-        since.
+        The folder is not a workspace, was generated without its model, or the model was edited since then.
     ModelFileError
         The file cannot be read.
     """

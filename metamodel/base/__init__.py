@@ -1,8 +1,8 @@
-"""What every class of the typed API shares: typed features, and no silent misspellings.
+"""The base of all classes of the typed API: typed features, and errors for misspelled ones.
 
-pyecore accepts any attribute on a model object; here an unknown one is refused with near matches,
-enumeration values may be given by name, and a value of the wrong type names its feature.
-The generated packages (`pn`, `sym`, `rtm`, `pnm`, `trace`) use nothing else of this module's house.
+pyecore accepts any attribute on a model object; here an unknown one is refused with similar names,
+enumeration values may be given by name, and an error for a value of the wrong type names the feature. The
+generated packages (`pn`, `sym`, `rtm`, `pnm`, `trace`) use nothing else of `metamodel`.
 """
 
 # ruff: noqa: D102, N802, N815  (the static views repeat pyecore's names and document nothing new)
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         def delete(self, recursive: bool = True) -> None: ...
 
     class EnumLiteral:
-        """Static view of the literal of an enumeration; `str()` gives its name."""
+        """Static view of the literal of an enumeration; `str()` returns its name."""
 
         name: str
         value: int
@@ -64,7 +64,7 @@ __all__ = [
 
 
 class ModelList(Generic[T]):
-    """Static view of a many-valued feature: an ordered set that keeps opposites and containers in step."""
+    """Static view of a many-valued feature: an ordered set that updates opposites and containers."""
 
     if TYPE_CHECKING:
 
@@ -82,11 +82,11 @@ class ModelList(Generic[T]):
 
 _NUMBERS = (EDouble, EDoubleObject)
 _MANY, _ONE = object(), object()
-"""Stand for the defaults of references to many objects and to one."""
+"""Placeholders for the defaults of many-valued and single-valued references."""
 
 
 def remembered(function: F) -> F:
-    """Let a function of a class remember what it returned; `functools.cache`, which mypy gives no classes."""
+    """Cache the results of a function of a class; like `functools.cache`, with types that mypy accepts."""
     return cast(F, cache(function))
 
 
@@ -127,7 +127,7 @@ def refuse_unknown(self: EObject, name: str, value: object) -> None:
 
 
 def _converted(feature: Any, value: object) -> object:
-    """Return the literal that a text names, and the decimal number that a whole one is."""
+    """Return the literal with a name, the float for an integer, or the value itself."""
     if isinstance(value, str) and isinstance(feature._eType, EEnum):
         return _literal(feature, value)
     return float(value) if type(value) is int and feature._eType in _NUMBERS else value
@@ -174,7 +174,7 @@ def initialise(self: EObject, values: dict[str, Any], unknown: dict[str, Any]) -
         if value is None:
             continue
         feature, default, type_of_attribute = plan[name]
-        if value.__class__ is type_of_attribute:  # it fits, and nothing listens to a new object
+        if value.__class__ is type_of_attribute:  # it fits, and there are no listeners to a new object
             if value != default:
                 self.__dict__[name] = value
                 self._isset[feature] = None  # type: ignore[attr-defined] # pyecore's
@@ -204,11 +204,11 @@ def _plan_of(cls: type[EObject]) -> dict[str, tuple[Any, object, type | None]]:
 
 
 def notify_listeners(changed: Any, notification: object) -> None:
-    """Tell listeners of a change; the `notify` of every model class.
+    """Notify listeners of a change; the `notify` of every model class.
 
-    pyecore looks for the resource of an object with each change, which takes many calls and an exception
-    where, as mostly, there is none. A first parameter named `self` would make it an operation of the
-    metamodel.
+    pyecore searches the resource of an object at each change, which takes many calls and an exception if
+    there is none, as usual. The first parameter is not named `self`, since the function would then become an
+    operation of the metamodel.
     """
     if is_heard(changed):
         EObject.notify(changed, notification)  # type: ignore[attr-defined]
@@ -222,7 +222,7 @@ def show(self: EObject) -> str:
 
 
 def resolve_references(types: list[tuple[Any, Any]], opposites: list[tuple[Any, Any]]) -> None:
-    """Give references their types and join opposite ones, once all classes of a package exist."""
+    """Set the types and opposites of references, once all classes of a package exist."""
     for reference, eclass in types:
         reference.eType = eclass
     for reference, opposite in opposites:
@@ -230,5 +230,5 @@ def resolve_references(types: list[tuple[Any, Any]], opposites: list[tuple[Any, 
 
 
 def enumeration(name: str, literals: list[str]) -> Any:
-    """Make an enumeration whose literals count from 0 in the order given."""
+    """Make an enumeration whose literals are numbered from 0 in the given order."""
     return EEnum(name, literals=literals)

@@ -1,11 +1,11 @@
-"""How model objects hold their values: less than pyecore's own way, with the same behaviour.
+"""Storage of values in model objects: smaller than pyecore's own, with the same behaviour.
 
-pyecore wraps each value of each object and prepares a notification for each change. In large models almost
-all of that serves no purpose: most objects are new, and nothing listens to them. Here
+pyecore wraps each value of each object and prepares a notification for each change. In large models this is
+mostly useless: most objects are new and have no listeners. Here
 
-* an attribute is held directly in the `__dict__` of its object, so that Python reads it by itself;
-* a reference is linked with its opposite and its container in a few steps if the objects are new to each
-  other and nothing listens. In all other cases pyecore does it.
+* an attribute is stored directly in the `__dict__` of its object, so that Python reads it itself;
+* a reference is connected to its opposite and its container in few steps if the objects are not connected
+  yet and have no listeners. In all other cases pyecore does it.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def _is_abstract(cls: MetaEClass) -> bool:
 
 
 class _Attribute:
-    """Gives the default of an attribute; the `__dict__` of the object, if it has a value, comes first."""
+    """Returns the default of an attribute; a value in the `__dict__` of the object takes precedence."""
 
     __slots__ = ("_default", "_feature")
 
@@ -68,7 +68,7 @@ class _Attribute:
 
 
 class _Reference:
-    """Gives the one object that a reference holds, and sets it."""
+    """Gets and sets the object of a single-valued reference."""
 
     __slots__ = ("_feature", "_name")
 
@@ -92,7 +92,7 @@ class _Reference:
 
 
 class _References(_Reference):
-    """Gives the set of objects that a reference holds, and replaces its content."""
+    """Gets the set of objects of a many-valued reference, and replaces its content."""
 
     __slots__ = ()
 
@@ -109,7 +109,7 @@ class _References(_Reference):
 
 
 class _Facts(NamedTuple):
-    """What is to know of a reference, without pyecore's computed attributes."""
+    """Properties of a reference, without pyecore's computed attributes."""
 
     name: str
     containment: bool
@@ -117,7 +117,7 @@ class _Facts(NamedTuple):
     opposite: Any
     opposite_many: bool
     fitting: set[type]
-    """Classes whose objects are known to fit."""
+    """Classes whose objects are known to have the right type."""
 
 
 @cache
@@ -134,7 +134,7 @@ def _facts(feature: Any) -> _Facts:
 
 
 class _Held(EValue):
-    """What pyecore expects in the `__dict__` of an object for a single reference."""
+    """The object that pyecore expects in the `__dict__` of an object for a single-valued reference."""
 
     def __init__(self, owner: Any, feature: Any, containment: bool, value: object) -> None:
         self.owner = owner
@@ -165,7 +165,7 @@ def new_object(cls: type, *_: object, **__: object) -> Any:
 
 
 def is_heard(element: Any) -> bool:
-    """Return whether something listens to the changes of an object, or of the resource that holds it."""
+    """Return whether an object, or the resource that contains it, has listeners to changes."""
     if element.listeners or element._eternal_listener:
         return True
     while element._container is not None:
@@ -216,13 +216,13 @@ def set_reference(element: Any, feature: Any, value: Any) -> None:
 
 
 def _link(element: Any, feature: Any, facts: _Facts, value: Any) -> bool:
-    """Set the container and the opposite of what an object comes to hold.
+    """Set the container and the opposite of a new value of a reference.
 
     Returns
     -------
     bool
-        False, and nothing is changed, if pyecore has to do it: for proxies and wrong classes, if something
-        listens to the value, or if it has a container or an opposite already.
+        False, without any change, if pyecore must do it: for proxies and wrong classes, if the value has
+        listeners, or if it has a container or an opposite already.
     """
     kind = type(value)
     if kind not in facts.fitting:
@@ -258,7 +258,7 @@ def _link(element: Any, feature: Any, facts: _Facts, value: Any) -> bool:
 
 
 class ObjectSet(EOrderedSet):
-    """What a reference with many values holds: an ordered set of objects."""
+    """The value of a many-valued reference: an ordered set of objects."""
 
     def __init__(self, owner: Any, feature: Any) -> None:
         self.owner = owner
@@ -272,11 +272,11 @@ class ObjectSet(EOrderedSet):
 
     @staticmethod
     def create(owner: Any, feature: Any) -> ObjectSet:
-        """Make the empty set of an object; pyecore calls this."""
+        """Make the empty set of an object; called by pyecore."""
         return ObjectSet(owner, feature)
 
     def insert_quietly(self, value: Any) -> None:
-        """Add an object that is linked already."""
+        """Add an object that is already connected."""
         if value not in self.map:
             self.map[value] = len(self.items)
             self.items.append(value)

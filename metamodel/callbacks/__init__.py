@@ -1,1 +1,1 @@
-"""Callbacks: where they begin and end, who calls whom, which callback group they are in."""
+"""Callbacks: their beginning and end, their calls, their callback groups."""

@@ -1,10 +1,10 @@
-"""Where callbacks begin and end, and which callback group they are in.
+"""The beginning and end of callbacks, and their callback groups.
 
-A callback is what happens on a callback page, inner pages included, from the message, request, response or
-tick that begins it to the transition that ends it. Transitions of the kind `start` and `end` say it, and so
-does a place of the kind `end` of the transitions that put tokens there. Where a page says nothing, a
-timer's callback begins with the transitions that nothing of the page goes before, and a callback ends with
-those that nothing of the page comes after; a call goes before what takes its response.
+A callback is the part of a callback page, including inner pages, from the message, request, response or tick
+that begins it to the transition that ends it. Transitions of kind `start` and `end` mark it; so does a place
+of kind `end`, which marks the transitions that put tokens on it. On a page without marks, a timer callback
+begins with the transitions without a predecessor on the page, and a callback ends with those without a
+successor on it; a call precedes the transition that takes its response.
 
 >>> from dineros.metamodel import sym
 >>> from dineros.metamodel.build import flow
@@ -28,7 +28,7 @@ from dineros.metamodel.elements import channels, pages, resolve
 
 
 def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
-    """Return request and response of each client of a net, or its time-out; goals and their answers."""
+    """Return request and response (or time-out) place of each client of a net; also for goals."""
     while net is not None and not isinstance(net, pn.Net):
         net = net.eContainer()
     if isinstance(net, sym.SystemModel):
@@ -57,19 +57,19 @@ def _goals(net: sym.SystemModel) -> list[tuple[pn.Place, pn.Place]]:
 
 
 class Body:
-    """What happens on a callback page.
+    """The content of a callback page.
 
     Parameters
     ----------
     page : sym.CallbackPage
         The page, of a system model or a runtime model.
     calls : sequence of (pn.Place, pn.Place), optional
-        Request and response of each client of the model, where they are known already.
+        Request and response place of each client of the model, if they are known already.
 
     Attributes
     ----------
     transitions : list of pn.Transition
-        Those of the page.
+        The transitions of the page.
     """
 
     def __init__(self, page: sym.CallbackPage, calls: list[tuple[pn.Place, pn.Place]] | None = None) -> None:
@@ -88,7 +88,7 @@ class Body:
             for request, response in calls
             if response in self._inside or (response in self._lowered and request in self._raised)
         }
-        """Places of requests whose responses the callback waits for."""
+        """Places of requests for whose responses the callback waits."""
         self._responses = {response for request, response in calls if request in self.requests}
 
     def _join(self, arc: pn.Arc) -> None:
@@ -99,17 +99,17 @@ class Body:
             self._changes[target][source] -= arc.weight
 
     def _where(self, sign: int) -> set[pn.Node]:
-        """Return the places that the page's transitions raise, or lower."""
+        """Return the places whose tokens the page's transitions increase (or decrease)."""
         return {place for change in self._changes.values() for place, n in change.items() if n * sign > 0}
 
     def beginnings(self) -> list[pn.Transition]:
-        """Return the transitions by which a timer's callback begins."""
+        """Return the transitions with which a timer callback begins."""
         marked = [each for each in self.transitions if _is(each, sym.TransitionKind.start)]
         later = (self._raised & self._inside) | self._responses
         return marked or [each for each in self.transitions if not self._changed(each, later, -1)]
 
     def ends(self) -> list[pn.Transition]:
-        """Return the transitions by which the callback ends; a server's or a goal's ends with its answer."""
+        """Return the transitions with which the callback ends; servers and goals end with their response."""
         marked = [each for each in self.transitions if _is(each, sym.TransitionKind.end)]
         last = {p for p in self._inside if isinstance(p, sym.Place) and p.kind == sym.PlaceKind.end}
         if marked or last:
@@ -118,7 +118,7 @@ class Body:
         return [each for each in self.transitions if not self._changed(each, onward, 1)]
 
     def continues(self, transition: pn.Transition) -> int:
-        """Return in how many ways the callback continues after a transition; tokens count."""
+        """Return the number of ways in which the callback continues after a transition; tokens count."""
         onward = (self._lowered & self._inside) | self.requests
         return sum(max(0, self._changes[transition][place]) for place in onward)
 
@@ -131,7 +131,7 @@ def _is(transition: pn.Transition, kind: sym.TransitionKind) -> bool:
 
 
 def _pages(page: pn.Page) -> Iterator[pn.Page]:
-    """Yield a callback page and the pages inside that are part of it."""
+    """Yield a callback page and the pages inside it that are part of the callback."""
     yield page
     for inner in page.objects:
         if isinstance(inner, pn.Page) and not isinstance(inner, sym.CallbackPage):

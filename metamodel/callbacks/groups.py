@@ -1,4 +1,4 @@
-"""Who runs a callback: threads of an executor, callback groups, and what responses do.
+"""The execution of callbacks: threads of an executor, callback groups, and callbacks of responses.
 
 >>> from dineros.metamodel import sym
 >>> threads_of(sym.NodeNet(id="node", executor="multi", threads=3)), threads_of(sym.NodeNet(id="node"))
@@ -15,33 +15,33 @@ from dineros.metamodel.calls import answers
 from dineros.metamodel.elements import channels, node_net_of, system_model_of
 
 Asking: TypeAlias = sym.CallbackPage | sym.ClientPort | sym.ActionClientPort
-"""What may be in a callback group."""
+"""Elements that may be in a callback group."""
 
 
 def callback_page_of(element: EObject | None) -> sym.CallbackPage | None:
-    """Return the innermost callback page that an element stands on, itself included."""
+    """Return the innermost callback page around an element, or the element itself."""
     while element is not None and not isinstance(element, sym.CallbackPage):
         element = element.eContainer()
     return element
 
 
 def runs_callbacks(node: sym.NodeNet | None) -> bool:
-    """Tell whether executor and callback groups say what a node may do at once."""
+    """Return whether executor and callback groups restrict the concurrency of a node."""
     return node is not None and node.execution == sym.Execution.callbacks
 
 
 def threads_of(node: sym.NodeNet) -> int:
-    """Return how many callbacks of a node may run at once, whatever their groups are."""
+    """Return the maximum number of simultaneous callbacks of a node, ignoring its groups."""
     return node.threads if node.executor == sym.Executor.multi else 1
 
 
 def works_on_goals(page: sym.CallbackPage) -> bool:
-    """Tell whether a callback works on goals of an action: it needs a thread, and waits for no group."""
+    """Return whether a callback executes goals of an action: it needs a thread, and waits for no group."""
     return page.kind == sym.CallbackKind.goal
 
 
 def holds_thread(page: sym.CallbackPage) -> bool:
-    """Tell whether a callback has a thread while it runs; what awaits at each step of a goal has none."""
+    """Return whether a callback holds a thread while it runs; one that awaits at each step does not."""
     return not (works_on_goals(page) and page.awaits)
 
 
@@ -61,7 +61,7 @@ def answered_on(page: sym.CallbackPage) -> list[sym.ClientPort | sym.ActionClien
 
 
 def clients_beside(element: EObject | None) -> list[sym.ClientPort]:
-    """Return all clients of services of the system model that an element is in."""
+    """Return all service clients of the system model that contains an element."""
     services = channels(system_model_of(element), sym.ServiceChannel)
     return [client for service in services for client in service.clients]
 
@@ -81,7 +81,7 @@ def readers_of(page: sym.CallbackPage) -> list[sym.SubscriberPort]:
 
 
 def begins_answer(client: sym.ActionClientPort, place: pn.Place | None) -> bool:
-    """Tell whether what comes to a place of an action's client begins a callback: its page sent no goal."""
+    """Return whether messages on a place of an action client begin a callback: its page sent no goal."""
     page = callback_page_of(place)
     return (
         page is not None
@@ -91,7 +91,7 @@ def begins_answer(client: sym.ActionClientPort, place: pn.Place | None) -> bool:
 
 
 def is_goal_awaited(client: sym.ActionClientPort) -> bool:
-    """Tell whether a callback gives its thread back while it waits for how its goal ends."""
+    """Return whether a callback releases its thread while it waits for the end of its goal."""
     page = callback_page_of(client.goal)
     if page is None or not page.awaits:
         return False
@@ -99,7 +99,7 @@ def is_goal_awaited(client: sym.ActionClientPort) -> bool:
 
 
 def begins_callback(client: sym.ClientPort) -> bool:
-    """Tell whether responses begin a callback of their own: they come to a client page, which did not ask."""
+    """Return whether responses begin a separate callback: they arrive on a client page without requests."""
     page = callback_page_of(client.response)
     return (
         page is not None
@@ -109,7 +109,7 @@ def begins_callback(client: sym.ClientPort) -> bool:
 
 
 def is_awaited(client: sym.ClientPort) -> bool:
-    """Tell whether a callback gives its thread back while it waits for a response to a request of its own."""
+    """Return whether a callback releases its thread while it waits for the response to its request."""
     page = callback_page_of(client.request)
     if page is None or not page.awaits or works_on_goals(page):
         return False
@@ -117,11 +117,11 @@ def is_awaited(client: sym.ClientPort) -> bool:
 
 
 def group_or_node(asking: Asking) -> EObject | None:
-    """Return the callback group of a callback or a client, or the node net whose own group it is in.
+    """Return the callback group of a callback or client, or the node net whose default group it is in.
 
-    What a response, a result or feedback begins is in no group where it names none: its executor runs
-    the callbacks of a future as tasks of their own (`rclpy.task.Future.add_done_callback`). That of a goal's
-    page takes goals and requests to cancel; what works on a goal does not wait for it.
+    The callback of a response, a result or feedback is in no group if it names none: its executor runs the
+    callbacks of a future as separate tasks (`rclpy.task.Future.add_done_callback`). The group of a goal's
+    page applies to accepting goals and cancel requests; the execution of a goal does not wait for it.
     """
     if asking.group is not None:
         return asking.group
@@ -131,7 +131,7 @@ def group_or_node(asking: Asking) -> EObject | None:
 
 
 def place_of(asking: Asking) -> EObject:
-    """Return what of a callback, client or server stands on a node net."""
+    """Return the element of a callback, client or server that is on a node net."""
     match asking:
         case sym.ClientPort():
             return asking.response
@@ -141,19 +141,19 @@ def place_of(asking: Asking) -> EObject:
 
 
 def members_of(group: EObject) -> list[Asking]:
-    """Return the callback pages and ports in a callback group, or in the one of a node net."""
+    """Return the callback pages and ports in a callback group, or in the default group of a node net."""
     return [each for each in _askings(node_net_of(group)) if group_or_node(each) is group]
 
 
 def has_clients(node: sym.NodeNet) -> bool:
-    """Tell whether clients of services or actions are in callback groups of a node, or in its own."""
+    """Return whether callback groups of a node, or its default group, contain clients."""
     groups = {node, *node.callbackGroups}
     ports = (each for each in _askings(node) if not isinstance(each, sym.CallbackPage))
     return any(group_or_node(each) in groups for each in ports)
 
 
 def _askings(node: sym.NodeNet | None) -> list[Asking]:
-    """Return the callback pages and ports of a node net, whatever group they are in."""
+    """Return the callback pages and ports of a node net, in any group."""
     ports: list[Asking] = [*clients_beside(node)]
     for action in _actions_beside(node):
         ports.extend(action.clients)

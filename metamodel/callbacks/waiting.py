@@ -1,15 +1,15 @@
-"""Whether clients wait: whether a request is answered before its client may send the next one.
+"""Decides which clients wait: whether a request is answered before its client may send the next one.
 
-A client *waits* where a single token carries its requests: there is a set of places that holds the request,
-has one token at the start at most, and to which no firing adds tokens. Such a set is a state machine of the
-net, and its token goes from the request over the response to the next request (Murata, Proc. IEEE 77(4),
-1989, Sect. V). The way of the token may lead through a callback, which begins and ends once for each token,
-through the lock of an exclusive callback group, or through places that the node itself has for that.
+A client *waits* if a single token carries its requests: there is a set of places that contains the request
+place, has at most one initial token, and to which no firing adds tokens. Such a set is a state machine of the
+net, whose token moves from the request over the response to the next request (Murata, Proc. IEEE 77(4), 1989,
+Sect. V). The path of the token may include a callback, which begins and ends once for each token, the lock of
+an exclusive callback group, or places of the node for that purpose.
 
-Where no such set is found, nothing orders the next request after the response. A node that runs callbacks
-then sends as many requests as it asks for, as `rclpy` and `rclcpp` do. A node whose execution is `net` runs
-our engine: its client sends the next request once the last one is answered. The same holds for clients of
-actions and their goals.
+If no such set is found, the next request need not wait for the response. A node that runs callbacks then
+sends any number of requests, as `rclpy` and `rclcpp` do. A node with execution `net` runs our engine: its
+client sends the next request once the last one is answered. The same applies to action clients and their
+goals.
 """
 
 from __future__ import annotations
@@ -36,27 +36,27 @@ from dineros.metamodel.calls import UNLIMITED, answers, exits
 from dineros.metamodel.elements import arcs, channels, node_net_of, pages, places, resolve, transitions
 
 _MOST_SLOTS = 3
-"""Slots of an action that has one for each thread of its server, at most."""
+"""Maximum number of slots of an action that has one slot for each thread of its server."""
 _MOST_SETS = 2000
-"""Sets of places that are tried for a client; beyond that, it counts as one that does not wait."""
+"""Maximum number of sets of places tried for a client; then it counts as not waiting."""
 
 Key: TypeAlias = tuple[str, EObject]
-"""A place, what a client has under way, or what lets one callback at a time run."""
+"""A place, the requests under way of a client, or a resource that lets one callback run at a time."""
 
 
 @dataclass
 class _StepChange:
-    """What a step takes and gives, by places."""
+    """The tokens that a step takes and gives, by place."""
 
     takes: Counter[Key] = field(default_factory=Counter)
     gives: Counter[Key] = field(default_factory=Counter)
 
 
 def outstanding(client: sym.ClientPort) -> int:
-    """Return how many requests a client has under way at most, or `UNLIMITED`.
+    """Return the maximum number of requests of a client under way, or `UNLIMITED`.
 
-    That is what it says; else 1 where it waits, where its node's execution is `net`, and where the middleware
-    is `ros1`, whose calls block.
+    This is the value in the model; else 1 if the client waits, if its node's execution is `net`, or if the
+    middleware is `ros1`, whose calls block.
     """
     model = client.channel.model if client.channel is not None else None
     if client.outstanding is not None or model is None:
@@ -65,7 +65,7 @@ def outstanding(client: sym.ClientPort) -> int:
 
 
 def outstanding_counts(model: sym.SystemModel) -> dict[sym.ClientPort, int]:
-    """Return how many requests each client of a model has under way at most, as `outstanding` has it."""
+    """Return the maximum number of requests under way of each client of a model, as for `outstanding`."""
     services = channels(model, sym.ServiceChannel)
     counts = {client: client.outstanding or 1 for service in services for client in service.clients}
     if model.middleware != sym.Middleware.ros2:
@@ -83,10 +83,10 @@ def _sends_freely(client: sym.ClientPort) -> bool:
 
 
 def goal_counts(model: sym.SystemModel) -> dict[sym.ActionClientPort, int]:
-    """Return how many goals each client of an action has under way at most, or `UNLIMITED`.
+    """Return the maximum number of goals of each action client under way, or `UNLIMITED`.
 
-    That is what it says; else 1 where it waits for the end of a goal, where its node's execution is `net`,
-    and under `ros1`. The client of our engine sends the next goal once the last one is over.
+    This is the value in the model; else 1 if the client waits for the end of a goal, if its node's execution
+    is `net`, or under `ros1`. The client of our engine sends the next goal once the last one has ended.
     """
     clients = [client for action in channels(model, sym.ActionChannel) for client in action.clients]
     counts = {client: client.outstanding or 1 for client in clients}
@@ -102,14 +102,14 @@ def goal_counts(model: sym.SystemModel) -> dict[sym.ActionClientPort, int]:
 
 @dataclass(frozen=True)
 class Slots:
-    """How many goals an action works on at once in the analysis, as one of its clients does not wait.
+    """The number of goals that an action executes at once in the analysis, if a client does not wait.
 
     Attributes
     ----------
     action : sym.ActionChannel
-        The action, which says nothing about that.
+        The action, whose model does not give this number.
     number : int
-        The slots.
+        The number of slots.
     is_enough : bool
         Whether the threads of the server allow no more.
     """
@@ -120,16 +120,17 @@ class Slots:
 
 
 def free_slots(model: sym.SystemModel, counts: Mapping[sym.ActionClientPort, int]) -> list[Slots]:
-    """Return the slots of actions that state no limit of the goals on which they work at once.
+    """Return the slots of actions without a given limit of simultaneous goals.
 
-    A server of `rclpy` or `rclcpp` accepts each goal. What works on a goal has a thread unless it awaits.
+    A server of `rclpy` or `rclcpp` accepts each goal. The execution of a goal holds a thread unless it
+    awaits.
 
     Parameters
     ----------
     model : sym.SystemModel
         The model.
     counts : mapping
-        How many goals each client has under way.
+        Number of goals under way of each client.
     """
     found = []
     for action in channels(model, sym.ActionChannel):
@@ -148,17 +149,17 @@ def free_slots(model: sym.SystemModel, counts: Mapping[sym.ActionClientPort, int
 
 
 class Waiting:
-    """Tells which clients of a system model wait.
+    """Decides which clients of a system model wait.
 
     Parameters
     ----------
     model : sym.SystemModel
-        The model, whose references lead somewhere.
+        The model; its references must have targets.
     runs_overlap : bool
-        Whether runs of a callback may overlap on the threads of its node, if its group allows it. Goals are
-        counted so. Of requests, one for each callback is under way: each further run holds a thread and
-        waits for it, so that nothing but the number of requests in a history differs. Runs of a callback
-        that awaits overlap in any case, as they hold no thread: nothing bounds their requests.
+        Whether runs of a callback may overlap on the threads of its node, if its group allows it. This is
+        used for goals. For requests, each callback counts with one: each further run holds a thread and waits
+        for it, so only the number of requests in a history differs. Runs of a callback that awaits overlap in
+        any case, as they hold no thread: their requests are unbounded.
     """
 
     def __init__(self, model: sym.SystemModel, runs_overlap: bool = False) -> None:
@@ -177,7 +178,7 @@ class Waiting:
                 self._givers[key].append(move)
 
     def waits(self, client: sym.ClientPort | sym.ActionClientPort) -> bool:
-        """Tell whether one request or goal of a client is under way at a time by the net itself."""
+        """Return whether the net itself limits a client to one request or goal under way."""
         stack, seen = [frozenset({_under_way(client)})], set[frozenset[Key]]()
         while stack and len(seen) < _MOST_SETS:
             carried = stack.pop()
@@ -198,7 +199,7 @@ class Waiting:
                     return move
         return None
 
-    # ------------------------------------------------------------------------- what takes and gives tokens
+    # ------------------------------------------------------------------------- moves of tokens
 
     def _arcs(self) -> None:
         for arc in arcs(self._model):
@@ -209,13 +210,13 @@ class Waiting:
                 self._moves[target].takes[_at(source)] += arc.weight
 
     def _callbacks(self) -> None:
-        """Let callbacks of nodes that run callbacks begin and end, one at a time of an exclusive group."""
+        """Add the beginning and end of callbacks, one run at a time in an exclusive group."""
         calls = calls_of(self._model)
         for page in pages(self._model):
             if not isinstance(page, sym.CallbackPage) or not runs_callbacks(node_net_of(page)):
                 continue
             if self._is_copied(page):
-                continue  # they begin with what is asked, and end with the answer
+                continue  # they begin with a request or goal, and end with the answer
             turns, body = self._turns(page), Body(page, calls)
             for begin in body.beginnings() if page.kind == sym.CallbackKind.timer else ():
                 self._moves[begin].takes.update(turns)
@@ -223,11 +224,10 @@ class Waiting:
                 self._moves[end].gives.update(turns)
 
     def _turns(self, page: sym.CallbackPage) -> list[Key]:
-        """Return what a callback has while it runs, so that no other run of it begins: nothing if one may.
+        """Return the resources of a running callback that prevent another run; empty: none does.
 
-        It is the lock of its exclusive group. Without one, a run ends before the next begins only on the only
-        thread of its node, which a callback that awaits gives back. A copy for an instance or a slot has one
-        of its own.
+        This is the lock of its exclusive group. Without one, runs do not overlap only if the node has one
+        thread, which a callback that awaits releases. A copy for an instance or a slot has its own resource.
         """
         node, group = node_net_of(page), None if works_on_goals(page) else group_or_node(page)
         is_reentrant = isinstance(group, sym.CallbackGroup) and str(group.kind) == "reentrant"
@@ -247,12 +247,12 @@ class Waiting:
         return page.kind == sym.CallbackKind.server or works_on_goals(page)
 
     def _begun(self, place: pn.Place | None) -> list[Key]:
-        """Return what is taken where a callback begins with what comes to a place."""
+        """Return the resources taken if a callback begins with a message on a place."""
         page = callback_page_of(place)
         return self._turns(page) if page is not None and runs_callbacks(node_net_of(page)) else []
 
     def _serve(self, page: pn.Page | None, entry: pn.Place, ends: list[pn.Place]) -> None:
-        """Let an instance or slot take what is asked, one at a time, and answer it."""
+        """Add an instance or slot that takes requests or goals, one at a time, and answers them."""
         if page is None:
             return
         turns: list[Key] = [("turn", page)]

@@ -1,4 +1,4 @@
-"""Coloured nets with finite colours, and the plain nets that they stand for.
+"""Coloured nets with finite colours, and the plain nets that they represent.
 
 A coloured place holds tokens of one finite sort (module `sorts`); arcs carry terms over variables (`terms`).
 `unfolding` makes one plain place of each place and colour, and one plain transition of each transition and

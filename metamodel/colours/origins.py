@@ -1,4 +1,4 @@
-"""Where the places and transitions of an unfolded net come from."""
+"""Origins of the places and transitions of an unfolded net in the coloured net."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dineros.metamodel.base import EObject
 
 @dataclass(frozen=True)
 class Origins:
-    """Ids of the unfolded net by ids of the coloured net; empty where no colour can occur.
+    """Ids of the unfolded net by ids of the coloured net; empty for elements without possible colours.
 
     Attributes
     ----------

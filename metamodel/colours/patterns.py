@@ -1,4 +1,4 @@
-"""Plans that list the bindings of a transition: in which order inputs are matched and conditions are checked.
+"""Plans for listing the bindings of a transition: the order of matching inputs and checking conditions.
 
 An input ``Fork(x-1)`` and a token ``Fork(3)`` give ``x = 4``. A plan first matches the inputs, because few
 colours can occur in most places. Each condition is checked as soon as its variables are bound. Only variables
@@ -82,7 +82,7 @@ class Pattern:
         self.variables = {variable.name for variable in variables_of(term)}
 
     def step(self, bound: set[str]) -> _Match:
-        """Return how it is matched after some variables are bound."""
+        """Return the step that matches the pattern after some variables are bound."""
         known, checks, binds = [], [], []
         seen = set(bound)
         for position, term in enumerate(self.terms):
@@ -119,7 +119,7 @@ def _inverse(term: Value) -> tuple[str, int, int] | None:
 
 @dataclass(frozen=True)
 class _Match:
-    """Look up colours by the components that are known, bind variables, compare the other components."""
+    """Look up colours by their known components, bind variables, and compare the other components."""
 
     pattern: Pattern
     known: tuple[tuple[int, Callable[[Bound], int]], ...]
@@ -190,18 +190,18 @@ _Step = _Match | _Check | _Define | _Each
 
 @dataclass
 class Plan:
-    """How to list the bindings of a transition, from one input that is given or from nothing.
+    """Plan for listing the bindings of a transition, starting from one given input or from none.
 
     Parameters
     ----------
     patterns : sequence of Pattern
-        What the transition takes.
+        Colours that the transition takes.
     condition : Condition
-        What its variables must satisfy.
+        Condition that its variables must satisfy.
     variables : mapping of str to Variable
         All variables by name.
     first : Pattern or None
-        The input that is given.
+        The given input.
     """
 
     patterns: Sequence[Pattern]
@@ -227,7 +227,7 @@ class Plan:
                 again = any(match.pattern.needs_later(bound))
                 bound |= match.new
                 self._steps.append(match)
-                if again:  # what could not be compared yet is looked up once all variables are bound
+                if again:  # looked up once all variables are bound: no comparison was possible before
                     rest.append(match.pattern)
                     if not match.new:
                         self._bind_one(bound)
@@ -261,7 +261,7 @@ class Plan:
         return left
 
     def bindings(self, occurring: Sequence[Occurring], value: int | None = None) -> Iterator[Bound]:
-        """Yield the bindings; `value` is the colour of the input that is given."""
+        """Yield the bindings; `value` is the colour of the given input."""
         start: Bound | None = {} if self._seed is None or value is None else self._seed.seed(value, occurring)
         if start is not None:
             yield from self._from(0, start, occurring)

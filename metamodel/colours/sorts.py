@@ -18,7 +18,7 @@ class Sort:
     Attributes
     ----------
     name : str
-        For messages.
+        Name for messages.
     """
 
     name: str
@@ -29,13 +29,13 @@ class Sort:
         raise NotImplementedError
 
     def label(self, value: int) -> str:
-        """Return what a colour is called."""
+        """Return the name of a colour."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True)
 class Enumeration(Sort):
-    """Colours that are listed. Enumerations with different names are different sorts."""
+    """A list of colours. Enumerations with different names are different sorts."""
 
     labels: tuple[str, ...] = field(compare=False)
 
@@ -45,7 +45,7 @@ class Enumeration(Sort):
         return len(self.labels)
 
     def label(self, value: int) -> str:
-        """Return what a colour is called."""
+        """Return the name of a colour."""
         return self.labels[value]
 
 
@@ -69,7 +69,7 @@ class IntegerRange(Sort):
 
 @dataclass(frozen=True)
 class Product(Sort):
-    """Tuples, the last component running fastest; products of the same sorts are the same sort."""
+    """Tuples of colours, the last component varies fastest; products of the same sorts are the same sort."""
 
     name: str = field(compare=False)
     parts: tuple[Sort, ...]

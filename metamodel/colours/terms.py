@@ -1,7 +1,7 @@
 """Terms over variables: colours, multisets of colours, and conditions (ISO/IEC 15909-2, clause 5.3).
 
 `value_of`, `multiset_of` and `truth_of` return functions that evaluate a term under a binding, a mapping of
-names of variables to values. So a term is walked once, not once for each binding.
+names of variables to values. A term is therefore walked once, not once for each binding.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Shift:
 
 @dataclass(frozen=True)
 class Mapped:
-    """What a table makes of a colour, such as its element of a partition."""
+    """The image of a colour in a table, such as its element of a partition."""
 
     term: Value
     table: tuple[int, ...]
@@ -89,7 +89,7 @@ class Sum:
 
 @dataclass(frozen=True)
 class Difference:
-    """The tokens of one multiset without those of another, of which it has at least as many."""
+    """The tokens of one multiset without those of another, which must be contained in the first."""
 
     first: Multiset
     second: Multiset
@@ -153,7 +153,7 @@ OPERATORS: dict[str, Callable[[int, int], bool]] = {
 
 
 class NegativeCountError(ValueError):
-    """A difference takes more tokens than there are."""
+    """A difference takes more tokens than there are in the first multiset."""
 
 
 def variables_of(term: Term) -> Iterator[Variable]:
@@ -194,7 +194,7 @@ def value_of(term: Value) -> Callable[[Binding], int]:
 def multiset_of(term: Multiset) -> Callable[[Binding], dict[int, int]]:
     """Return a function that evaluates a multiset to the number of tokens by colour.
 
-    The function raises `NegativeCountError` if a difference takes more than there is.
+    The function raises `NegativeCountError` if a difference takes more tokens than there are.
     """
     match term:
         case All(sort):
@@ -243,7 +243,7 @@ def conjuncts_of(condition: Condition) -> Iterator[Condition]:
 
 
 def summands_of(term: Multiset, number: int = 1) -> Iterator[tuple[int, Multiset]]:
-    """Yield multisets that are not sums, and how many times each is in the sum; none of them zero times."""
+    """Yield multisets that are not sums, with their multiplicities in the sum; no multiplicity is zero."""
     match term:
         case Times(times, inner):
             yield from summands_of(inner, number * times)

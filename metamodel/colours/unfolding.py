@@ -1,7 +1,7 @@
 """Unfolding: the plain net of a coloured net, without the colours that can never occur.
 
 Colours are followed from the initial marking: a binding is made once all the colours that it takes can occur.
-That leaves the reachable markings as they are, since what is left out is dead. Bindings are found by matching
+This keeps all reachable markings, because only dead transitions are omitted. Bindings are found by matching
 each new colour with the inputs that can take it (semi-naive evaluation, as in Datalog; module `patterns`).
 """
 
@@ -39,7 +39,7 @@ class ColouredPlace:
     sort : Sort
         Colours of its tokens.
     marking : mapping of int to int
-        Number of tokens at the start, by colour.
+        Initial number of tokens, by colour.
     """
 
     id: str
@@ -56,7 +56,7 @@ class ColouredTransition:
     id : str
         Its id.
     condition : Condition
-        Which bindings it has.
+        Condition that its bindings satisfy.
     takes, puts : tuple of (int, Multiset)
         By arc: index of the place, and the tokens.
     """
@@ -104,7 +104,7 @@ class Unfolding:
     places, transitions : list
         The net.
     most : int
-        How many places and transitions the plain net may have.
+        Largest number of places and transitions of the plain net.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class Unfolding:
     Raises
     ------
     TooLargeError
-        There are more than `most`.
+        The plain net has more than `most` places and transitions.
     NegativeCountError
         An arc takes away more tokens than there are.
     """
@@ -183,7 +183,7 @@ class Unfolding:
 
 
 class _Effect:
-    """What a transition takes and puts under a binding."""
+    """Tokens that a transition takes and puts under a binding."""
 
     def __init__(self, transition: ColouredTransition) -> None:
         self.names = tuple(transition.variables())

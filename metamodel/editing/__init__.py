@@ -1,8 +1,8 @@
-"""Changing a model step by step: typed commands, each with its exact inverse, in a journal next to the model.
+"""Edits a model step by step: typed commands with exact inverses, and a journal next to the model.
 
-A `Document` is a model file that is being edited. Commands come from anywhere (`commands`), are refused with
-a reason or done as a whole (`editor`), can be undone to the byte (`changes`), survive a killed process
-(`journal`), and are written back so that a file of somebody else keeps what was not changed (`storing`).
+A `Document` is a model file that is being edited. Commands may come from any source (`commands`); they are
+refused with a reason or executed completely (`editor`), can be undone exactly (`changes`), survive a killed
+process (`journal`), and are written so that the unchanged parts of a file are preserved (`storing`).
 """
 
 from dineros.metamodel.editing.commands import Command, CommandError, decode_commands

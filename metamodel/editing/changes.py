@@ -1,7 +1,7 @@
-"""The three ways in which a model changes, each with its exact inverse, the order of all lists included.
+"""The three kinds of changes of a model, each with its exact inverse, including the order of all lists.
 
-References with a many-valued opposite, such as the source of an arc, are changed at that opposite: only there
-the order is known that the inverse must bring back.
+A reference with a many-valued opposite, such as the source of an arc, is changed at that opposite: only
+there, the order is known that the inverse must restore.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dineros.metamodel.files.schema import Kind, class_of, values_of
 
 @dataclass(frozen=True, eq=False)
 class Valued:
-    """A single-valued feature without a many-valued opposite had one value and gets another."""
+    """The change of a single-valued feature without a many-valued opposite from one value to another."""
 
     element: EObject
     feature: str
@@ -27,22 +27,22 @@ class Valued:
     after: Any
 
     def do(self) -> None:
-        """Give it the new value."""
+        """Set the new value."""
         setattr(self.element, self.feature, self.after)
 
     def undo(self) -> None:
-        """Give it the former value."""
+        """Restore the former value."""
         setattr(self.element, self.feature, self.before)
 
     def touched(self) -> list[EObject]:
-        """Return the objects that look different afterwards."""
+        """Return the objects whose appearance changes."""
         others = [each for each in (self.before, self.after) if isinstance(each, EObject)]
         return [self.element, *(each for each in others if not isinstance(each, EnumLiteral))]
 
 
 @dataclass(frozen=True, eq=False)
 class _InList:
-    """What happens to an object at a position in a list."""
+    """An insertion or removal of an object at a position of a list."""
 
     element: EObject
     feature: str
@@ -56,31 +56,31 @@ class _InList:
         getattr(self.element, self.feature).remove(self.value)
 
     def touched(self) -> list[EObject]:
-        """Return the objects that look different afterwards."""
+        """Return the objects whose appearance changes."""
         return [self.element, self.value]
 
 
 class Inserted(_InList):
-    """A list gets an object at a position."""
+    """The insertion of an object into a list, at a position."""
 
     def do(self) -> None:
-        """Put it in."""
+        """Insert the object."""
         self._put_in()
 
     def undo(self) -> None:
-        """Take it out."""
+        """Remove the object."""
         self._take_out()
 
 
 class Removed(_InList):
-    """A list loses the object at a position."""
+    """The removal of an object at a position of a list."""
 
     def do(self) -> None:
-        """Take it out."""
+        """Remove the object."""
         self._take_out()
 
     def undo(self) -> None:
-        """Put it in where it was."""
+        """Insert the object at its former position."""
         self._put_in()
 
 
@@ -88,24 +88,24 @@ Change: TypeAlias = Valued | Inserted | Removed
 
 
 def redo(changes: Sequence[Change]) -> None:
-    """Do changes again, in their order."""
+    """Repeat changes, in order."""
     for change in changes:
         change.do()
 
 
 def undo(changes: Sequence[Change]) -> None:
-    """Take changes back, the last first."""
+    """Undo changes, in reverse order."""
     for change in reversed(changes):
         change.undo()
 
 
 def touched(changes: Sequence[Change]) -> list[EObject]:
-    """Return the objects that changes concern, each once."""
+    """Return the objects affected by changes, each once."""
     return list(dict.fromkeys(element for change in changes for element in change.touched()))
 
 
 class Changing:
-    """Changes a model, and remembers how.
+    """Changes a model, and records the changes.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class Changing:
     Attributes
     ----------
     changes : list of Change
-        What was done.
+        The changes so far.
     """
 
     def __init__(self, root: pn.Net) -> None:
@@ -123,18 +123,18 @@ class Changing:
         self.changes: list[Change] = []
 
     def do(self, change: Change) -> None:
-        """Do a change."""
+        """Make a change."""
         change.do()
         self.changes.append(change)
 
     def assign(self, element: EObject, name: str, value: Any) -> None:
-        """Give an attribute a value, if it has another one."""
+        """Set an attribute, if its value differs."""
         before = getattr(element, name)
         if value != before or type(value) is not type(before):
             self.do(Valued(element, name, before, value))
 
     def relink(self, element: EObject, feature: Any, target: EObject | None) -> None:
-        """Let a single-valued reference lead elsewhere, or nowhere."""
+        """Set a single-valued reference, or remove its target."""
         before = getattr(element, feature.name)
         if before is target:
             return
@@ -148,16 +148,16 @@ class Changing:
             self.do(Inserted(target, opposite.name, len(getattr(target, opposite.name)), element))
 
     def take_out(self, owner: EObject, name: str, element: EObject) -> None:
-        """Take an object out of a list."""
+        """Remove an object from a list."""
         self.do(Removed(owner, name, getattr(owner, name).index(element), element))
 
     def detach(self, element: EObject) -> None:
-        """Take an object out of its container.
+        """Remove an object from its container.
 
         Raises
         ------
         CommandError
-            It is the model itself.
+            The object is the model itself.
         """
         owner = element.eContainer()
         if owner is None:
@@ -169,7 +169,7 @@ class Changing:
             self.do(Valued(owner, feature.name, element, None))
 
     def take_away(self, outermost: Sequence[EObject]) -> None:
-        """Take objects and their parts out of the model; nothing that stays leads to them."""
+        """Remove objects with their parts from the model, and all references to them."""
         gone = {part for element in outermost for part in subtree(element)}
         for element in subtree(self.root):
             if element in gone:
@@ -180,7 +180,7 @@ class Changing:
             self.detach(element)
 
     def _unlink(self, element: EObject, gone: set[EObject]) -> None:
-        """Take an object that goes out of the lists, by which objects that stay know it."""
+        """Remove a deleted object from the lists of remaining objects."""
         for name, feature in class_of(element).features.items():
             if feature.kind is Kind.REFERENCE and not feature.many:
                 opposite, target = features_of(type(element))[name].eOpposite, getattr(element, name)
@@ -188,7 +188,7 @@ class Changing:
                     self.take_out(target, opposite.name, element)
 
     def _forget(self, element: EObject, gone: set[EObject]) -> None:
-        """Let the references of an object that stays lead no more to what goes."""
+        """Remove the references of a remaining object to deleted objects."""
         for name, feature in class_of(element).features.items():
             if feature.kind is not Kind.REFERENCE or not element.eIsSet(name):
                 continue

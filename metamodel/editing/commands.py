@@ -1,7 +1,7 @@
-"""The commands that change a model, and how they are read from what a stranger may have sent.
+"""The commands that change a model, and how they are read from untrusted data.
 
-A command names objects by their handles (`handles`), or by a name that begins with ``$`` for what an earlier
-command of the same group made. Groups are done as a whole or not at all.
+A command refers to objects by their handles (`handles`), or by a name that begins with ``$`` for an object
+that an earlier command of the same group made. Groups are executed completely or not at all.
 """
 
 from __future__ import annotations
@@ -18,40 +18,40 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 MOST_COMMANDS = 5_000
-"""Of one group."""
+"""Maximum number of commands in a group."""
 
 LONGEST_TEXT = 65_536
-"""Characters of a name, a value, or the text of a clause."""
+"""Maximum length of a name, a value, or the text of a clause, in characters."""
 
 MOST_POINTS = 200
-"""Bend points of one arc."""
+"""Maximum number of bend points of an arc."""
 
 Value: TypeAlias = str | int | float | bool | None
-"""Of a feature: an attribute's value, the name of a literal, a handle, or None for none."""
+"""Value of a feature: that of an attribute, the name of a literal, a handle, or None."""
 
 
 class CommandError(DinerosError):
-    """A command that cannot be done; the model is as it was."""
+    """A command cannot be executed; the model is unchanged."""
 
 
 @dataclass(frozen=True)
 class Create:
-    """Make an object in a containment of another.
+    """Make an object in a containment of another object.
 
     Attributes
     ----------
     owner : str
-        The object that gets it.
+        The object that contains it.
     feature : str
-        The containment.
+        The containment feature.
     type : str
         The class, such as ``sym.Place``.
     values : mapping of str to value
-        Its attributes and single references; an id that is not given is made of the class's name.
+        Its attributes and single references; without an id, one is derived from the name of the class.
     index : int or None
-        Where in the containment; None: at the end.
+        Position in the containment; None: at the end.
     called : str or None
-        A name such as ``$p`` by which later commands of the group call it.
+        A name such as ``$p`` by which later commands of the group refer to it.
     """
 
     owner: str
@@ -64,16 +64,16 @@ class Create:
 
 @dataclass(frozen=True)
 class Delete:
-    """Take objects away, with their parts and with what cannot be without them, such as a place's arcs."""
+    """Delete objects with their parts, and objects that depend on them, such as a place's arcs."""
 
     elements: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Set:
-    """Give an attribute or a single reference a value; None stands for its default, or for none.
+    """Set an attribute or a single reference; None means the default, or no object.
 
-    A new name or id of a signal or token field is changed wherever it is used, clauses included.
+    A new name or id of a signal or token field is changed at all its uses, including clauses.
     """
 
     element: str
@@ -83,7 +83,7 @@ class Set:
 
 @dataclass(frozen=True)
 class Add:
-    """Let a reference to several objects lead to another one; `index` None: at the end."""
+    """Add an object to a many-valued reference; `index` None: at the end."""
 
     element: str
     feature: str
@@ -93,7 +93,7 @@ class Add:
 
 @dataclass(frozen=True)
 class Remove:
-    """Let a reference to several objects lead to one of them no more."""
+    """Remove an object from a many-valued reference."""
 
     element: str
     feature: str
@@ -104,7 +104,7 @@ class Remove:
 class Place:
     """Move an object into another containment, or to another position in its own.
 
-    `index` counts without the object itself; None: at the end.
+    `index` does not count the object itself; None: at the end.
     """
 
     element: str
@@ -115,7 +115,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Move:
-    """Put the centre of an element at a point of the sheet it stands on."""
+    """Move the centre of an element to a point of its page."""
 
     element: str
     x: float
@@ -124,7 +124,7 @@ class Move:
 
 @dataclass(frozen=True)
 class Bend:
-    """Lead an arc over these points; none: straight on."""
+    """Set the bend points of an arc; empty: a straight line."""
 
     element: str
     points: tuple[tuple[float, float], ...]
@@ -132,7 +132,7 @@ class Bend:
 
 @dataclass(frozen=True)
 class Clause:
-    """Guard a transition by a boolean expression over the signals of its node net; None: by none."""
+    """Set the clause of a transition: a Boolean expression over its node's signals; None: no clause."""
 
     element: str
     text: str | None
@@ -142,12 +142,12 @@ Command: TypeAlias = Create | Delete | Set | Add | Remove | Place | Move | Bend 
 
 
 def kind_of(cls: type[object]) -> str:
-    """Return what a command is called in messages: its class, in small letters."""
+    """Return the name of a command in messages: its class, in lower case."""
     return cls.__name__.lower()
 
 
 KINDS: dict[str, type[Command]] = {kind_of(each): each for each in get_args(Command)}
-"""All commands, by what they are called in messages."""
+"""All commands, by their names in messages."""
 
 
 def decode_commands(found: object) -> list[Command]:
@@ -181,12 +181,12 @@ K = TypeVar("K", bound="DataclassInstance")
 
 
 def decode(found: object, kinds: Mapping[str, type[K]], what: str) -> K:
-    """Read one of several dataclasses from JSON values; `what` is said where they are none.
+    """Read one of several dataclasses from JSON values; `what` describes it in errors.
 
     Raises
     ------
     CommandError
-        Kind, fields or values are not as one of the dataclasses wants them.
+        Kind, fields or values do not match any of the dataclasses.
     """
     if not isinstance(found, dict):
         raise CommandError(f"{what} is not an object")

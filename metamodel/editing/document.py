@@ -1,4 +1,4 @@
-"""A model file that is being edited: commands, undo and redo, its journal, saving, what others do to it."""
+"""A model file that is being edited: commands, undo and redo, its journal, saving, external changes."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.positions import remember_file
 
 LARGE_JOURNAL = 16 * 1024 * 1024
-"""Bytes of a journal that begins again when the model is saved; what was done before is not undone then."""
+"""Size of a journal above which it restarts when the model is saved; earlier steps cannot be undone then."""
 
 MOST_SENDERS = 64
-"""Whose last number is remembered."""
+"""Number of senders whose last group number is stored."""
 
 Disk: TypeAlias = Literal["same", "changed", "gone", "new"]
-"""What others did to the file since it was read or saved; ``new``: it was never there."""
+"""External changes of the file since it was read or saved; ``new``: there was no file."""
 
 By: TypeAlias = tuple[str, int]
-"""Who sent a group of commands, and its number among those of the sender: what comes twice is done once."""
+"""Sender of a group of commands, and its number for the sender: a repeated group is executed once."""
 
 
 @dataclass(frozen=True)
 class Done:
-    """What was done.
+    """The result of a group of commands.
 
     Attributes
     ----------
     revision : int
-        The number of the state of the model that it led to.
+        Number of the resulting state of the model.
     touched : list of EObject
-        Objects that look different now; some of them may be gone.
+        Objects whose appearance has changed; some may be deleted.
     made : dict of str
-        Handles of what was made, by the names that the commands use.
+        Handles of the objects made, by their names in the commands.
     """
 
     revision: int
@@ -61,31 +61,31 @@ class _Group:
 
 
 class Document:
-    """A model file that is being edited, by nobody else.
+    """A model file that is being edited, by one process only.
 
     Parameters
     ----------
     path : Path
-        The file; where there is none, a new system model begins.
+        The file; if it does not exist, a new system model is started.
 
     Attributes
     ----------
     path : Path
         The file.
     epoch : str
-        By which content of the file handles are counted: commands that were made for another one mean
-        other elements. It is the same again after a process was killed.
+        Identifies the content of the file for which handles are numbered: in another epoch, handles refer to
+        other elements. It is restored after a process was killed.
     revision : int
-        The number of the model's present state.
+        Number of the current state of the model.
     recovered : int
-        How many groups came out of the journal of a process that was killed.
+        Number of groups recovered from the journal of a killed process.
 
     Raises
     ------
     ModelFileError
-        The file cannot be read, or is of a format that is not edited.
+        The file cannot be read, or its format cannot be edited.
     JournalError
-        Another process edits it, or its journal cannot be read.
+        Another process edits the file, or its journal cannot be read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -98,7 +98,7 @@ class Document:
         self.path = path
         content = self._read()
         if content is not None:
-            read_content(content, path)  # so that no journal stays beside a file that is not a model
+            read_content(content, path)  # so that a file that is no model gets no journal
         self._journal = Journal(journal_of(path))
         try:
             if self._journal.entries:
@@ -126,7 +126,7 @@ class Document:
         self._last: dict[str, tuple[int, Done]] = {}
 
     def _recover(self, content: bytes | None) -> None:
-        """Do again what the journal says."""
+        """Repeat the steps in the journal."""
         self._begin(self._journal.base())
         for number, entry in enumerate(self._journal.entries[1:], 2):
             try:
@@ -138,7 +138,7 @@ class Document:
                     hint="move it away to continue without what it holds",
                 ) from error
         if digest(content) != self._known and content is not None:
-            # Killed between writing the file and noting it.
+            # The process was killed between writing the file and recording that.
             try:
                 is_ours = content == self._form.content(self.root).data
             except DinerosError:
@@ -174,17 +174,17 @@ class Document:
 
     @property
     def undo_label(self) -> str | None:
-        """What would be undone; None: nothing."""
+        """Label of the group that would be undone; None: there is none."""
         return self._undo[-1].label if self._undo else None
 
     @property
     def redo_label(self) -> str | None:
-        """What would be done again; None: nothing."""
+        """Label of the group that would be redone; None: there is none."""
         return self._redo[-1].label if self._redo else None
 
     @property
     def is_saved(self) -> bool:
-        """Whether the file holds the model as it is."""
+        """Whether the file has the current state of the model."""
         at = self._undo[-1] if self._undo else None
         return at is self._saved and self._known is not None
 
@@ -193,12 +193,12 @@ class Document:
         return validate(self.root)
 
     def content(self) -> Content:
-        """Return what the file would hold if it were saved now.
+        """Return the content that saving would write now.
 
         Raises
         ------
         ModelFileError
-            The format cannot hold the model.
+            The format cannot represent the model.
         """
         return self._form.content(self.root)
 
@@ -206,7 +206,7 @@ class Document:
         return read_bytes(self.path) if self.path.exists() else None
 
     def disk(self) -> Disk:
-        """Tell what others did to the file since it was read or saved."""
+        """Return the external changes of the file since it was read or saved."""
         try:
             now = self._digest_now()
         except DinerosError:
@@ -216,7 +216,7 @@ class Document:
         return "gone" if now is None else "changed"
 
     def _digest_now(self) -> str | None:
-        """Return by what the file is known now; it is read only where it may be another than last time."""
+        """Return the digest of the file; it is read only if it may have changed since the last time."""
         try:
             status = self.path.stat()
         except FileNotFoundError:
@@ -224,47 +224,47 @@ class Document:
         except OSError as error:
             raise ModelFileError(f"cannot be read: {error.strerror}", location=Location(self.path)) from error
         signature = (status.st_ino, status.st_mtime_ns, status.st_ctime_ns, status.st_size)
-        # One that was written in this moment may be written again within the same tick of its clock.
+        # A file that was just written may be changed again within the resolution of its time stamp.
         if self._seen is None or self._seen[0] != signature or time.time_ns() - status.st_mtime_ns < 10**9:
             self._seen = signature, digest(read_bytes(self.path))
         return self._seen[1]
 
     def on_disk(self) -> pn.Net:
-        """Return the model that the file holds now, for a comparison.
+        """Return the model that the file contains now, for a comparison.
 
         Raises
         ------
         ModelFileError
-            It holds none.
+            It contains no model.
         """
         return read_content(read_bytes(self.path), self.path)
 
     # ------------------------------------------------------------------------------------ changing
 
     def do(self, commands: Sequence[Command], label: str = "", by: By | None = None) -> Done:
-        """Do a group of commands; it is in the journal when this returns.
+        """Execute a group of commands; it is in the journal when this returns.
 
         Parameters
         ----------
         commands : sequence of Command
-            What to do, as a whole or not at all.
+            The commands, executed completely or not at all.
         label : str
-            What it is in words, for who wants to undo it.
+            Description of the group, for undo.
         by : tuple of str and int, optional
-            Who wants it, and which of its groups this is; what was done already is not done again.
+            The sender, and the number of its group; a repeated group is not executed again.
 
         Raises
         ------
         CommandError, ClauseError
-            It cannot be done; nothing changed.
+            It cannot be executed; nothing has changed.
         JournalError
-            The journal cannot be written; nothing changed.
+            The journal cannot be written; nothing has changed.
         """
         if (done := self.done_before(by)) is not None:
             return done
         count = len(self.handles)
         performed = self._editor.perform(commands)
-        if not performed.changes:  # it is as it is wanted
+        if not performed.changes:  # the model has these values already
             return Done(self.revision, [], performed.made)
         entry = {"do": [encode_command(each) for each in commands], "label": label[:200]}
         try:
@@ -281,7 +281,7 @@ class Document:
         return self._answer(performed.changes, performed.made, by)
 
     def undo(self, by: By | None = None) -> Done:
-        """Take back the last group of commands.
+        """Undo the last group of commands.
 
         Raises
         ------
@@ -293,11 +293,11 @@ class Document:
         return self.done_before(by) or self._turn(True, by)
 
     def redo(self, by: By | None = None) -> Done:
-        """Do again what was taken back last; raises as `undo`."""
+        """Redo the group undone last; raises like `undo`."""
         return self.done_before(by) or self._turn(False, by)
 
     def _turn(self, back: bool, by: By | None, *, noted: bool = False) -> Done:
-        """Take a group back, or do it again; `noted`: the journal says so already."""
+        """Undo or redo a group; `noted`: it is in the journal already."""
         source, target = (self._undo, self._redo) if back else (self._redo, self._undo)
         if not source:
             what = "undo or do again" if noted else "undo" if back else "do again"
@@ -320,12 +320,12 @@ class Document:
         return done
 
     def done_before(self, by: By | None) -> Done | None:
-        """Return what came of a group that was sent before; None: it is a new one.
+        """Return the result of a repeated group; None: the group is new.
 
         Raises
         ------
         CommandError
-            The sender's later groups have been done.
+            Later groups of the sender have been executed.
         """
         if by is None or by[0] not in self._last:
             return None
@@ -344,12 +344,12 @@ class Document:
         Parameters
         ----------
         over : bool
-            Whether to write although others have changed the file.
+            Whether to overwrite external changes of the file.
 
         Raises
         ------
         ModelFileError
-            Others have changed the file, it cannot be written, or its format cannot hold the model.
+            The file has external changes, cannot be written, or its format cannot represent the model.
         """
         if not over and self.disk() == "changed":
             raise ModelFileError(
@@ -373,12 +373,12 @@ class Document:
         self._saved = self._undo[-1] if self._undo else None
 
     def reload(self) -> None:
-        """Begin again with what the file holds; what was not saved is gone, and nothing can be undone.
+        """Restart with the content of the file; unsaved changes are lost, and nothing can be undone.
 
         Raises
         ------
         ModelFileError
-            The file holds no model; nothing changed.
+            The file contains no model; nothing has changed.
         """
         content = read_bytes(self.path)
         read_content(content, self.path)
@@ -386,7 +386,7 @@ class Document:
         self._begin(content)
 
     def close(self) -> None:
-        """End; what is not saved stays in the journal, for the next time."""
+        """Close the document; unsaved changes stay in the journal for the next time."""
         self._journal.close(
             remove=self.is_saved or (self._known is None and not self._undo and not self._redo)
         )

@@ -1,4 +1,4 @@
-"""Doing commands: each group as a whole or not at all, and every change recorded with its inverse."""
+"""Executes commands: each group completely or not at all, with a record of each change and its inverse."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from dineros.metamodel.errors import near_matches
 from dineros.metamodel.files.schema import Kind, class_of
 
 DEEPEST = 100
-"""Objects inside each other; files may have some more."""
+"""Maximum depth of containment; files may exceed it."""
 
 MOST_OBJECTS = 400_000
-"""Of one model, those that were deleted included."""
+"""Maximum number of objects of a model, including deleted ones."""
 
 
 @dataclass(frozen=True)
 class Performed:
-    """A group of commands that was done.
+    """The result of a group of commands.
 
     Attributes
     ----------
     changes : list of Change
-        What it did to the model.
+        The changes of the model.
     made : dict of str
-        Handles of what it made, by the names that its commands use.
+        Handles of the objects made, by their names in the commands.
     """
 
     changes: list[Change]
@@ -50,7 +50,7 @@ class Editor(Changing):
     Parameters
     ----------
     root : pn.Net
-        The model, which nobody else may change meanwhile.
+        The model; no other code may change it meanwhile.
     """
 
     def __init__(self, root: pn.Net) -> None:
@@ -59,13 +59,13 @@ class Editor(Changing):
         self._made: dict[str, str] = {}
 
     def perform(self, group: Sequence[c.Command]) -> Performed:
-        """Do commands in their order.
+        """Execute commands in order.
 
         Raises
         ------
         CommandError, ClauseError
-            One of them cannot be done, or the model would lack something afterwards that it cannot be
-            without; the model is as it was.
+            One of them cannot be executed, or the result would lack a required object; the model is
+            unchanged.
         """
         count = len(self.handles)
         self.changes, self._made = [], {}
@@ -169,7 +169,7 @@ class Editor(Changing):
         return references
 
     def _attach(self, element: EObject, owner: EObject, feature: Any, index: int | None) -> None:
-        """Put an object without a container into one."""
+        """Put an object without a container into a container."""
         if not isinstance(element, class_of(owner).features[feature.name].type):
             raise c.CommandError(
                 f"{feature.name} of {describe(owner)} cannot hold a {name_of(type(element))}"
@@ -281,7 +281,7 @@ class Editor(Changing):
             )
         self.take_out(element, feature.name, target)
 
-    # -------------------------------------------------------------------------------- where things are drawn
+    # -------------------------------------------------------------------------------- positions
 
     def _graphics(self, element: EObject) -> pn.Graphics:
         assert isinstance(element, pn.Element)
@@ -362,7 +362,7 @@ class Editor(Changing):
 
 
 def _height(element: EObject) -> int:
-    """Return how many objects stand inside each other in one."""
+    """Return the depth of containment inside an object."""
     level, height = [element], 0
     while level:
         height += 1

@@ -1,7 +1,7 @@
-"""Handles: how commands name the objects of a model, those without an id too.
+"""Handles: references of commands to the objects of a model, including objects without ids.
 
-Objects are numbered when a model is opened, in the order of the metamodel, and then as they are made. So the
-same file and the same commands always give the same handles, and a journal can be replayed.
+Objects are numbered when a model is opened, in the order of the metamodel, and later as they are made. So the
+same file and commands always give the same handles, and a journal can be replayed.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dineros.metamodel.files.schema import parts_of
 
 
 class Handles:
-    """The handles of one model; objects that are deleted keep theirs, for the case that they come back.
+    """The handles of one model; deleted objects keep theirs, in case they are restored.
 
     Parameters
     ----------
@@ -32,19 +32,19 @@ class Handles:
         return len(self._objects)
 
     def number(self, element: EObject) -> str:
-        """Give a new object its handle."""
+        """Assign a handle to a new object."""
         self._numbers[element] = len(self._objects)
         self._objects.append(element)
         return f"e{self._numbers[element]}"
 
     def forget_from(self, count: int) -> None:
-        """Take back the handles of objects beyond the first `count`, which nothing refers to."""
+        """Remove the handles of objects beyond the first `count`; there must be no references to them."""
         for element in self._objects[count:]:
             del self._numbers[element]
         del self._objects[count:]
 
     def of(self, element: EObject) -> str | None:
-        """Return the handle of an object; None: it is of another model."""
+        """Return the handle of an object; None: it belongs to another model."""
         number = self._numbers.get(element)
         return None if number is None else f"e{number}"
 
@@ -54,7 +54,7 @@ class Handles:
         Raises
         ------
         CommandError
-            There never was one.
+            There has never been one.
         """
         digits = handle[1:]
         known = handle[:1] == "e" and 0 < len(digits) < 10 and digits.isascii() and digits.isdigit()
@@ -73,7 +73,7 @@ def subtree(element: EObject) -> Iterator[EObject]:
 
 
 def is_within(element: EObject | None, root: EObject) -> bool:
-    """Tell whether an object is part of another, itself included."""
+    """Return whether an object is another one, or part of it."""
     while element is not None and element is not root:
         element = element.eContainer()
     return element is root

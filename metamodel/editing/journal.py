@@ -1,8 +1,8 @@
-"""The journal beside a model that is edited: what was confirmed survives the process that confirmed it.
+"""The journal of a model being edited: confirmed steps survive the process.
 
-A file ``.NAME.dineros-journal`` of lines of JSON: first what the model's file held, then what was done,
-undone, done again and saved. A line is on the disk before anybody is told that it was done. Whoever edits
-the model holds a lock on it (flock(2)), which ends with the process.
+It is a file ``.NAME.dineros-journal`` with lines of JSON: first the content of the model's file, then the
+steps executed, undone, redone and saved. A line is on disk before its step is confirmed. The process that
+edits the model holds a lock on the file (flock(2)), which ends with the process.
 """
 
 from __future__ import annotations
@@ -24,38 +24,38 @@ from dineros.metamodel.json_text import decode_json
 
 VERSION = 1
 MOST_BYTES = 4 * SIZE_LIMIT
-"""Of a journal."""
+"""Maximum size of a journal, in bytes."""
 
 PRIVATE = 0o600
-"""Mode of a journal. It holds the whole model, which only its owner may be allowed to read."""
+"""Permissions of a journal: it contains the whole model, which may be readable only for its owner."""
 
 
 class JournalError(DinerosError):
-    """A journal that cannot be written, or read again."""
+    """A journal cannot be written, or read."""
 
 
 def journal_of(path: Path) -> Path:
-    """Return where the journal of a model's file stands."""
+    """Return the path of the journal of a model's file."""
     return path.with_name(f".{path.name}.dineros-journal")
 
 
 def digest(content: bytes | None) -> str | None:
-    """Return by what the content of a file is known again."""
+    """Return a digest that identifies the content of a file."""
     return None if content is None else hashlib.sha256(content).hexdigest()
 
 
 class Journal:
-    """An open journal, which nobody else has open.
+    """An open journal, locked for other processes.
 
     Parameters
     ----------
     path : Path
-        The journal; it is made if it is not there.
+        The journal; it is created if it does not exist.
 
     Attributes
     ----------
     entries : list of dict
-        What stood in it, the first line included; empty for a new one.
+        Its entries when it was opened, including the first line; empty for a new one.
 
     Raises
     ------
@@ -91,7 +91,7 @@ class Journal:
         content = bytearray()
         while piece := os.read(self._file, 1 << 20):
             content += piece
-        # A last line without its end was never confirmed.
+        # An incomplete last line was never confirmed.
         self._size = content.rfind(b"\n") + 1
         entries: list[dict[str, Any]] = []
         for number, line in enumerate(bytes(content[: self._size]).splitlines(), 1):
@@ -105,11 +105,11 @@ class Journal:
 
     @property
     def size(self) -> int:
-        """How many bytes are in it."""
+        """Size in bytes."""
         return self._size
 
     def begin(self, content: bytes | None) -> None:
-        """Forget everything, and begin with what the model's file holds.
+        """Remove all entries, and begin with the content of the model's file.
 
         Raises
         ------
@@ -121,7 +121,7 @@ class Journal:
         self._size = 0
         base = None if content is None else base64.b64encode(zlib.compress(content)).decode()
         self.append({"version": VERSION, "base": base, "digest": digest(content)})
-        with contextlib.suppress(OSError):  # where the file system can, its name survives a power cut
+        with contextlib.suppress(OSError):  # if possible, the name survives a power failure
             folder = os.open(self.path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
             try:
                 os.fsync(folder)
@@ -129,12 +129,12 @@ class Journal:
                 os.close(folder)
 
     def base(self) -> bytes | None:
-        """Return what the model's file held at the beginning.
+        """Return the initial content of the model's file.
 
         Raises
         ------
         JournalError
-            The first line does not say it.
+            The first line does not contain it.
         """
         said = self.entries[0].get("base")
         if said is None:
@@ -149,12 +149,12 @@ class Journal:
         return content
 
     def append(self, entry: Mapping[str, Any]) -> None:
-        """Write a line, and wait until it is on the disk.
+        """Write a line, and wait until it is on disk.
 
         Raises
         ------
         JournalError
-            It cannot be written; the journal is as it was.
+            It cannot be written; the journal is unchanged.
         """
         line = json.dumps(entry, ensure_ascii=False, separators=(",", ":")).encode() + b"\n"
         if self._size + len(line) > MOST_BYTES:
@@ -172,7 +172,7 @@ class Journal:
         self._size += len(line)
 
     def close(self, *, remove: bool) -> None:
-        """Let others edit the model; take the file away where nothing in it is needed any more."""
+        """Release the lock; remove the file if nothing in it is needed any more."""
         if self._file < 0:
             return
         if remove:

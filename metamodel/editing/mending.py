@@ -1,6 +1,6 @@
-"""What would mend a violation, where that is a command and no choice of the modeller's.
+"""Fixes of violations by commands, if the modeller has no choice to make.
 
-A constraint says in words what would mend it; here stands what of that can be done by a press of a button.
+The text of a constraint describes its fix; this module has those fixes that can be applied by a button.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from dineros.metamodel.errors import counted
 
 @dataclass(frozen=True)
 class Mend:
-    """Commands that mend a violation.
+    """Commands that fix a violation.
 
     Attributes
     ----------
     label : str
-        What they do, in words.
+        Description of the fix.
     commands : tuple of Command
-        To be done as one group.
+        The commands, executed as one group.
     """
 
     label: str
@@ -34,14 +34,14 @@ class Mend:
 
 
 def mend(violation: Violation, handles: Handles) -> Mend | None:
-    """Return what mends a violation; None where that is for the modeller to choose.
+    """Return the fix of a violation; None: the modeller has to choose.
 
     Parameters
     ----------
     violation : Violation
-        What is wrong.
+        The violation.
     handles : Handles
-        Of the objects of the model.
+        The handles of the model's objects.
     """
     make = _MENDS.get(violation.constraint)
     handle = handles.of(violation.element)
@@ -52,7 +52,7 @@ _Make = Callable[[Any, str, Handles], Mend | None]
 
 
 def _set(feature: str, value: Value, words: str) -> _Make:
-    """Set a feature to a value; None stands for its default, or for none."""
+    """Set a feature to a value; None means its default, or no object."""
     return lambda _, handle, __: Mend(words, (Set(handle, feature, value),))
 
 
@@ -61,7 +61,7 @@ def _delete(_: EObject, handle: str, __: Handles) -> Mend:
 
 
 def _turn_around(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
-    """Let an arc go from the place to the transition."""
+    """Turn an arc, so that it leads from the place to the transition."""
     source, target = handles.of(arc.source), handles.of(arc.target)
     if source is None or target is None:
         return None
@@ -69,7 +69,7 @@ def _turn_around(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
 
 
 def _one_arc(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
-    """Add the weights of two normal arcs up; of others keep the heavier one."""
+    """Add the weights of two normal arcs; of other arcs, keep the heavier one."""
     others = [
         each
         for each in (arc.page.arcs if arc.page is not None else ())

@@ -1,4 +1,4 @@
-"""Ids of what is made without one: read as people would have written them, and new in the model."""
+"""Default ids of new objects: readable, and unique in the model."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dineros.metamodel.editing.values import checked_id
 
 
 def new_id(used: set[str], stem: str) -> str:
-    """Return an id that is not used yet: the stem, or the stem with the next number; it is used then.
+    """Return an unused id, and mark it as used: the stem, or the stem with the next number.
 
     Examples
     --------
@@ -42,23 +42,23 @@ def default_id(
     values: Mapping[str, Value],
     find: Callable[[str], EObject],
 ) -> str:
-    """Return the id of a new object that is given none.
+    """Return the id of a new object without a given id.
 
-    An arc is called after its ends, as by `dineros.metamodel.build`; a reference after what it stands for and
-    its page; anything else after its class.
+    An arc is named after its ends, as in `dineros.metamodel.build`; a reference after its target and its
+    page; other objects after their class.
 
     Parameters
     ----------
     root : EObject
         The model.
     cls : type of EObject
-        What is made.
+        The class of the object.
     owner : EObject
-        What gets it.
+        Its container.
     values : mapping of str to Value
         Its attributes and references.
     find : callable
-        Returns what a reference leads to, by its handle.
+        Returns the target of a reference, by its handle.
     """
     used = used_ids(root)
 
@@ -67,7 +67,7 @@ def default_id(
         try:
             return getattr(find(value), "id", None) or "" if isinstance(value, str) else ""
         except CommandError:
-            return ""  # what is wrong is said when the reference is set
+            return ""  # the error is reported when the reference is set
 
     stem = ""
     if issubclass(cls, pn.Arc):
@@ -79,6 +79,6 @@ def default_id(
         try:
             return checked_id(new_id(used, stem))
         except CommandError:
-            pass  # ids of files of others may be odd, or very long
+            pass  # ids in external files may be unusual, or very long
     numbered = (f"{cls.__name__}{number}" for number in itertools.count(1))
     return next(each for each in numbered if each not in used)

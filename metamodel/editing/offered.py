@@ -1,4 +1,4 @@
-"""Which classes a model can be made of: those of its own metamodel, and of those that it extends."""
+"""The classes of objects that a model can contain: those of its metamodel, and of those that it extends."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _PACKAGES: dict[type[EObject], tuple[Any, ...]] = {
     pnm.PetriNetModel: (pn, sym, pnm),
 }
 _FOLLOWS = (sym.InputClause, sym.Disjunction, sym.Literal)
-"""What follows from the text of a clause, and is made with it."""
+"""Classes of objects derived from the text of a clause, which are made with it."""
 
 NOT_WITHIN: dict[type[EObject], type[EObject]] = {
     sym.NodeNet: sym.NodeNet,
     sym.CallbackPage: sym.CallbackPage,
 }
-"""Classes whose objects are not offered inside objects of another class, at whatever depth."""
+"""Classes whose objects are not offered inside objects of another class, at any depth."""
 
 ONLY_UNDER: dict[type[EObject], Any] = {sym.Dispatcher: sym.Middleware.ros1}
-"""Classes whose objects are not offered under another middleware, whose rules do not use them."""
+"""Classes whose objects are not offered under a middleware whose rules do not use them."""
 
 
 def name_of(cls: type[EObject]) -> str:
@@ -35,16 +35,16 @@ def name_of(cls: type[EObject]) -> str:
 
 @remembered
 def classes_for(root: type[EObject]) -> dict[str, type[EObject]]:
-    """Return the classes whose objects a model of this class can have, by name.
+    """Return the classes of objects that a model of this class can contain, by name.
 
-    Of two classes with one name, one in a metamodel that extends the other's, only the extended one is there.
+    If a class of a metamodel and a class of an extended one have the same name, only the latter is returned.
     """
     found: dict[str, type[EObject]] = {}
     value: Any
     for package in _PACKAGES.get(root, (pn,)):
         for value in package.eClassifiers.values():
             if not isinstance(value, type) or not issubclass(value, EObject) or issubclass(value, pn.Net):
-                continue  # an enumeration, or another model
+                continue  # an enumeration, or another metamodel
             if not value.eClass.abstract:
                 found[value.__name__] = value
     return {name_of(cls): cls for cls in found.values()}
@@ -71,5 +71,5 @@ def class_to_make(root: EObject, name: str) -> type[EObject]:
 
 
 def follows_from_text(element: EObject) -> bool:
-    """Tell whether an object belongs to the normal form of a clause."""
+    """Return whether an object belongs to the normal form of a clause."""
     return isinstance(element, (sym.Disjunction, sym.Literal))

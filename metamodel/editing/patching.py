@@ -1,8 +1,9 @@
-"""Putting a change into a file that somebody else wrote: of its bytes, only those of the change are others.
+"""Edits an XML file of another program in place: only the changed bytes differ.
 
-Two files in our own form, before and after, say what changed: attributes, texts, elements that came or went,
-each known by the id of the element it belongs to and the path from there. The same is done to the file at
-hand, which has the same elements in another form. Whether it worked is seen by reading it again (`storing`).
+The change is computed from two files in our own format, before and after it: attributes, texts, elements
+added or removed. Each is located by the id of its element and a path from there. The same change is made in
+the file, which has the same elements in another form. Reading the result shows whether it was successful
+(`storing`).
 """
 
 from __future__ import annotations
@@ -29,19 +30,19 @@ _ESCAPES = {
     "\r": "&#13;",
 }
 Path = tuple[tuple[str, int], ...]
-"""From an element with an id: names of elements, and which among those of that name."""
+"""Path from an element with an id: names of elements, and their positions among those of the same name."""
 
 
 T = TypeVar("T")
 
 
 class NoPatchError(Exception):
-    """The change cannot be put into the file in this way."""
+    """The change cannot be made in this file."""
 
 
 @dataclass(frozen=True)
 class _Edit:
-    """Bytes of the file that are replaced."""
+    """A replacement of bytes of the file."""
 
     start: int
     end: int
@@ -49,20 +50,20 @@ class _Edit:
 
 
 def patched(original: bytes, before: bytes, after: bytes) -> bytes:
-    """Return a file with the change between two others.
+    """Return a file with the change between two other files.
 
     Parameters
     ----------
     original : bytes
-        The file, whose model is that of `before`.
+        The file; its model is that of `before`.
     before, after : bytes
-        The models before and after the change, in our own form.
+        The models before and after the change, in our own format.
 
     Raises
     ------
     NoPatchError
-        The change is of a kind that cannot be put into the file. What is returned has to be read and compared
-        nevertheless, since files may say one thing in several ways.
+        This kind of change cannot be made in the file. In any case, the result must be read and compared,
+        since a file may contain the same value several times.
     """
     try:
         edits = sorted(_Patch(original, before, after).edits(), key=lambda edit: (edit.start, edit.end))
@@ -96,7 +97,7 @@ class _Patch:
         return self._edits
 
     def _compare(self, anchor: str, path: Path, old: etree._Element, new: etree._Element) -> None:
-        """Note what differs between two elements, without what has an id of its own in them."""
+        """Record the differences between two elements, without nested elements that have ids."""
         if old.tag != new.tag:
             raise NoPatchError("another kind of element")
         for name in sorted({*map(str, old.attrib), *map(str, new.attrib)}):
@@ -165,7 +166,7 @@ class _Patch:
         self._edits.append(_Edit(self._indentation(span.start), span.end, b""))
 
     def _indentation(self, start: int) -> int:
-        """Return where the line break and blanks in front of an element begin."""
+        """Return the position of the line break and indentation before an element."""
         return len(self._content[:start].rstrip(b" \t\r\n"))
 
     def _put_in(self, parent: Span, behind: Span | None, elements: list[etree._Element]) -> None:
@@ -196,7 +197,7 @@ class _Patch:
 
 
 def _unique(pairs: Iterable[tuple[str | None, T]]) -> dict[str, T]:
-    """Return elements by their ids, without those whose id is used twice."""
+    """Return elements by id, without ids that occur twice."""
     found = [(id, each) for id, each in pairs if id]
     often = Counter(id for id, _ in found)
     return {id: each for id, each in found if often[id] == 1}
@@ -210,7 +211,7 @@ def _anchor_of(element: etree._Element) -> str | None:
 
 
 def _keys(children: list[etree._Element]) -> list[tuple[str, str]]:
-    """Return what tells children apart: the id where there is one, else the name, and which of that name."""
+    """Return keys of children: the id if there is one, else the name and the position among equal names."""
     keys: list[tuple[str, str]] = []
     counts: Counter[str] = Counter()
     for child in children:
@@ -234,7 +235,7 @@ def _paths(path: Path, children: list[etree._Element]) -> list[Path]:
 
 
 def _written(name: str, element: etree._Element) -> str:
-    """Return the name of an attribute as files write it, with its prefix."""
+    """Return the name of an attribute in files, with its prefix."""
     qualified = etree.QName(name)
     prefix = next((key for key, uri in element.nsmap.items() if uri == qualified.namespace and key), None)
     return f"{prefix}:{qualified.localname}" if qualified.namespace and prefix else qualified.localname

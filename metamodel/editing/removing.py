@@ -1,4 +1,4 @@
-"""What goes with objects that are deleted: their parts, and whatever cannot be without them."""
+"""Deletion of objects: with their parts, and with all objects that require them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dineros.metamodel.files.schema import Kind, class_of, values_of
 
 
 def referrers(root: EObject) -> dict[EObject, list[tuple[EObject, str]]]:
-    """Return for each object of a model which references, that files hold, lead to it."""
+    """Return for each object of a model the stored references to it."""
     found: dict[EObject, list[tuple[EObject, str]]] = defaultdict(list)
     for element in subtree(root):
         for name, feature in class_of(element).features.items():
@@ -28,14 +28,15 @@ def referrers(root: EObject) -> dict[EObject, list[tuple[EObject, str]]]:
 
 
 def closure(root: EObject, chosen: Iterable[EObject]) -> list[EObject]:
-    """Return the outermost objects to be taken away so that the chosen ones are gone and nothing lacks them.
+    """Return the outermost objects to delete, so that the chosen objects are deleted and none is missing.
 
-    Who needs an object by a mandatory reference goes too, and so does the owner of a mandatory part.
+    Objects with a required reference to a deleted object are deleted, too, and so are the containers of
+    required parts.
 
     Raises
     ------
     CommandError
-        The model itself would have to go, or a clause speaks of a signal.
+        The model itself would have to be deleted, or a clause uses a signal.
     """
     leading = referrers(root)
     gone: dict[EObject, None] = {}
@@ -74,7 +75,7 @@ def _is_emptied(owner: EObject, name: str, many: bool, gone: dict[EObject, None]
 
 
 def _refuse_clauses(gone: dict[EObject, None], leading: dict[EObject, list[tuple[EObject, str]]]) -> None:
-    """A signal stays while clauses speak of it: without it, their text and their normal form would differ."""
+    """Refuse to delete a signal used in clauses: their text and their normal form would differ."""
     for element in gone:
         if not isinstance(element, sym.InputSignal):
             continue
@@ -90,7 +91,7 @@ def _refuse_clauses(gone: dict[EObject, None], leading: dict[EObject, list[tuple
 
 
 def check_clauses(changes: Sequence[Change], root: EObject) -> None:
-    """Refuse changes after which a clause speaks of a signal that its ROS node has not.
+    """Refuse changes after which a clause uses a signal that its ROS node does not have.
 
     Such a clause cannot be read again; its normal form may not even have a literal for the signal.
 

@@ -1,4 +1,4 @@
-"""Renaming everywhere: what speaks of an element by its name, not by a reference, is changed with it."""
+"""Renaming: texts that refer to an element by name, not by a reference, are changed with it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from dineros.metamodel.json_text import decode_json
 
 @dataclass(frozen=True)
 class Rewriting:
-    """A text that speaks of a name, and what it becomes."""
+    """A text that contains a name, and the changed text."""
 
     element: EObject
     feature: str
@@ -28,23 +28,23 @@ class Rewriting:
 
 
 def rewritings(root: pn.Net, element: EObject, feature: str, value: str | None) -> list[Rewriting]:
-    """Return which texts speak of an element that gets another name or id, and what they become.
+    """Return the texts to change if an element gets another name or id, with the new texts.
 
     Parameters
     ----------
     root : pn.Net
         The model.
     element : EObject
-        The element, which still has its name.
+        The element, still with its old name.
     feature : str
-        What changes.
+        The changed feature.
     value : str or None
-        What it becomes.
+        The new value.
 
     Raises
     ------
     CommandError
-        The new name is one that something else next to it has, so that texts would become ambiguous.
+        Another element next to it has the new name, so that texts would become ambiguous.
     """
     if isinstance(element, sym.InputSignal) and feature in ("name", "id"):
         before = label(element)
@@ -76,7 +76,7 @@ def _clauses(signal: sym.InputSignal, before: str, after: str) -> list[Rewriting
 
 
 def replaced(text: str, names: Mapping[str, str]) -> str:
-    """Return the text of a clause with signals called by other names.
+    """Return the text of a clause with signals renamed.
 
     Examples
     --------
@@ -93,7 +93,7 @@ def replaced(text: str, names: Mapping[str, str]) -> str:
 
 
 def _properties(root: pn.Net, before: str | None, after: str) -> list[Rewriting]:
-    """Return what becomes of stored properties and assumptions, which speak of elements by their ids."""
+    """Return the changes of stored properties and assumptions, which refer to elements by id."""
     if not isinstance(root, sym.SystemModel) or not before or before == after:
         return []
     texts = [
@@ -110,7 +110,7 @@ def _properties(root: pn.Net, before: str | None, after: str) -> list[Rewriting]
 _FORMULA_NAMES = re.compile(
     r'"(?:[^"\\]|\\["\\])*"|\{(?:[^{}\\]|\\[{}\\])*\}|[^\W\d]\w*(?:\[\d+\])?(?:\.\w+(?:\[\d+\])?)*'
 )
-"""Names of formulas: as they are, in quotes, or in braces."""
+"""Names in formulas: plain, in quotes, or in braces."""
 
 _FORMULA_WORDS = {
     *("true", "false", "deadlock", "enabled", "fired", "signal", "or", "and", "not"),
@@ -119,11 +119,11 @@ _FORMULA_WORDS = {
     *("U", "R", "W", "A", "E", "G", "F", "X", "GF", "FG", "AG", "AF", "AX", "EG", "EF", "EX"),
 }
 _COUNTED = re.compile(r"\s*(?:[=≤≥≠+*]|!=|>|<(?![>-])|-(?!>))")
-"""What stands behind a word that names a place."""
+"""Pattern of the text after a word, if the word names a place."""
 
 
 def in_formula(text: str, before: str, after: str) -> str:
-    """Return a formula, or a pattern in words, with an element called by another id.
+    """Return a formula, or a pattern in words, with the id of an element changed.
 
     Examples
     --------
@@ -149,7 +149,7 @@ def in_formula(text: str, before: str, after: str) -> str:
 
 
 def in_name(name: str, before: str, after: str) -> str:
-    """Return the name of an element of the flattened net, which joins ids by dots, with another id in it.
+    """Return the name of an element of the flattened net, which joins ids by dots, with an id changed.
 
     Examples
     --------
@@ -163,7 +163,7 @@ def in_name(name: str, before: str, after: str) -> str:
 
 
 def in_words(of: str, before: str, after: str) -> str:
-    """Return what a fairness is about, such as ``all-but:Ask,Answer``, with an element called by another id.
+    """Return the scope of a fairness, such as ``all-but:Ask,Answer``, with the id of an element changed.
 
     Examples
     --------
@@ -201,7 +201,7 @@ def _in_data(balloon: sym.BalloonToken, before: str, after: str) -> Iterator[Rew
     try:
         data = decode_json(balloon.data)
     except DinerosError:
-        return  # a constraint says so
+        return  # reported by a constraint
     if isinstance(data, dict) and before in data:
         changed = {after if name == before else name: value for name, value in data.items()}
         yield Rewriting(balloon, "data", json.dumps(changed, ensure_ascii=False))

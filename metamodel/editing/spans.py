@@ -1,4 +1,4 @@
-"""Where the elements of an XML file stand in its bytes, so that one value can be changed and nothing else."""
+"""Positions of XML elements in the bytes of a file, so that one value can be changed without the rest."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class Span:
     Attributes
     ----------
     tag : str
-        Its name without namespace.
+        Its name, without namespace.
     attributes : dict of str
-        Its attributes, by the names that the file writes.
+        Its attributes, by their names in the file.
     start, head_end, tail_start, end : int
-        Where its start tag begins and ends, where its end tag begins and ends; an empty tag has no end tag of
-        its own, and `tail_start` is `head_end`.
+        Start and end of its start tag, start and end of its end tag; an empty tag has no separate end tag,
+        and `tail_start` is `head_end`.
     parent : Span or None
         The element around it.
     children : list of Span
@@ -42,11 +42,11 @@ class Span:
 
     @property
     def is_empty_tag(self) -> bool:
-        """Whether it is written as one tag."""
+        """Whether it is written as an empty tag."""
         return self.tail_start == self.end
 
     def walk(self) -> Iterator[Span]:
-        """Yield it and all elements in it."""
+        """Yield it with all nested elements."""
         stack = [self]
         while stack:
             each = stack.pop()
@@ -55,7 +55,7 @@ class Span:
 
 
 class NotReadableError(ValueError):
-    """The bytes are in another encoding than UTF-8, or no XML."""
+    """The bytes are not XML in UTF-8."""
 
 
 def spans(content: bytes) -> Span:
@@ -64,7 +64,7 @@ def spans(content: bytes) -> Span:
     Raises
     ------
     NotReadableError
-        The bytes are in another encoding than UTF-8, or no XML.
+        The bytes are not XML in UTF-8.
     """
     declared = _ENCODING.match(content.removeprefix(b"\xef\xbb\xbf"))
     if declared and declared[1].lower() not in (b"utf-8", b"us-ascii", b"ascii"):
@@ -101,7 +101,7 @@ def spans(content: bytes) -> Span:
 
 
 def _head_end(content: bytes, start: int) -> int:
-    """Return where a start tag ends; a '>' may stand in the values of attributes."""
+    """Return the end of a start tag; the values of attributes may contain '>'."""
     tag = _TAG.match(content, start)
     at = tag.end() if tag else start
     while attribute := _ATTRIBUTE.match(content, at):
@@ -110,7 +110,7 @@ def _head_end(content: bytes, start: int) -> int:
 
 
 def attribute_values(content: bytes, span: Span) -> dict[str, tuple[int, int]]:
-    """Return where the values of an element's attributes stand, without their quotes."""
+    """Return the positions of the values of an element's attributes, without quotes."""
     tag = _TAG.match(content, span.start)
     at = tag.end() if tag else span.start
     found: dict[str, tuple[int, int]] = {}

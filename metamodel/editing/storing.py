@@ -1,7 +1,8 @@
-"""The bytes of a model that is edited: those it was read from where nothing changed, and around what changed.
+"""The bytes of an edited model: unchanged parts of its file are preserved if possible.
 
-A file that we wrote is written in our own form again. In a file that somebody else wrote, only what changed
-becomes different, if its form allows that, which is seen by reading it again; else it is written in our form.
+A file written by us is written in our format again. In a file written by another program, only the changes
+differ, if its form allows that, which is verified by reading the result; otherwise the file is written in our
+format.
 """
 
 from __future__ import annotations
@@ -14,19 +15,19 @@ from dineros.metamodel.editing.patching import NoPatchError, patched
 from dineros.metamodel.errors import DinerosError, Location, ModelFileError, with_article
 
 SUFFIXES = (".xmi", ".sym", ".rtm", ".pnm", ".pnml")
-"""Of files that can be edited."""
+"""Suffixes of files that can be edited."""
 
 
 @dataclass(frozen=True)
 class Content:
-    """What a file is to hold.
+    """The new content of a file.
 
     Attributes
     ----------
     data : bytes
-        Its bytes.
+        The bytes.
     keeps_form : bool
-        Whether all that did not change stays as it stands in the file; else the file is written in our form.
+        Whether all unchanged parts of the file are preserved; otherwise the file is written in our format.
     """
 
     data: bytes
@@ -34,12 +35,12 @@ class Content:
 
 
 def read_content(content: bytes, path: Path) -> pn.Net:
-    """Return the net in bytes that stand, or stood, in a file.
+    """Return the net in bytes that are or were the content of a file.
 
     Raises
     ------
     ModelFileError
-        They hold no net.
+        They contain no net.
     """
     if path.suffix.lower() == ".pnml":
         from dineros.metamodel.files.pnml import read_pnml
@@ -54,12 +55,12 @@ def read_content(content: bytes, path: Path) -> pn.Net:
 
 
 def own_form(net: pn.Net, path: Path) -> bytes:
-    """Return a net as we write it into a file of this name.
+    """Return a net in our format for a file of this name.
 
     Raises
     ------
     ModelFileError
-        The format cannot hold the net.
+        The format cannot represent the net.
     """
     if path.suffix.lower() == ".pnml":
         from dineros.metamodel.files.pnml import pnml_bytes
@@ -71,23 +72,23 @@ def own_form(net: pn.Net, path: Path) -> bytes:
 
 
 def new_net(path: Path) -> pn.Net:
-    """Return an empty system model for a file that is not there yet."""
+    """Return an empty system model for a file that does not exist yet."""
     stem = path.name.partition(".")[0]
     id = "".join(each if each.isalnum() or each in "_-" else "_" for each in stem) or "model"
     return sym.SystemModel(id=id, middleware="ros2")
 
 
 class Form:
-    """How the file of a model is written: what it held, and the model in it, in our form.
+    """The form of a model's file: its content, and its model in our format.
 
     Parameters
     ----------
     path : Path
         The file.
     original : bytes or None
-        What it held when the model was read; None: there was none.
+        Its content when the model was read; None: there was no file.
     net : pn.Net
-        The model, as it was read.
+        The model, as read.
     """
 
     def __init__(self, path: Path, original: bytes | None, net: pn.Net) -> None:
@@ -96,12 +97,12 @@ class Form:
         self._before = None if original is None else own_form(net, path)
 
     def content(self, net: pn.Net) -> Content:
-        """Return what the file is to hold for the model as it is now.
+        """Return the new content of the file for the current model.
 
         Raises
         ------
         ModelFileError
-            The format cannot hold the model.
+            The format cannot represent the model.
         """
         after = own_form(net, self._path)
         if self._original is None or self._original == self._before:
@@ -114,5 +115,5 @@ class Form:
             if own_form(read_content(data, self._path), self._path) == after:
                 return Content(data, True)
         except (NoPatchError, DinerosError):
-            pass  # in our form, then
+            pass  # use our format
         return Content(after, False)

@@ -1,4 +1,4 @@
-"""Values of attributes from outside: only what every file format can hold and read again."""
+"""Attribute values from untrusted data: only values that all file formats can store."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ _NUMBERS = ("EDouble", "EDoubleObject")
 
 
 def checked(feature: Any, value: Value) -> Any:
-    """Return the value that an attribute takes; None stands for its default.
+    """Return the value of an attribute; None means its default.
 
     Parameters
     ----------
     feature : EAttribute
         The attribute.
     value : Value
-        What somebody wants it to be.
+        The requested value.
 
     Raises
     ------
     CommandError
-        It is of another type, out of bounds, or no file could hold it.
+        It is of another type, out of bounds, or cannot be stored in a file.
     """
     if value is None:
         default = feature.get_default_value()
@@ -95,7 +95,7 @@ def checked_id(text: str) -> str:
     Raises
     ------
     CommandError
-        One of the formats cannot hold it, or would take it for a path.
+        Some format cannot store it, or would take it for a path.
     """
     if not text or len(text) > LONGEST_ID:
         raise CommandError(f"an id has 1 to {LONGEST_ID} characters")

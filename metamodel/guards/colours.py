@@ -1,7 +1,7 @@
-"""Which kinds of tokens guards tell apart, and which of them a transition takes and puts.
+"""Kinds of tokens that guards distinguish, and the kinds that a transition takes and puts.
 
-Tokens of a place have the same colour if no guard that they can reach tells them apart. A field that no
-guard asks about does not count. The partition is refined backwards along copies of fields until nothing
+Tokens of a place have the same colour if no guard that they can reach distinguishes them. A field that no
+guard uses is ignored. The partition is refined backwards along copies of fields until nothing
 changes (as in partition refinement: Paige and Tarjan, SIAM J. Comput. 16(6), 1987).
 """
 
@@ -26,14 +26,14 @@ Colour = tuple[tuple[int, ...], ...]
 
 @dataclass(frozen=True)
 class Step:
-    """What a transition asks and assigns.
+    """The guard and the assignments of a transition.
 
     Attributes
     ----------
     guard : mapping of place to Condition
-        What it asks of the token of each place.
+        Condition on the token of each place.
     assigned : mapping of place to mapping
-        By place and field what it gives to tokens that it puts: a value, or the field it copies.
+        By place and field, the value that it assigns to tokens it puts, or the field that it copies.
     """
 
     guard: Mapping[pn.Place, Condition]
@@ -41,7 +41,7 @@ class Step:
 
 
 class Moves(NamedTuple):
-    """What a transition does with the tokens of places: how many it takes, reads and puts."""
+    """Numbers of tokens that a transition takes, reads and puts, by place."""
 
     takes: Mapping[pn.Place, int]
     reads: Mapping[pn.Place, int]
@@ -62,7 +62,7 @@ class Palette:
     Attributes
     ----------
     fields : dict of str to list
-        By the name of each field that matters, its classes of values.
+        By name of each field that guards use: its classes of values.
     """
 
     def __init__(self, declared: Mapping[str, FieldType], asked: Mapping[str, list[Comparison]]) -> None:
@@ -87,7 +87,7 @@ class Palette:
         return tuple(found)
 
     def fulfils(self, colour: Colour, condition: Condition) -> bool:
-        """Return whether all tokens of a colour fulfil a condition; otherwise none does."""
+        """Return whether all tokens of a colour fulfil a condition; otherwise none of them does."""
         values = {FieldName(None, name): each[0] for name, each in zip(self.fields, colour, strict=True)}
         return condition.holds(values)
 
@@ -104,21 +104,21 @@ class Palette:
 def palettes(
     steps: Mapping[sym.Transition, Step], fields: Fields, copied: Iterable[tuple[pn.Place, pn.Place]] = ()
 ) -> dict[pn.Place, Palette]:
-    """Return the colours of the tokens of each place where they matter.
+    """Return the colours of the tokens of each place whose colours matter.
 
     Parameters
     ----------
     steps : mapping of transition to Step
-        What transitions ask and assign.
+        Guards and assignments of transitions.
     fields : callable
         The fields of a place's tokens.
     copied : iterable of tuple
-        Pairs of places: a channel hands data of the first one's tokens to those of the second one.
+        Pairs of places: a channel copies data from tokens of the first place to tokens of the second.
 
     Raises
     ------
     GuardError
-        Guards tell too many kinds of tokens apart.
+        Guards distinguish too many kinds of tokens.
     """
     asked: dict[Source, list[Comparison]] = {}
     copies: dict[tuple[Source, Source], None] = {}
@@ -149,7 +149,7 @@ def palettes(
 
 
 def can_be_handed(name: str, source: Mapping[str, FieldType], target: Mapping[str, FieldType]) -> bool:
-    """Return whether each value of a field of one token is one of the field of that name of another."""
+    """Return whether each value of a field of one token is allowed in the field of that name of another."""
     if name not in source or name not in target:
         return False
     values, others = finite_values(source[name]), finite_values(target[name])
@@ -162,9 +162,9 @@ def variants(step: Step | None, moves: Moves, known: Mapping[pn.Place, Palette])
     Parameters
     ----------
     step : Step or None
-        What it asks and assigns; None: nothing.
+        Its guard and assignments; None: it has none.
     moves : Moves
-        Its tokens, of places with a palette.
+        Its tokens, in places with a palette.
     known : mapping of place to Palette
         The palettes.
     """
@@ -192,7 +192,7 @@ def variants(step: Step | None, moves: Moves, known: Mapping[pn.Place, Palette])
 def occurring(
     start: Iterable[tuple[pn.Place, Colour]], chosen: Iterable[Variant]
 ) -> set[tuple[pn.Place, Colour]]:
-    """Return the colours that tokens of places can have, as far as these variants can fire."""
+    """Return the colours that tokens of places can have if only these variants fire."""
     found, left = set(start), list(chosen)
     changed = True
     while changed:
@@ -229,7 +229,7 @@ def _made(
     seen: Mapping[pn.Place, Colour],
     known: Mapping[pn.Place, Palette],
 ) -> list[tuple[Colour, ...]]:
-    """Return the choices of tokens that a transition puts: any value where nothing is assigned."""
+    """Return the choices of tokens that a transition puts: any value if none is assigned."""
     palette = known[place]
     allowed = []
     for name, classes in palette.fields.items():

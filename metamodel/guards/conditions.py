@@ -1,4 +1,4 @@
-"""Conditions over fields of tokens, and assignments to fields: immutable trees without names resolved."""
+"""Conditions over fields of tokens, and assignments to fields: immutable trees with unresolved names."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SIGNS: dict[str, Callable[[int, int], bool]] = {
 
 
 class FieldName(NamedTuple):
-    """A field as a text names it: with the id of its place, or without."""
+    """A field as it is named in a text: with or without the id of its place."""
 
     place: str | None
     field: str
@@ -36,11 +36,11 @@ class Condition:
 
     @property
     def operands(self) -> tuple[Condition, ...]:
-        """The conditions that it is made of."""
+        """The conditions that this condition consists of."""
         return ()
 
     def holds(self, values: Mapping[FieldName, int]) -> bool:
-        """Return whether it holds for the values of all its fields; truth values are 0 and 1."""
+        """Return whether the condition holds for the values of all its fields; truth values are 0 and 1."""
         raise NotImplementedError
 
 

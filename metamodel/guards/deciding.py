@@ -1,6 +1,6 @@
-"""Guards and assignments for single tokens: what a transition asks of their data, and what it gives them.
+"""Guards and assignments for single tokens: conditions on their data, and values assigned to their fields.
 
-Everything that fires transitions with data, or checks such firings, asks here.
+All code that fires transitions with data, or checks such firings, uses this module.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from dineros.metamodel.token_data import FieldType, Value
 def read_step(
     transition: sym.Transition, seen: Mapping[pn.Place, int], puts: Iterable[pn.Place], fields: Fields
 ) -> Step:
-    """Return what a transition asks and assigns.
+    """Return the guard and the assignments of a transition.
 
     Parameters
     ----------
     transition : sym.Transition
         The transition.
     seen : mapping of place to int
-        How many tokens it takes or reads.
+        Number of tokens that it takes or reads.
     puts : iterable of place
-        Where it puts tokens.
+        Places where it puts tokens.
     fields : callable
         The fields of a place's tokens.
 
     Raises
     ------
     GuardError
-        They cannot be read, or name something that is not there.
+        The texts cannot be read, or name an element that does not exist.
     """
     try:
         guard = {} if transition.guard is None else read_guard(transition.guard, seen, fields)
@@ -63,7 +63,7 @@ def as_value(number: int, field: FieldType) -> Value:
 
 
 def value_text(value: object, field: FieldType) -> str:
-    """Return a value of a field as guards write it: by its name, where it has one."""
+    """Return a value of a field as guards write it: by its name, if it has one."""
     if isinstance(value, bool):
         return str(value).lower()
     return next((name for name, number in field.range.names if number == value), str(value))

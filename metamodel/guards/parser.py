@@ -1,4 +1,4 @@
-"""From the text of a guard, or of assignments, to a tree (grammar: ``guard.lark``)."""
+"""Parser of guards and assignments: text to tree (grammar: ``guard.lark``)."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ MAX_DEPTH = 50
 def parse_guard(text: str) -> Condition:
     """Read a condition over fields of tokens.
 
-    Operators, the loosest first: ``or``, ``and``, ``not``, then ``=``, ``<>``, ``<``, ``<=``, ``>``, ``>=``,
+    Operators, weakest first: ``or``, ``and``, ``not``, then ``=``, ``<>``, ``<``, ``<=``, ``>``, ``>=``,
     ``between ... and ...``. A field is ``Place.field`` or ``field``, a constant a number, ``true``, ``false``
     or a named value in single quotes.
 
     Raises
     ------
     GuardError
-        The text is no such condition, too long or nested too deep.
+        The text is not such a condition, is too long, or is nested too deeply.
     """
     condition: Condition = _parsed(text, "condition")
     depth, level = 0, [condition]
@@ -61,7 +61,7 @@ def parse_assignments(text: str) -> tuple[Assignment, ...]:
     Raises
     ------
     GuardError
-        The text has another form.
+        The text does not have this form.
     """
     assignments: tuple[Assignment, ...] = _parsed(text, "assignments")
     return assignments
@@ -95,7 +95,7 @@ def _parser() -> Lark:
 
 
 class _GuardBuilder:
-    """Builds the tree while the text is parsed; its methods are called as the rules of the grammar are."""
+    """Builds the tree while the text is parsed; its methods have the names of the grammar's rules."""
 
     def plain(self, children: list[Token]) -> str:
         return str(children[0])

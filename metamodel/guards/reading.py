@@ -1,4 +1,4 @@
-"""Guards and assignments of a transition, with the places and fields that they name found in the model."""
+"""Guards and assignments of a transition, with their place and field names resolved in the model."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from dineros.metamodel.guards.parser import parse_assignments, parse_guard
 from dineros.metamodel.token_data import FieldType
 
 MOST_VALUES = 4096
-"""Most values of a field that guards may ask about, and most combinations of the fields of one token."""
+"""Most values of a field that guards may use, and most combinations of the fields of one token."""
 
 Fields = Callable[[pn.Place], Mapping[str, FieldType]]
 """Returns the fields of the tokens of a place, by name."""
@@ -34,7 +34,7 @@ _WIDTHS = {"uint8": (0, 255), "char": (0, 255), "byte": (0, 255), "int8": (-128,
 
 
 def finite_values(field: FieldType) -> tuple[int, ...] | None:
-    """Return all values of a field in ascending order, truth values as 0 and 1; None: it has many."""
+    """Return all values of a field in ascending order, truth values as 0 and 1; None: too many values."""
     if field.kind == "boolean":
         return (0, 1)
     if field.kind != "integer":
@@ -50,14 +50,14 @@ def finite_values(field: FieldType) -> tuple[int, ...] | None:
 
 
 def read_guard(text: str, seen: Mapping[pn.Place, int], fields: Fields) -> dict[pn.Place, Condition]:
-    """Return what the guard of a transition asks of the token of each place that it names.
+    """Return the condition of a transition's guard on the token of each place that it names.
 
     Parameters
     ----------
     text : str
-        The guard. Each part that ``and`` joins asks about one place.
+        The guard. Each part that ``and`` joins refers to one place.
     seen : mapping of place to int
-        How many tokens the transition takes or reads.
+        Number of tokens that the transition takes or reads.
     fields : callable
         The fields of a place's tokens.
 
@@ -69,7 +69,7 @@ def read_guard(text: str, seen: Mapping[pn.Place, int], fields: Fields) -> dict[
     Raises
     ------
     GuardError
-        The guard cannot be read, names something that is not there, or can never hold.
+        The guard cannot be read, names an element that does not exist, or can never hold.
     """
     parts: dict[pn.Place, list[Condition]] = {}
     guard = parse_guard(text)
@@ -101,12 +101,12 @@ def read_guard(text: str, seen: Mapping[pn.Place, int], fields: Fields) -> dict[
 def read_assignments(
     text: str, seen: Mapping[pn.Place, int], puts: Iterable[pn.Place], fields: Fields
 ) -> dict[pn.Place, dict[str, int | Source]]:
-    """Return what a transition assigns to fields of the tokens that it puts on each place.
+    """Return the values that a transition assigns to fields of the tokens that it puts on each place.
 
     Raises
     ------
     GuardError
-        The text cannot be read, names something that is not there, or a value does not fit.
+        The text cannot be read, names an element that does not exist, or assigns an unsuitable value.
     """
     targets = dict.fromkeys(puts, 1)
     found: dict[pn.Place, dict[str, int | Source]] = {}
@@ -180,7 +180,7 @@ def _finite(known: Mapping[str, FieldType], name: str) -> tuple[FieldType, tuple
 
 
 def _constant(value: Constant, field: FieldType) -> int:
-    """Return a constant as a number of a field's kind."""
+    """Return a constant as a number for a field."""
     if isinstance(value, str):
         number = field.range.value_of(value)
         if number is None:
@@ -209,7 +209,7 @@ def _resolved(comparison: Comparison, known: Mapping[str, FieldType]) -> Compari
 
 
 def satisfying(condition: Condition, known: Mapping[str, FieldType]) -> dict[str, int] | None:
-    """Return values of the fields that a condition names under which it holds, small ones first; None: none.
+    """Return field values that fulfil a condition, small values first; None if there are none.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def satisfying(condition: Condition, known: Mapping[str, FieldType]) -> dict[str
 
 
 def classes_of(field: FieldType, asked: Iterable[Comparison]) -> list[tuple[int, ...]]:
-    """Return the values of a field, those together that no comparison tells apart; in ascending order."""
+    """Return the values of a field, grouped if no comparison distinguishes them; in ascending order."""
     distinct = list(dict.fromkeys(asked))
     classes: dict[tuple[bool, ...], list[int]] = {}
     for value in finite_values(field) or ():

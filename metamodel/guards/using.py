@@ -1,4 +1,4 @@
-"""Which transitions of a model have guards, and what does not support them yet."""
+"""Transitions with guards, and a check for functions that do not support guards yet."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ def guarded(model: pn.Net) -> list[sym.Transition]:
 
 
 def require_no_guards(model: pn.Net, what: str) -> None:
-    """Refuse a model with guards where they would be ignored.
+    """Raise an error for a model with guards, in functions that would ignore them.
 
     Parameters
     ----------
     model : pn.Net
         The model.
     what : str
-        What does not support them, such as ``dineros run``.
+        Name of the function without support, such as ``dineros run``.
 
     Raises
     ------

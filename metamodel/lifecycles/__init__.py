@@ -1,1 +1,1 @@
-"""Managed nodes: their states, and in which order they come up."""
+"""Managed nodes: their states, and the order in which they start."""

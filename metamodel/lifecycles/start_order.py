@@ -1,4 +1,4 @@
-"""In which order a manager brings the managed nodes of an application up."""
+"""The order in which a manager starts the managed nodes of an application."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from dineros.metamodel.elements import label, node_nets
 
 
 class Start(NamedTuple):
-    """One thing that a manager does.
+    """One step of a manager.
 
     Attributes
     ----------
     label : {"configure", "activate"}
-        What the node is asked for.
+        The requested state change.
     node : sym.NodeNet
         The node.
     """
@@ -25,14 +25,14 @@ class Start(NamedTuple):
 
 
 def managed_nodes(model: pn.Net) -> list[sym.NodeNet]:
-    """Return the node nets that have a lifecycle, in the order of the model."""
+    """Return the node nets with a lifecycle, in model order."""
     return [node for node in node_nets(model) if node.lifecycle is not None]
 
 
 def start_steps(node: sym.NodeNet) -> dict[str, float]:
-    """Return in which step a manager configures and activates a node; nothing for one without a lifecycle.
+    """Return the steps in which a manager configures and activates a node; empty without a lifecycle.
 
-    What a model leaves open is configured first, and activated last.
+    Nodes without a given step are configured first, and activated last.
     """
     life = node.lifecycle
     return (
@@ -41,15 +41,15 @@ def start_steps(node: sym.NodeNet) -> dict[str, float]:
 
 
 def in_order(step: tuple[float, str]) -> tuple[float, bool]:
-    """Return what steps are sorted by: of the same step, nodes are configured before any is activated."""
+    """Return the sort key of a step: within a step, nodes are configured before any is activated."""
     return step[0], step[1] == "activate"
 
 
 def start_order(model: pn.Net) -> list[Start]:
-    """Return what a manager does, one after the other, so that it obeys the start order of a model.
+    """Return the sequence of a manager's steps, according to the start order of a model.
 
-    What the model leaves open is configured first, and activated last: then most is there when something is
-    published.
+    Nodes without a given step are configured first, and activated last: then most nodes are configured when
+    messages are published.
 
     >>> net = sym.SystemModel(id="application")
     >>> for name, steps in (("camera", (0, 2)), ("display", (0, 1))):
@@ -65,9 +65,9 @@ def start_order(model: pn.Net) -> list[Start]:
 
 
 def manager_arguments(model: pn.Net) -> list[str]:
-    """Return what the manager of an application is told, such as ``configure:/cell/camera``, in its order.
+    """Return the arguments of an application's manager, in order, such as ``configure:/cell/camera``.
 
-    Nothing without managed nodes, and under rules that know none.
+    Empty without managed nodes, and under rules without lifecycles.
     """
     if not isinstance(model, sym.SystemModel) or model.middleware != sym.Middleware.ros2:
         return []
@@ -75,5 +75,5 @@ def manager_arguments(model: pn.Net) -> list[str]:
 
 
 def start_argument(what: str, namespace: str, name: str) -> str:
-    """Return what a manager is told about one node."""
+    """Return the argument of a manager for one node."""
     return f"{what}:{'/'.join(['', *filter(None, namespace.split('/')), name])}"

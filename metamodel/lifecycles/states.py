@@ -1,4 +1,4 @@
-"""The states of a managed node, and what leads from one to another (ROS 2 design article *Managed nodes*)."""
+"""The states of a managed node and their changes (ROS 2 design article *Managed nodes*)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 State = Literal["unconfigured", "inactive", "active", "finalized"]
 STATES: tuple[State, ...] = get_args(State)
-"""In the order in which a node goes through them."""
+"""The states, in their usual order."""
 Label = Literal["configure", "activate", "deactivate", "cleanup", "shutdown"]
 
 STATE_AFTER: Mapping[str, State] = {
@@ -17,7 +17,7 @@ STATE_AFTER: Mapping[str, State] = {
     "cleanup": "unconfigured",
     "shutdown": "finalized",
 }
-"""The state that a node has when what it was asked for has succeeded."""
+"""The state after a successful change, by the change."""
 
 STATES_BEFORE: Mapping[str, tuple[State, ...]] = {
     "configure": ("unconfigured",),
@@ -26,4 +26,4 @@ STATES_BEFORE: Mapping[str, tuple[State, ...]] = {
     "cleanup": ("inactive",),
     "shutdown": ("unconfigured", "inactive", "active"),
 }
-"""The states in which a node can be asked for it; it keeps that state when it fails."""
+"""The states in which a change can be requested; the state is kept if the change fails."""

@@ -1,6 +1,7 @@
-"""Traces: what happened in a net, one JSON object per line, shared by witnesses and runs (`docs/records.md`).
+"""Traces: events in a net, one JSON object per line, of witnesses and runs (`docs/records.md`).
 
-A *witness* is a firing sequence found by an analysis, a *run* is what a node did. Both begin with a `Header`.
+A *witness* is a firing sequence found by an analysis, a *run* is the behaviour of a node. Both begin with a
+`Header`.
 
 >>> from dineros.metamodel.records import Fire, decode_record, encode_record
 >>> line = encode_record(Fire(sequence=1, transition="Say", change={"Words": -1, "Said": 1}))

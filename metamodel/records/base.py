@@ -1,4 +1,4 @@
-"""What all records of a trace have, and the first of every file; classes of records tell their events."""
+"""The base class of records, and the header of each file; classes of records declare their events."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ class Record:
     Attributes
     ----------
     sequence : int
-        Position in the trace of the node, from 0; continues over rotated parts and restarts.
+        Position in the trace of the node, from 0; it continues over rotated parts and restarts.
     time : float or None
         Seconds since the epoch; only in runs.
     node : str or None
         Id of the node net.
     location : Location or None
-        Where the record was read; no field of the JSON object.
+        Where the record was read; not a field of the JSON object.
     """
 
     event: ClassVar[str]
@@ -64,40 +64,39 @@ SCHEMA = 1
 
 
 class Header(Record, event="header"):
-    """First line of every file.
+    """The first line of each file.
 
     Attributes
     ----------
     schema : int
         Version of the schema.
     kind : {"run", "witness"}
-        What the file is.
+        Kind of the trace.
     model, source : str
-        Id of the model, and the file it comes from.
+        Id of the model, and its file.
     settings : list of str
-        How the model was changed for this run, as for `--set`.
+        Settings that changed the model for this run, as for `--set`.
     simulated : bool
-        Of a run: whether its nodes ran in simulated time, which the times of its records are not.
+        For a run: whether its nodes used simulated time, which the times of its records are not.
     property : str or None
-        Of a witness: what was asked, such as ``G a <= 1``.
+        For a witness: the question, such as ``G a <= 1``.
     verdict : str or None
-        Of a witness: the answer it proves, such as ``violated``.
+        For a witness: the answer that it proves, such as ``violated``.
     loop : int or None
-        Of a witness: sequence of the first record that repeats forever.
+        For a witness: sequence number of the first record that repeats forever.
     signals, overflow : str or None
-        Of a witness: how the model was flattened; None for a plain net.
+        For a witness: options of the flattening; None for a plain net.
     marking : dict of str to int
         Of a witness: initial marking of the flattened net; places that are not named are empty.
     signals_initial : dict of str to bool or str
         Of a witness: start value of each signal.
     cause : int or None
-        Of a witness: sequence of the record with which its outcome may have begun; 0: it was so from the
-        start.
+        For a witness: sequence number of the record from which its outcome may follow; 0: from the start.
     causes : list of int
-        Of a witness: sequences of the records in the causal past of its outcome.
+        For a witness: sequence numbers of the records in the causal past of its outcome.
     decided : dict of str to list of int
-        Of a witness: the conditions that decide its outcome; sequences of the record since which each is true
-        (0: from the start), and of that up to which.
+        For a witness: the conditions that decide its outcome; for each, the sequence numbers of the records
+        from which it is true (0: from the start), and up to which.
     """
 
     schema: int = SCHEMA

@@ -1,4 +1,4 @@
-"""Records as lines of JSON, and back, with every field checked."""
+"""Converts records to lines of JSON and back; every field is checked."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from dineros.metamodel.token_data import Value
 Converter = Callable[[Any], Any]
 
 LINE_LIMIT = 64 << 20
-"""Bytes that a line may have."""
+"""Maximum length of a line, in bytes."""
 
 
 class RecordError(DinerosError):
@@ -55,8 +55,7 @@ def encode_fields(event: str, sequence: int, values: Mapping[str, Any]) -> str:
 def with_checksum(line: str) -> bytes:
     """Return a line of JSON with its CRC-32 as the last field, without the line feed.
 
-    The checksum finds what damages a file; whoever wants to change a record can leave it out, and lines
-    without one are read.
+    The checksum detects damaged files, but no deliberate changes: lines without a checksum are read, too.
 
     Examples
     --------
@@ -76,7 +75,7 @@ def _has_wrong_checksum(line: bytes) -> bool:
 
 
 def encode_record(record: Record) -> str:
-    """Return a record as a line of JSON, without the line feed; fields at their default are left out."""
+    """Return a record as a line of JSON, without the line feed; fields with default values are left out."""
     values = {}
     for name, _, default in _layout(type(record)):
         value = getattr(record, name)
@@ -89,14 +88,14 @@ def encode_record(record: Record) -> str:
 def decode_record(line: str, location: Location | None = None) -> Record:
     """Read a line of JSON as a record.
 
-    Fields that the event does not have are passed over, so that a trace may say more.
+    Unknown fields are ignored, so that a trace may contain additional ones.
 
     Parameters
     ----------
     line : str
         The line.
     location : Location, optional
-        Where it stands.
+        Position of the line.
 
     Raises
     ------
@@ -139,7 +138,7 @@ def decode_record(line: str, location: Location | None = None) -> Record:
 
 
 class RecordDecoder:
-    """Reads a trace that comes in pieces, such as a file that still grows.
+    """Reads a trace in pieces, such as a file that is still being written.
 
     Parameters
     ----------
@@ -159,12 +158,12 @@ class RecordDecoder:
         self.position = 0
         self.line = 0
         self._complete: deque[bytes] = deque()
-        self._begun: list[bytes] = []  # pieces of the line that is not complete yet
+        self._begun: list[bytes] = []  # pieces of the incomplete line
         self._size = 0
         self._overlong = f"is a line of more than {LINE_LIMIT >> 20} MiB"
 
     def feed(self, chunk: bytes) -> Iterator[Record]:
-        """Yield the records whose lines are complete now.
+        """Yield the records of the lines that are now complete.
 
         Raises
         ------
@@ -187,14 +186,14 @@ class RecordDecoder:
             raise RecordError(self._overlong, location=Location(self.source, self.line + 1))
 
     def forget(self) -> None:
-        """Forget what was fed and not yielded: it will be fed again, from `position` on."""
+        """Discard incomplete data: it will be fed again, from `position` on."""
         self._complete.clear()
         self._begun, self._size = [], 0
 
     def close(self) -> Record | None:
-        """Return the record of a last line that lacks its line feed.
+        """Return the record of a last line without a line feed.
 
-        A crash may have cut that line: what is not complete was never recorded, and None is returned.
+        A crash may have left an incomplete line: it was never recorded, and None is returned.
         """
         line = b"".join(self._begun)
         self.forget()
@@ -242,7 +241,7 @@ def _is_json(line: bytes) -> bool:
 @remembered
 def _layout(kind: type[Record]) -> tuple[tuple[str, Converter, Any], ...]:
     """Return name, converter and default (or MISSING) of each JSON field of a class of records."""
-    hints = typing.get_type_hints(kind, None, {"Value": Value})  # the values of tokens are recursive
+    hints = typing.get_type_hints(kind, None, {"Value": Value})  # the types of token values are recursive
     return tuple(
         (
             field.name,
@@ -255,7 +254,7 @@ def _layout(kind: type[Record]) -> tuple[tuple[str, Converter, Any], ...]:
 
 
 def _converter(hint: Any) -> Converter:
-    """Return what checks a JSON value against a type, and makes it one where JSON has no such type."""
+    """Return a function that checks a JSON value against a type, and converts it if JSON lacks the type."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if hint is Any:
         return lambda value: value

@@ -1,7 +1,7 @@
-"""What a kind of record declares once, so that all who handle records loop over the kinds.
+"""Properties of each kind of record, declared once, so that all users of records can loop over the kinds.
 
-The saved state of a node, conformance, the roles of transitions, messages, scripts of generated tests, the
-trace page and its breakpoints take from here what they need.
+They are used by the saved state of a node, conformance, the roles of transitions, messages, scripts of
+generated tests, the trace page and its breakpoints.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 TokenMove: TypeAlias = Literal["", "leaves", "arrives", "may arrive"]
-"""What happens to the token of a record at its place: ``may arrive`` where the place may be absent."""
+"""The move of a record's token at its place; ``may arrive``: the place may be missing."""
 
 CallChange: TypeAlias = Literal["", "begins", "is served", "is answered", "ends", "is given up"]
-"""What becomes of a call of a service."""
+"""The effect on a service call."""
 
 GoalChange: TypeAlias = Literal[
     "",
@@ -29,49 +29,49 @@ GoalChange: TypeAlias = Literal[
     "ends",
     "is known to have ended",
 ]
-"""What becomes of a goal of an action."""
+"""The effect on a goal of an action."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Declaration:
-    """What is the same for all records of a kind.
+    """The common properties of all records of a kind.
 
-    Texts have placeholders for the fields of the record.
+    Texts have placeholders for fields of the record.
 
     Attributes
     ----------
     does : str
-        What the node does, for messages; its subject is the place.
+        Action of the node, for messages; its subject is the place.
     does_nameless : str
-        The same where the message has no id.
+        The same if the message has no id.
     token : TokenMove
-        What it does to the node's marking.
+        Its effect on the node's marking.
     call : CallChange
-        What it does to a call of a service; empty: it is about something else.
+        Its effect on a service call; empty: none.
     goal : GoalChange
-        What it does to a goal of an action; empty: it is about something else.
+        Its effect on a goal of an action; empty: none.
     end : {"", "client", "server"}
-        Who takes part in the call or the goal.
+        The participant of the call or goal.
     port : str
-        The feature of that port which is the place of the record; empty for a goal: that of its outcome. Of a
-        step that is of no call and no goal, the port is that of a topic.
+        The feature of that port for the place of the record; empty for a goal: the place depends on the
+        outcome. For a step of no call and no goal, the port is that of a topic.
     receives : str
-        The event of the record that sends what this one receives, by the same id; empty: it receives
-        nothing.
+        The event of the record that sends the message which this one receives, by the same id; empty: it
+        receives none.
     mark : str
-        The letter of its mark on the lane of a trace; empty: nothing is drawn.
+        The letter of its mark on the lane of a trace; empty: there is no mark.
     state : str
-        What the call or goal of that mark is then, in exported files; empty: what its outcome says.
+        State of the call or goal after it, in exported files; empty: that of its outcome.
     happens : str
-        What happens, on the trace page: ``{client}`` and ``{server}`` are described, ``{service}`` is named.
-        Of goals, ``{client}``, ``{slot}``, ``{goal}`` (``{own}`` or ``{asked}`` after its client) and how it
+        Description on the trace page: ``{client}`` and ``{server}`` are described, ``{service}`` is named.
+        For goals, ``{client}``, ``{slot}``, ``{goal}`` (``{own}`` or ``{asked}`` after its client) and how it
         ``{ends}`` are described, ``{action}`` is named.
     comes_last : bool
-        Whether it is replayed only when nothing else can be: no other step waits for it.
+        Whether it is replayed only if nothing else can be: no other step waits for it.
     needs_time : str
-        What a script of steps cannot say, since it knows no time; empty: it can.
+        Why a script of steps cannot contain it, since scripts have no time; empty: it can.
     without_it : str
-        What is so in a trace without such steps.
+        The meaning of a trace without such steps.
     """
 
     does: str = ""
@@ -95,6 +95,6 @@ class Declaration:
         return bool(self.port) and not self.call and not self.goal
 
     def words(self, record: object) -> str:
-        """Return what the node does, with the fields of a record of this kind."""
+        """Return the action of the node, with the fields of a record of this kind."""
         does = self.does if getattr(record, "message", None) else self.does_nameless
         return does.format(**vars(record))

@@ -1,4 +1,4 @@
-"""Files of records: one trace per node, in one file or in parts that were rotated by size."""
+"""Files of records: one trace per node, in one file or in parts rotated by size."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PART = re.compile(r"(?P<node>[^.]+)(?:\.(?P<number>[0-9]{4,}))?\.jsonl")
 
 
 def current_path(folder: Path, node: str) -> Path:
-    """Return the file that a node writes to."""
+    """Return the file to which a node writes."""
     return folder / f"{file_name(node)}{SUFFIX}"
 
 
@@ -29,23 +29,23 @@ def part_path(folder: Path, node: str, number: int) -> Path:
 
 
 def number_of_part(path: Path) -> int | None:
-    """Return the number of a rotated part, or None for the file that grows."""
+    """Return the number of a rotated part; None for the current file."""
     match = _PART.fullmatch(path.name)
     return int(match["number"]) if match and match["number"] else None
 
 
 def journals_path(folder: Path) -> Path:
-    """Return the list of the nodes that have had a journal in a folder: one that is missing is missed."""
+    """Return the list of the nodes with a journal in a folder, by which a missing journal is detected."""
     return folder / ".journals"
 
 
 def data_folder(folder: Path, node: str) -> Path:
-    """Return the folder of large values that a node's trace refers to."""
+    """Return the folder of large values to which a node's trace refers."""
     return folder / f"{file_name(node)}.data"
 
 
 def parts_of(folder: Path, node: str) -> list[Path]:
-    """Return the files of a node's trace, the oldest first; the one that grows is the last."""
+    """Return the files of a node's trace, the oldest first; the current file is the last."""
     return node_traces(folder).get(node, [])
 
 
@@ -71,9 +71,9 @@ def node_traces(folder: Path) -> dict[str, list[Path]]:
 
 
 def read_records(path: Path) -> Iterator[Record]:
-    """Yield the records of one file, as it is read.
+    """Yield the records of one file while reading it.
 
-    A last line that a crash has cut is passed over.
+    An incomplete last line after a crash is skipped.
 
     Raises
     ------
@@ -89,12 +89,12 @@ def read_records(path: Path) -> Iterator[Record]:
 
 
 def trace_pieces(path: Path, start: int = 0) -> Iterator[bytes]:
-    """Yield what a trace holds from a position on, piece by piece.
+    """Yield the content of a trace from a position on, piece by piece.
 
     Raises
     ------
     RecordError
-        It is not a plain file, or cannot be read.
+        It is not a regular file, or cannot be read.
     """
     try:
         yield from read_pieces(path, start)
@@ -103,12 +103,12 @@ def trace_pieces(path: Path, start: int = 0) -> Iterator[bytes]:
 
 
 def read_trace(paths: Path | Iterable[Path]) -> Iterator[Record]:
-    """Yield the records of one trace: of its parts in the order given, or of one file.
+    """Yield the records of one trace: of its parts in the given order, or of one file.
 
     Raises
     ------
     RecordError
-        A line is not a record, or sequence numbers do not go up by one.
+        A line is not a record, or sequence numbers do not increase by one.
     """
     expected: int | None = None
     for path in [paths] if isinstance(paths, Path) else paths:
@@ -124,12 +124,12 @@ def read_trace(paths: Path | Iterable[Path]) -> Iterator[Record]:
 
 
 def traces_of_runs(paths: Iterable[Path]) -> dict[str, list[Path]]:
-    """Sort the files of a run by node, each node's parts in their order, whatever the files are called.
+    """Sort the files of a run by node, and the parts of each node in order, regardless of file names.
 
     Parameters
     ----------
     paths : iterable of Path
-        Files, and folders of which all traces count.
+        Files, and folders of traces.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def traces_of_runs(paths: Iterable[Path]) -> dict[str, list[Path]]:
 
 
 def write_records(path: Path, records: Iterable[Record]) -> None:
-    """Write a trace, as a whole or not at all.
+    """Write a trace, completely or not at all.
 
     Raises
     ------
@@ -173,5 +173,5 @@ def write_records(path: Path, records: Iterable[Record]) -> None:
 
 
 def file_name(node: str) -> str:
-    """Return the id of a node as part of a file's name; parts are told apart by dots."""
+    """Return the id of a node as part of a file name, without dots, which separate the parts."""
     return quote(node, safe=" ").replace(".", "%2E").replace("~", "%7E")

@@ -1,4 +1,4 @@
-"""Following the traces of a run while its nodes still write them."""
+"""Reads the traces of a run while its nodes still write them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from dineros.metamodel.records.coding import RecordDecoder
 from dineros.metamodel.records.files import node_traces, trace_pieces
 
 _HEAD = 64
-"""Bytes that hold the sequence of the first record."""
+"""Number of bytes that contain the sequence number of the first record."""
 
 
 class _File(NamedTuple):
-    """A file, whatever its name: its number in the file system, which is used again, and its first bytes."""
+    """A file, independent of its name: its inode number, which may be reused, and its first bytes."""
 
     inode: int
     head: bytes
@@ -26,7 +26,7 @@ class _File(NamedTuple):
 
 @dataclass
 class _Place:
-    """Up to where a node's trace is read: a file, lines in it, and the sequence of the last record."""
+    """The position up to which a node's trace was read: a file, lines in it, the last sequence number."""
 
     file: _File
     last: int = -1
@@ -34,10 +34,10 @@ class _Place:
 
 
 class Follower:
-    """Reads what is new in the traces of a folder, each time it is asked.
+    """Reads the new records in the traces of a folder, at each call.
 
-    A file that was rotated away is read to its end before the next; a last line that is not complete, or
-    that a crash has cut and the resumed node cut off, is read again.
+    A rotated file is read to its end before the next one; an incomplete last line, also one that a restarted
+    node has removed, is read again.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class Follower:
 
 
 def _file_at(path: Path) -> _File | None:
-    """Return which file is at a path; None: there is none, or not even the beginning of its first record."""
+    """Return the file at a path; None: there is none, or its first record is incomplete."""
     try:
         file = open_plain(path)
     except (OSError, ModelFileError):

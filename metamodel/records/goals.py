@@ -1,7 +1,7 @@
-"""The records of actions: goals, how they are answered, canceled and ended, and the feedback between.
+"""The records of actions: goals, their answers, cancel requests, ends, and feedback.
 
-A goal has an id, ``message``, which is the text of its UUID in ROS: by it the steps of both ends are known
-to be of one goal.
+A goal has an id, ``message``, which is the text of its UUID in ROS; it identifies the steps of both ends that
+belong to one goal.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class GoalStep(Step):
     client : str or None
         The client's id, in the steps of its node.
     instance : int or None
-        The slot of the server, from 1, in the steps of its node, and of a request to cancel in a witness.
+        The slot of the server, from 1: in steps of its node, and in a cancel request of a witness.
     place : str or None
-        The place that loses or gets a token; None where the model names none.
+        The place that loses or gets a token; None: the model has no such place.
     token : int or None
         Id of that token; only in runs.
     message : str or None
@@ -61,7 +61,7 @@ class Goal(GoalStep, event="goal"):
 
 
 class Accept(GoalStep, event="accept"):
-    """The server accepts a goal, carrying `data`, and begins to work on it."""
+    """The server accepts a goal with this `data`, and begins to execute it."""
 
     declared = Declaration(
         does="the server accepts goal {message}",
@@ -80,7 +80,7 @@ class Accept(GoalStep, event="accept"):
 
 
 class Reject(GoalStep, event="reject"):
-    """A client learns that its goal, whose `data` the token carries, is refused."""
+    """A client is informed that its goal is refused; the token has the goal's `data`."""
 
     declared = Declaration(
         does="the client learns of the refusal of goal {message}",
@@ -97,9 +97,9 @@ class Reject(GoalStep, event="reject"):
 
 
 class Cancel(GoalStep, event="cancel"):
-    """A client's token leaves as a request to cancel a goal.
+    """A client's token leaves as a cancel request for a goal.
 
-    Without a `message`, and without an `instance` in a witness, it finds none, and is gone.
+    Without a `message`, and in a witness without an `instance`, there is no goal for it, and it is dropped.
     """
 
     declared = Declaration(
@@ -116,7 +116,7 @@ class Cancel(GoalStep, event="cancel"):
 
 
 class Canceling(GoalStep, event="canceling"):
-    """The server learns that a goal is to be canceled, and will do so: its token there carries `data`."""
+    """The server receives a cancel request and agrees to cancel the goal; its token has this `data`."""
 
     declared = Declaration(
         does="the server hears of the request to cancel goal {message}",
@@ -153,7 +153,7 @@ class Feedback(GoalStep, event="feedback"):
 
 
 class Hear(GoalStep, event="hear"):
-    """Feedback, carrying `data`, arrives at the client; `number` is 0 where it has none."""
+    """Feedback with this `data` arrives at the client; `number` is 0 if it has none."""
 
     declared = Declaration(
         does="the client hears feedback on goal {message}",
@@ -178,10 +178,10 @@ class Finish(GoalStep, event="finish"):
     Attributes
     ----------
     outcome : {"succeeded", "aborted", "canceled"}
-        How it ends.
+        The outcome.
     unheeded : int or None
-        Id of the token by which the work was to learn that the goal is to be canceled, and which goes with
-        it; None: there is none left. Only in runs.
+        Id of the cancel token that the goal's execution did not take, and that is removed with the goal;
+        None: there is none. Only in runs.
     """
 
     declared = Declaration(
@@ -200,7 +200,7 @@ class Finish(GoalStep, event="finish"):
 
 
 class Outcome(GoalStep, event="outcome"):
-    """The result of a goal, carrying `data`, arrives at the client."""
+    """The result of a goal, with this `data`, arrives at the client."""
 
     declared = Declaration(
         does="the client learns of the end of goal {message}",
@@ -218,7 +218,7 @@ class Outcome(GoalStep, event="outcome"):
 
 
 class Accepted(GoalStep, event="accepted"):
-    """A client learns that its goal is accepted; the token for that, if there is one, carries `data`."""
+    """A client is informed that its goal is accepted; the token, if there is one, has this `data`."""
 
     declared = Declaration(
         does="the client learns of the acceptance of goal {message} ({channel})",
@@ -235,7 +235,7 @@ class Accepted(GoalStep, event="accepted"):
 
 
 class TooLate(Record, event="tooLate"):
-    """A client learns that a request to cancel has come too late, or is refused."""
+    """A client is informed that a cancel request came too late, or is refused."""
 
     declared = Declaration(
         goal="is not canceled",

@@ -1,4 +1,4 @@
-"""The records of how a node runs: its beginning, what it continues from, failures, its end."""
+"""The records about a node itself: its start, its checkpoints, failures, its end."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = [
 
 
 class Start(Record, event="start"):
-    """A node begins, or continues after a restart.
+    """A node starts, or continues after a restart.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Start(Record, event="start"):
     signals : dict of str to bool or str
         Values of the signals.
     resumed : bool
-        Whether the node continues where an earlier run ended.
+        Whether the node continues an earlier run.
     seed : int or None
         Seed of the firing selection.
     """
@@ -48,7 +48,7 @@ class Start(Record, event="start"):
 
 
 class Checkpoint(Start, event="checkpoint"):
-    """All that a node needs to continue from here: the second line of every file, and the first of a restart.
+    """All data that a node needs to continue from here: second line of each file, and first after a restart.
 
     Attributes
     ----------
@@ -58,45 +58,45 @@ class Checkpoint(Start, event="checkpoint"):
         Number of the last message of each publisher's or client's port, by its place; instances of a server
         page share their publishers.
     history : dict of str to list of StoredToken
-        Number and data of the last messages of each publishing place, as many as its queue holds: a node that
-        continues publishes them again, since the queue has died with its process.
+        Number and data of the last messages of each publishing place, as many as its queue holds: a restarted
+        node publishes them again, since the queue was lost with its process.
     queues : dict of str to int
-        How many messages the queue of each publishing place holds.
+        Number of messages that the queue of each publishing place holds.
     kept : dict
-        What handlers keep: name -> JSON value.
+        Values kept by handlers: name -> JSON value.
     seen : dict
-        ``CHANNEL/PLACE`` of a subscriber -> sender (a message's id without its number) -> number of its last
-        message, where all before it came or were lost.
+        ``CHANNEL/PLACE`` of a subscriber -> sender (a message id without its number) -> number of the last
+        message up to which all messages were received or lost.
     seen_apart : dict
-        ``CHANNEL/PLACE`` -> sender -> first and last number of each further range of messages that came.
+        ``CHANNEL/PLACE`` -> sender -> first and last number of each further range of received messages.
     missing : dict of str to int
-        ``CHANNEL/PLACE`` -> messages that were lost since the last one came.
+        ``CHANNEL/PLACE`` -> number of messages lost since the last one was received.
     requests : dict
-        ``CHANNEL/CLIENT`` -> the requests under way, the oldest first: message id, data, attempts, and for
-        how many seconds (`age`); earlier versions wrote the only one, without a list and an age.
+        ``CHANNEL/CLIENT`` -> the requests under way, the oldest first: message id, data, attempts, and `age`
+        in seconds; earlier versions wrote a single request, without a list and an age.
     serving : dict of str to str
         Entry place of a server instance -> message id of the request that it serves.
     responses : dict
-        Channel -> message id -> data of the responses kept for requests that come again, the oldest first.
+        Channel -> message id -> data of the responses kept for repeated requests, the oldest first.
     goals : dict
         ``CHANNEL/CLIENT`` of an action -> the goals under way, the oldest first: id, data, whether it is
-        accepted and whether it is to be canceled, the number of the feedback heard last, attempts so far.
+        accepted and whether its cancel was requested, the number of the last feedback, attempts so far.
     slots : dict
-        Entry place of a slot of an action's server -> the goal that it works on: id, data, whether it is to
-        be canceled, the number of its last feedback, and number and data of the last ones.
+        Entry place of a slot of an action server -> the goal that it executes: id, data, whether it is to be
+        canceled, the number of its last feedback, and number and data of the last feedback messages.
     results : dict
         Channel of an action's server -> id of a goal -> its outcome and data, the oldest first.
     kept_responses : dict of str to int
-        Channel -> how many responses to each sender are kept, where that is more than one.
+        Channel -> number of responses kept for each sender, if more than one.
     aside : dict
-        Transition -> place -> ids of the tokens that it leaves alone after a failure.
+        Transition -> place -> ids of the tokens put aside after a failure.
     run : str
-        What the ids of the run's messages carry besides the node's id.
+        Part of the ids of the run's messages, after the node's id.
     lifecycle : str
-        The state of a managed node; empty: it is none.
+        The state of a managed node; empty for other nodes.
     apart : dict
-        Field (``marking`` or ``history``) -> place -> what refers to a list of the data of its tokens, stored
-        beside the trace. The field itself has these tokens in the same order, without their data.
+        Field (``marking`` or ``history``) -> place -> reference to the list of its tokens' data, stored next
+        to the trace. The field itself has these tokens in the same order, without their data.
     """
 
     next_token: int = 0
@@ -125,18 +125,18 @@ class Checkpoint(Start, event="checkpoint"):
         Raises
         ------
         DinerosError
-            What the checkpoint says of them is none.
+            The checkpoint's entry has another form.
         """
         return requests_of(self.requests.get(f"{channel}/{client}", []), self.location)
 
 
 def requests_of(value: Any, location: Location | None = None) -> list[dict[str, Any]]:
-    """Return the requests under way that a checkpoint tells of a client.
+    """Return the requests under way in a checkpoint's entry for a client.
 
     Raises
     ------
     DinerosError
-        It tells something else.
+        It has another form.
     """
     found: list[dict[str, Any]] = []
     requests: list[Any] = value if isinstance(value, list) else [value]
@@ -165,18 +165,18 @@ class Timeout(Record, event="timeout"):
 
 
 class Error(Record, event="error"):
-    """A firing failed and left everything as it was.
+    """A firing failed; the marking is unchanged.
 
     Attributes
     ----------
     transition, handler : str or None
-        Where it failed.
+        The transition and the handler that failed.
     error : str
-        What happened.
+        The error, as text.
     attempt : int
-        Which attempt it was, from 1.
+        Number of the attempt, from 1.
     policy : str or None
-        What is done about it: ``halt``, ``retry`` or ``aside``.
+        The policy applied: ``halt``, ``retry`` or ``aside``.
     """
 
     transition: str | None = None
@@ -187,7 +187,7 @@ class Error(Record, event="error"):
 
 
 class Aside(Record, event="aside"):
-    """A transition leaves tokens alone after a failure: ids by place."""
+    """Tokens are put aside for a transition after a failure: ids by place."""
 
     transition: str
     tokens: dict[str, list[int]] = field(default_factory=dict)
@@ -201,6 +201,6 @@ class Release(Record, event="release"):
 
 
 class Stop(Record, event="stop"):
-    """The node ends; `reason` says why."""
+    """The node stops; `reason` gives the reason."""
 
     reason: str | None = None

@@ -16,14 +16,14 @@ class Step(Record):
     Attributes
     ----------
     transition : str or None
-        Transition of the flattened net, in a witness; that which fired, in a `Fire`.
+        Transition of the flattened net, in a witness; the fired transition, in a `Fire`.
     change : dict of str to int
         Tokens gained or lost, by place.
     text : str or None
-        What happens in the words of the model, in a witness.
+        Description of the step in terms of the model, in a witness.
     earliest, latest : float or None
-        In a witness with times: when, from the start, the step can happen in all schedules of its sequence.
-        With an earliest time and no latest one, it can be any time later.
+        In a witness with times: earliest and latest time of the step, from the start, in all schedules of its
+        sequence. An earliest time without a latest one means no upper limit.
     """
 
     transition: str | None = None
@@ -47,10 +47,10 @@ class Fire(Step, event="fire"):
     duration : float or None
         Seconds from the selection to the commit.
     kept : dict
-        What its handlers keep from now on: name -> JSON value; null: no more.
+        Values that its handlers keep from now on: name -> JSON value; null: removed.
     """
 
-    transition: str = field()  # the default of `Step` does not hold
+    transition: str = field()  # without the default of `Step`
     taken: dict[str, list[int]] = field(default_factory=dict)
     made: dict[str, list[StoredToken]] = field(default_factory=dict)
     handlers: list[str] = field(default_factory=list)
@@ -59,7 +59,7 @@ class Fire(Step, event="fire"):
 
 
 class Signal(Step, event="signal"):
-    """A signal changes; `source` says who changed it."""
+    """A signal changes; `source` names the origin of the value."""
 
     signal: str
     value: SignalSetting
@@ -67,14 +67,14 @@ class Signal(Step, event="signal"):
 
 
 class Lifecycle(Step, event="lifecycle"):
-    """A managed node changes its state, or fails to: then it keeps the one it had.
+    """A managed node changes its state, or fails to; then it keeps its state.
 
     Attributes
     ----------
     label : {"configure", "activate", "deactivate", "cleanup", "shutdown"}
-        What it was asked for.
+        The requested change.
     state : {"unconfigured", "inactive", "active", "finalized"}
-        The state that it has then.
+        The state afterwards.
     """
 
     label: Literal["configure", "activate", "deactivate", "cleanup", "shutdown"]
@@ -112,7 +112,7 @@ class Publish(ChannelStep, event="publish"):
 
 
 class Take(ChannelStep, event="take"):
-    """A token arrives from a topic, carrying `data`."""
+    """A token arrives from a topic, with this `data`."""
 
     declared = Declaration(
         does="takes {message}",
@@ -125,7 +125,7 @@ class Take(ChannelStep, event="take"):
 
 
 class Miss(ChannelStep, event="miss"):
-    """A node has taken no message from a topic for the deadline of its subscription; `place` gets a token."""
+    """A node has taken no message of a topic within its subscription's deadline; `place` gets a token."""
 
     declared = Declaration(
         does="misses a message",
@@ -162,7 +162,7 @@ class Request(ServiceStep, event="request"):
 
 
 class Serve(ServiceStep, event="serve"):
-    """A request, carrying `data`, arrives at a server instance."""
+    """A request with this `data` arrives at a server instance."""
 
     declared = Declaration(
         does="gets request {message}",
@@ -196,7 +196,7 @@ class Reply(ServiceStep, event="reply"):
 
 
 class Response(ServiceStep, event="response"):
-    """A response, carrying `data`, arrives at the client that asked."""
+    """A response with this `data` arrives at the client that sent the request."""
 
     declared = Declaration(
         does="gets the response to {message}",
@@ -214,7 +214,7 @@ class Response(ServiceStep, event="response"):
 
 
 class GiveUp(Step, event="giveUp"):
-    """A client waits no longer for a response; one that comes later is dropped.
+    """A client stops waiting for a response; a later response is dropped.
 
     Attributes
     ----------
@@ -223,13 +223,13 @@ class GiveUp(Step, event="giveUp"):
     client : str
         The client's id.
     place : str or None
-        The place that gets a token for it, if the client names one.
+        The place that gets a token for it, if the model has one.
     token : int or None
         Id of that token; only in runs.
     message : str or None
         Id of the request; only in runs.
     data : dict
-        What that token carries; only in runs.
+        Data of that token; only in runs.
     """
 
     declared = Declaration(
@@ -260,16 +260,16 @@ CallStep: TypeAlias = ServiceStep | GiveUp
 
 
 class Drop(Step, event="drop"):
-    """Messages are lost because a queue is full, or because nobody is there.
+    """Messages are lost because a queue is full, or because the receiver or sender is not there.
 
     Attributes
     ----------
     channel : str
         Id of the channel.
     queue : {"publisher", "dispatcher", "subscriber", "request", "feedback", "restart", "inactive"}
-        Which queue; ``request``: that of a service; ``feedback``: that of an action's client; ``restart``:
-        that of a publisher which has been started again, and which kept less than the subscriber had not
-        got yet; ``inactive``: none, as the managed node that published was not active.
+        The queue; ``request``: that of a service; ``feedback``: that of an action client; ``restart``: that
+        of a restarted publisher, which kept fewer messages than the subscriber still lacked; ``inactive``:
+        none, as the managed node that published was not active.
     place : str or None
         Place of the publisher's or subscriber's port, or of the requests.
     token : int or None
@@ -277,7 +277,7 @@ class Drop(Step, event="drop"):
     message : str or None
         Id of the request that a service has lost; only in runs.
     count : int
-        How many were lost.
+        Number of lost messages.
     """
 
     channel: str
@@ -289,7 +289,7 @@ class Drop(Step, event="drop"):
 
 
 class Transfer(Step, event="transfer"):
-    """Of a witness only: a silent step inside a channel; `stage` is its place there."""
+    """For witnesses only: a silent step inside a channel; `stage` is its position there."""
 
     channel: str
     stage: str

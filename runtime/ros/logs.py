@@ -75,8 +75,8 @@ def ros_logs(node: Any, level: str, arguments: Sequence[str] = (), package: str 
         the node runs.
     arguments : sequence of str
         The arguments of ROS; ``--log-level NODE.camera:=debug`` sets the level of the logger ``camera``.
-    Package of the handlers; it does not count as a library even if it is installed.
-        The package of the handlers, which is not a library even where it is installed as one.
+    package : str
+        Package of the handlers; it does not count as a library even if it is installed.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""From system models to plain nets, with traces and certificates, and to runtime models."""
+"""Transforms system models to plain nets, with traces and certificates, and to runtime models."""

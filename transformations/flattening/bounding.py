@@ -1,4 +1,4 @@
-"""Capacities of places of a net without channels, obeyed by arcs; and references resolved for rules."""
+"""Enforces capacities of places by arcs in a net without channels; resolves references for rules."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dineros.metamodel.elements import arcs, elements, places, resolve
 
 
 def bounded(net: pn.Net) -> pn.Net:
-    """Return a net whose arcs obey the capacities of its places: a copy, or the net itself without any.
+    """Return a net whose arcs enforce the capacities of its places: a copy, or the net itself without any.
 
-    The copy says no capacities any more.
+    The copy has no capacities any more.
     """
     if all(place.capacity is None for place in places(net)):
         return net
-    # Most nets have no capacities, and need no rules.
+    # Most nets have no capacities, and do not need the rules.
     from dineros.transformations.language.copying import deep_copy
     from dineros.transformations.language.engine import Engine
     from dineros.transformations.rules.catalogue import rules_of
@@ -35,7 +35,7 @@ def bounded(net: pn.Net) -> pn.Net:
 
 
 def join(net: pn.Net, kind: type[pn.Node]) -> None:
-    """Resolve references of a kind, so that rules about the arcs of what they refer to see all of them."""
+    """Resolve references of a kind, so that rules see all arcs of the referenced nodes."""
     for arc in arcs(net):
         if isinstance(arc.source, kind):
             arc.source = resolve(arc.source)
@@ -44,7 +44,7 @@ def join(net: pn.Net, kind: type[pn.Node]) -> None:
 
 
 def fresh(id: str, taken: set[str]) -> str:
-    """Return an id that nothing else has; the second ``a-b`` becomes ``a-b~2``."""
+    """Return an unused id; the second ``a-b`` becomes ``a-b~2``."""
     found, number = id, 1
     while found in taken:
         number += 1

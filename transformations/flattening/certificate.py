@@ -1,4 +1,4 @@
-"""The place invariants that the rules guarantee, added to every flattened net and checked on it.
+"""The place invariants that the rules guarantee; they are added to each flattened net and checked on it.
 
 An invariant is a weighted sum of tokens that no firing changes. The check needs only the incidence
 matrix and the initial marking, so it is independent of the rules (Murata, Proc. IEEE 77(4), 1989, Sect. V).
@@ -40,7 +40,7 @@ class CertificateError(DinerosError):
 
 
 class _Sum(NamedTuple):
-    """A weighted sum of tokens that no firing changes: what it is called, its value, places with weights."""
+    """A weighted sum of tokens that no firing changes: its name, its value, and its places with weights."""
 
     name: str
     value: int
@@ -50,7 +50,7 @@ class _Sum(NamedTuple):
 def add_certificate(
     net: pnm.PetriNetModel, engine: Engine, made: Mapping[EObject, EObject]
 ) -> list[pnm.PlaceInvariant]:
-    """Add to a net the invariants of what the rules made; return them."""
+    """Add the invariants of the elements that the rules made to a net; return the invariants."""
     kinds = (
         *(_queues, _bounds, _instances, _clients, _requests, _slots, _goals, _goal_histories),
         *(
@@ -84,7 +84,7 @@ def _queues(engine: Engine) -> Iterator[_Sum]:
     seen: set[EObject] = set()
     for _, queue in (*engine.groups(OverflowQueue), *engine.groups(History)):
         load, capacity = queue["load"], queue["capacity"]
-        if load in seen:  # instances of a server page share a queue
+        if load in seen:  # the instances of a server page share a queue
             continue
         seen.add(load)
         assert isinstance(load, pn.Place) and isinstance(capacity, pn.Place)
@@ -116,7 +116,7 @@ def _timers(engine: Engine) -> Iterator[_Sum]:
 
 
 def _either(engine: Engine, rule: type[Rule], one: str, other: str) -> Iterator[_Sum]:
-    """Of two places that a rule makes, one has a token."""
+    """One of two places made by a rule has a token."""
     for application in engine.applications_of(rule):
         place = application.made[one]
         yield _Sum(f"{_id(place)} or {other}", 1, [(place, 1), (application.made[other], 1)])
@@ -125,7 +125,7 @@ def _either(engine: Engine, rule: type[Rule], one: str, other: str) -> Iterator[
 def _clients(engine: Engine) -> Iterator[_Sum]:
     for application in engine.applications_of(services.S1):
         client = next(source for source in application.sources if isinstance(source, sym.ClientPort))
-        if client.outstanding == UNLIMITED:  # its rules take away what says that it is ready
+        if client.outstanding == UNLIMITED:  # rules G4 and R8 remove the place of its readiness
             continue
         call = [application.made[role] for role in ("ready", "requests", "responses")]
         call += [used.made["in_use"] for used in engine.applications_of(services.S2, [client])]
@@ -139,7 +139,7 @@ def _clients(engine: Engine) -> Iterator[_Sum]:
 
 
 def _under_way(engine: Engine, client: sym.ClientPort) -> Iterator[EObject]:
-    """Yield where requests of a client and responses to it are while they are on their way, with times."""
+    """Yield the places of requests and responses of a client that are under way, with times."""
     for rule, role in ((latencies.D6, "sent"), (latencies.D6History, "sent"), (latencies.D6Back, "answered")):
         for application in engine.applications_of(rule, [client]):
             yield application.made[role]
@@ -149,7 +149,7 @@ def _under_way(engine: Engine, client: sym.ClientPort) -> Iterator[EObject]:
 
 
 def _clocks(engine: Engine) -> Iterator[_Sum]:
-    """Each clock runs or is free; a timer has struck first, or not yet."""
+    """Each clock runs or is free; the first tick of a timer has happened or has not."""
     yield from _either(engine, strikes.D1, "start", "clock")
     for _, clock in engine.groups(Clock):
         free, busy = clock["free"], clock["busy"]
@@ -157,7 +157,7 @@ def _clocks(engine: Engine) -> Iterator[_Sum]:
 
 
 def _requests(engine: Engine) -> Iterator[_Sum]:
-    """What a request history holds belongs to its clients, and to nobody where they have given up."""
+    """Requests in a history belong to its clients, or to no client if theirs have given up."""
     for application in engine.applications_of(requests.R5):
         (service,) = application.sources
         load = application.made["load"]
@@ -172,7 +172,7 @@ def _requests(engine: Engine) -> Iterator[_Sum]:
 
 
 def _slots(engine: Engine) -> Iterator[_Sum]:
-    """How far a slot is with a goal, and whose goal it is."""
+    """A slot is in one state, and has the goal of one client."""
     for application in engine.applications_of(slots.A7):
         idle, executing = application.made["idle"], application.made["executing"]
         assert isinstance(idle, pn.Place)
@@ -201,7 +201,7 @@ def _goals(engine: Engine) -> Iterator[_Sum]:
 
 
 def _goal_histories(engine: Engine) -> Iterator[_Sum]:
-    """What a history holds of goals, results and answers is of one kind or another."""
+    """The goals, results and answers in a history are the sum of their kinds."""
     for whole, part, role in (
         (many_goals.G1, goals.A1, "requested"),
         (many_goals.G2, many_goals.G2Result, "kept"),
@@ -245,7 +245,7 @@ def _executors(engine: Engine) -> Iterator[_Sum]:
 
 
 def _orders(engine: Engine) -> Iterator[_Sum]:
-    """Where each callback is that an executor takes in order, and what its wait results count."""
+    """Each callback that an executor takes in order is in one state; wait results count their callbacks."""
     taken: dict[EObject, list[EObject]] = {}
     ended: dict[EObject, list[EObject]] = {}
     waiting: dict[EObject, list[EObject]] = {}
@@ -278,7 +278,7 @@ def _orders(engine: Engine) -> Iterator[_Sum]:
 
 
 def _time_outs(engine: Engine) -> Iterator[_Sum]:
-    """The time of a client runs exactly while it is not ready."""
+    """The time-out of a client runs exactly while the client is not ready."""
     for application in engine.applications_of(time_outs.D8):
         client = next(source for source in application.sources if isinstance(source, sym.ClientPort))
         (call,) = engine.applications_of(services.S1, [client])
@@ -300,7 +300,7 @@ def _groups(engine: Engine) -> Iterator[_Sum]:
 
 
 def _managed(engine: Engine) -> Iterator[_Sum]:
-    """A managed node is in one state, and configured in two of them."""
+    """A managed node is in one state, and is configured in two of them."""
     for application in engine.applications_of(lifecycle.L1):
         node, place = label(application.sources[0]), application.made
         states = [place[role] for role in ("unconfigured", "inactive", "active", "finalized")]
@@ -316,7 +316,7 @@ def _managed(engine: Engine) -> Iterator[_Sum]:
 
 
 def _kept(engine: Engine) -> Iterator[_Sum]:
-    """What a writer keeps for a reader that comes again is delivered, or still to be."""
+    """A message that a writer keeps for a restarting reader is delivered or not yet delivered."""
     for application in engine.applications_of(coming_and_going.L5):
         place, limit = application.made, application.sources[1].limit
         for one, other in (("delivered", "undelivered"), ("kept", "room")):
@@ -333,7 +333,7 @@ def _id(place: EObject) -> str:
 
 
 def check_certificate(net: pnm.PetriNetModel) -> None:
-    """Check every invariant of a net on its incidence matrix and initial marking.
+    """Check all invariants of a net on its incidence matrix and initial marking.
 
     Raises
     ------

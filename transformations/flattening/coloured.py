@@ -1,4 +1,4 @@
-"""Places and variants that guards add to a flattened net, and the words for them."""
+"""Places and transition variants that guards add to a flattened net, with their descriptions."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from dineros.transformations.flattening.rings import Ring, Touch
 from dineros.transformations.flattening.traces import Link
 
 RULE = "Guard"
-"""Name in the trace of what guards add."""
+"""Rule name in the trace for elements that guards add."""
 
 
 MOST_CELLS = 128
-"""Most cells of a queue whose order is kept, one for each message that it holds and each colour."""
+"""Maximum number of cells of a queue whose order is kept: one for each message and colour."""
 
 
 class Way(NamedTuple):
-    """One way in which a transition of the net moves tokens whose colours matter.
+    """One way in which a transition of the net moves tokens with colours.
 
     Attributes
     ----------
     step : Step or None
-        What it asks and assigns.
+        Guard and assignments of the transition of the model.
     moves : Moves
-        Its tokens.
+        The moved tokens.
     lost : pn.Place or None
-        The place of the net that loses a message in favour of another one.
+        The place of the net that loses a message to another message.
     """
 
     step: Step | None
@@ -43,27 +43,27 @@ class Way(NamedTuple):
 
 
 class Chosen(NamedTuple):
-    """A variant of a transition, and the way that it is one of."""
+    """A variant of a transition, with the way of which it is a variant."""
 
     way: Way
     variant: Variant
 
 
 class ColouredNet:
-    """A flattened net that gets places of colours and variants of transitions.
+    """Adds places for colours and variants of transitions to a flattened net.
 
     Parameters
     ----------
     net : pnm.PetriNetModel
-        The net, which is changed.
+        The net; it is changed.
     links : dict of model object to Link
-        How its elements were made; what is added gets a link.
+        The links of its elements; added elements get links, too.
     originals : mapping of pn.Node to pn.Place
-        The place of the model that a place is.
+        For each place of the net, its place in the model.
     known : mapping of pn.Place to Palette
-        The colours that guards tell apart.
+        The colours that guards distinguish.
     arcs : mapping of pn.Transition to sequence of pn.Arc
-        The arcs of each transition without guards.
+        The arcs of each transition without regard to guards.
     """
 
     def __init__(
@@ -94,9 +94,9 @@ class ColouredNet:
         colours : sequence of Colour
             The colours.
         start : Counter of Colour
-            How many tokens have each of them at the start.
+            Number of initial tokens of each colour.
         limit : int
-            How many messages it holds if it is a queue whose order matters, else 1.
+            Maximum number of messages if it is a queue whose order matters, else 1.
         """
         palette = self._known[place]
 
@@ -123,7 +123,7 @@ class ColouredNet:
         self._net.certificate.append(pnm.PlaceInvariant(name=name, value=value, terms=terms))
 
     def split(self, transition: pn.Transition, chosen: Sequence[Chosen]) -> list[pn.Transition]:
-        """Make of a transition one for each choice of colours; the first of them is the transition itself."""
+        """Split a transition into one for each choice of colours; the first one is the transition itself."""
         if not chosen:
             return [transition]
         placed = [(each, touches) for each in chosen for touches in self._touches(each.variant)]
@@ -139,7 +139,7 @@ class ColouredNet:
         return made
 
     def _touches(self, variant: Variant) -> Iterator[list[Touch]]:
-        """Yield the ways to place the tokens of a variant: those of a queue may be in each of its cells."""
+        """Yield the possible arcs for a variant's tokens: tokens of a queue may be in any of its cells."""
         plain = [
             Touch(kind, self._coloured[place, colour], weight)
             for kind, each in variant._asdict().items()
@@ -156,7 +156,7 @@ class ColouredNet:
             yield [*plain, *(touch for each in choice for touch in each)]
 
     def _text(self, way: Way, variant: Variant, is_rules: bool) -> str:
-        """Return the colours of a variant in words: by place, or of the message that a rule hands on."""
+        """Describe the colours of a variant: by place, or of the message that a rule passes on."""
         if way.lost is not None and way.lost in variant.takes:
             return self._lost_text(way.lost, variant)
         shown = [variant.takes or variant.puts] if is_rules else variant
@@ -207,5 +207,5 @@ class ColouredNet:
 
 
 def _joined(words: str) -> str:
-    """Return words as a part of an id, which has no blanks."""
+    """Return words as a part of an id, without blanks."""
     return words.replace(" ", "")

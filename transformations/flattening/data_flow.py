@@ -1,7 +1,7 @@
-"""What the rules do with the data of tokens: which place's data goes where through channels.
+"""Data flow through the rules: from which place to which place token data passes through channels.
 
-A transition that a rule makes hands the data of the one message that it takes to all that it puts. Rules say
-which of their places carry data; all other tokens that they make may have any value.
+A transition made by a rule passes the data of the one message that it takes to all tokens that it puts. Rules
+declare which of their places carry data; all other tokens that they make may have any value.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ class Flow(NamedTuple):
     Attributes
     ----------
     takes, puts : Counter of pn.Place
-        How many messages of which places of the net it takes and puts.
+        Number of messages that it takes from and puts on each place of the net.
     copies : mapping of pn.Place to pn.Place
-        By place that gets a message the place that its data comes from; others get any data.
+        For each place that gets a message, the place from which its data comes; others get arbitrary data.
     lost : pn.Place or None
-        The place whose message is lost in favour of a new one.
+        The place whose message is lost to a new one.
     """
 
     takes: Counter[pn.Place]
@@ -54,25 +54,25 @@ def _places_of(channel: sym.Channel) -> set[pn.Place]:
 
 
 class DataFlow:
-    """The ways of data through the transitions that rules made.
+    """The data flow through the transitions that rules made.
 
     Parameters
     ----------
     model : sym.SystemModel
         The model.
     links : mapping of model object to Link
-        How each element of its net was made.
+        For each element of its net, how it was made.
     originals : mapping of pn.Node to pn.Place
-        The place of the model that a place of the net is.
+        For each place of the net, its place in the model.
     arcs : mapping of pn.Transition to Arcs
         The arcs of the net.
     fields : callable
-        The fields of tokens of a place of the model.
+        Returns the fields of a place of the model.
 
     Attributes
     ----------
     flows : dict of pn.Transition to list of Flow
-        The ways of each transition that a rule made.
+        The flows of each transition that a rule made.
     """
 
     def __init__(
@@ -84,11 +84,11 @@ class DataFlow:
         fields: Fields,
     ) -> None:
         self._links, self._originals, self._declared, self._arcs = links, originals, fields, arcs
-        # Their tokens are no messages, or the engine gives them data of its own.
+        # Their tokens are no messages, or get their data from the engine.
         self._apart = {client.timedOut for client in _service_clients(model)}
         for action in actions(model):
             self._apart |= {action.server.cancel, *(client.cancel for client in action.clients)}
-        # Messages of a type that exists may lack a field, or come from programs outside of the model.
+        # Messages of an existing type may lack a field, or come from programs outside of the model.
         for channel in model.channels:
             if channel.type:
                 self._apart |= _places_of(channel)
@@ -106,15 +106,15 @@ class DataFlow:
         self._find_fields()
 
     def key(self, place: pn.Place) -> pn.Place:
-        """Return the place of the model that a place of the net is, else the place itself."""
+        """Return the place of the model for a place of the net, or the place itself if there is none."""
         return self._originals.get(place, place)
 
     def fields(self, place: pn.Place) -> Mapping[str, FieldType]:
-        """Return the fields of the tokens of a place: of one that a rule made, those of what it leads to."""
+        """Return the fields of the tokens of a place; for a place made by a rule, those of its successors."""
         return self._fields[place] if place in self._fields else self._declared(place)
 
     def limits(self) -> dict[pn.Place, int]:
-        """Return the queues of which messages leave only in order, with what each holds."""
+        """Return the queues whose messages leave in order, with the capacity of each."""
         ends: dict[pn.Place, set[str]] = {}
         limits: dict[pn.Place, int] = {}
         for transition, own in self._arcs.items():
@@ -159,7 +159,7 @@ class DataFlow:
         return place in self._links and place not in self._originals
 
     def _role(self, element: pn.Element) -> str:
-        """Return what an element is to a queue, such as ``enter`` or ``load``; other words: to none."""
+        """Return the part of a queue that an element is, such as ``enter`` or ``load``; other words: none."""
         return self._links[element].role.rpartition(".")[2]
 
     def _repeats(self, transition: pn.Transition) -> bool:
@@ -167,13 +167,13 @@ class DataFlow:
         return made is not None and made.repeats
 
     def _made(self, element: pn.Element) -> New | None:
-        """Return what a rule says about an element that it makes."""
+        """Return the declaration in a rule of an element that it made."""
         link = self._links[element]
         made = None if link.maker is None else link.maker.created.get(link.role)
         return made if isinstance(made, New) else None
 
     def _messages(self, own: Arcs) -> tuple[Counter[pn.Place], Counter[pn.Place]]:
-        """Return what a transition takes and does not put back, and the other way round."""
+        """Return the messages that a transition takes for good, and those that it adds."""
         takes, puts = own.takes - own.puts, own.puts - own.takes
         return self._carried(takes), self._carried(puts)
 
@@ -189,20 +189,21 @@ class DataFlow:
     def _ways(self, transition: pn.Transition, own: Arcs) -> list[Flow]:
         takes, puts = self._messages(own)
         sources = [place for place in takes if self.key(place) not in self._apart]
-        if len(sources) > 1:  # a new request takes the place of one whose client has given up
+        if len(sources) > 1:  # a new request displaces one whose client has given up
             sources = [place for place in sources if self._links[place].rule != "R6"]
-        if self._role(transition) == "instead":  # what comes is kept, and what waited is lost
+        if self._role(transition) == "instead":  # the new message is kept, and a waiting one is lost
             sources = [place for place in sources if place in self._entries]
         copies: dict[pn.Place, pn.Place] = {}
         maker = self._links[transition].maker
-        is_standard = maker is not None and issubclass(maker, StandardRule)  # others may do anything
+        is_standard = maker is not None and issubclass(maker, StandardRule)  # other rules may do anything
         if is_standard and len(sources) == 1 and takes[sources[0]] == 1:
             copies = {place: sources[0] for place in puts if self.key(place) not in self._apart}
         plain = Flow(takes, puts, copies)
         if self._role(transition) != "drop" or len(sources) != 1:
             return [plain]
-        # A full history keeps the new message and loses its oldest one (DDS 1.4, Sect. 2.2.3.18), where the
-        # net without data drops the new one. It may be any of those that wait, as far as is known here.
+        # A full history keeps the new message and loses its oldest one (DDS 1.4, Sect. 2.2.3.18), while the
+        # net
+        # without data drops the new one. Here, any of the waiting messages may be the oldest.
         (new,) = sources
         kept = [place for place in self._entries.get(new, ()) if place not in puts]
         ways = [

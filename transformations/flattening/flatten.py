@@ -1,4 +1,4 @@
-"""SyM to PNM: the rules, then references resolved and pages removed (paper, Sect. 5.5)."""
+"""Flattening of SyM to PNM: the rules, then resolving references and removing pages (paper, Sect. 5.5)."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from dineros.transformations.rules.phases import (
 )
 
 KEPT = "kept"
-"""Name in the trace for what is taken over from the system model as it is."""
+"""Rule name in the trace for elements taken unchanged from the system model."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Flattened:
     net : pnm.PetriNetModel
         The plain net: one page, no references.
     trace : Trace
-        Which rule made each of its elements from what.
+        For each of its elements, the rule that made it and the source elements.
     """
 
     net: pnm.PetriNetModel
@@ -67,20 +67,20 @@ def flatten(
     model : sym.SystemModel
         The model.
     signals : {"none", "fully-enabled", "input-enabled", "io-enabled"}
-        How signals may change.
+        When signals may change.
     overflow : {"weighted", "inhibitor"}
-        How a full queue drops: T5b or T5a.
+        How a full queue drops messages: T5b or T5a.
     extra : sequence of Rule
-        Rules to apply after the standard ones; only those about capacities come later.
+        Rules to apply after the standard ones; only the rules about capacities are applied later.
     times : bool
-        Whether times count: then the rules about times run, too, where the middleware is ``ros2``.
+        Whether to model time; then the rules about times are applied, too, if the middleware is ``ros2``.
 
     Raises
     ------
     ReferenceCycleError
-        References run in a circle.
+        References form a cycle.
     CallCircleError
-        Services call each other in a circle, and none of it says how many instances it has.
+        Services call each other in a cycle without a given number of instances.
     CertificateError
         The net lacks a place invariant that the rules guarantee.
     GuardError
@@ -127,12 +127,12 @@ def flatten(
         trace = unfold_guards(model, net, trace)
     add_certificate(net, engine, made)
     check_certificate(net)
-    del prototypes  # the links of S4 needed them
+    del prototypes  # used for the links of S4
     return Flattened(net, trace)
 
 
 def _be_prompt(engine: Engine) -> None:
-    """Let what does not wait fire as soon as it can."""
+    """Give the transitions that fire without delay the interval [0, 0]."""
     for application in engine.applications:
         for role, element in application.made.items():
             maker = application.rule.created[role]
@@ -150,9 +150,9 @@ def _literal(variant: str) -> str:
 def _instantiate(
     working: sym.SystemModel, engine: Engine, rules: Sequence[type[StandardRule]]
 ) -> list[pn.Page]:
-    """Apply A6 to each action and S4 to one service after the other, callers first; take out what was copied.
+    """Apply A6 to each action and S4 to each service, callers first; remove the originals of copies.
 
-    So a service has all the clients of its callers' instances before its own instances are counted.
+    So a service has the clients of all its callers' instances before its own instances are counted.
     """
     prototypes = []
     pages = server_pages(working)
@@ -166,7 +166,7 @@ def _instantiate(
     for channel in channels:
         page = channel.server.page
         for rule in rules:
-            # Without clients on the page, only copies of the page are to be made.
+            # Without clients on the page, only the copies of the page are needed.
             needed = on_page[page] or any(isinstance(made, Copy) for made in rule.created.values())
             if needed and rule.lhs[0].eclass is type(channel):
                 engine.apply(rule, {rule.lhs[0]: channel})
@@ -186,7 +186,7 @@ def _instantiate(
 
 
 def _override_instances(working: sym.SystemModel, engine: Engine) -> None:
-    """Let the instances of a transition take its place in priorities."""
+    """Replace a transition in priorities by its instances."""
     instances: dict[EObject, list[pn.Transition]] = {}
     for images in engine.images.values():
         for original, copied in images.items():
@@ -198,14 +198,14 @@ def _override_instances(working: sym.SystemModel, engine: Engine) -> None:
 
 
 def _block_clients(working: sym.SystemModel) -> None:
-    """Let each client have one request under way, as calls of ROS 1 block."""
+    """Let each client have one request under way: calls block in ROS 1."""
     for channel in working.channels:
         for client in channel.clients if isinstance(channel, sym.ServiceChannel) else ():
             client.outstanding = 1
 
 
 def _count_what_is_under_way(working: sym.SystemModel) -> None:
-    """Let each client say how many requests or goals it has under way, and actions how many slots."""
+    """Set the numbers of requests or goals under way of clients, and the numbers of slots of actions."""
     requests, goals = outstanding_counts(working), goal_counts(working)
     for slots in free_slots(working, goals):
         slots.action.instances = slots.number
@@ -218,9 +218,9 @@ def _count_what_is_under_way(working: sym.SystemModel) -> None:
 def _plain_net(
     working: sym.SystemModel, net: pnm.PetriNetModel, kept: set[EObject]
 ) -> dict[EObject, pn.Element]:
-    """Fill the net with the places, transitions and arcs of the working model; return what became of each.
+    """Fill the net with the places, transitions and arcs of the working model; return the image of each.
 
-    What is kept from the system model keeps its id.
+    Elements kept from the system model keep their ids.
     """
     taken = {net.id}
     taken.update(element.id for element in (*nodes(working), *arcs(working)) if element in kept)
@@ -268,7 +268,7 @@ def _image(arc: pn.Arc, end: pn.Node, made: dict[EObject, pn.Element]) -> pn.Nod
 def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, pn.Element]) -> Trace:
     """Collect the links from elements of the system model to elements of the net."""
     links: list[Link] = []
-    # What server instances have: copies of the elements of their page, and of the clients on it.
+    # Elements of server instances: copies of the elements of their page, and of its clients.
     instances: dict[EObject, tuple[EObject, int]] = {}
     copied_by: dict[EObject, str] = {}
     numbers = (len(engine.applications) + number for number in range(len(made)))

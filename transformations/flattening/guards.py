@@ -1,13 +1,14 @@
-"""Guards on a flattened net: tokens of a place are told apart where a guard does (unfolding).
+"""Guards on a flattened net: tokens are distinguished by their data as far as guards need (unfolding).
 
-It runs after all rules. A place keeps its tokens, its capacity and its arcs. Beside it there is a place for
-each colour that guards tell apart; these have as many tokens as the place (a place invariant says so). A
-transition that takes, puts or reads such tokens becomes one transition for each choice of colours. So limits
-of queues, locks and slots stay shared by all colours (unfolding of coloured nets: Jensen, Coloured Petri
-Nets 1, 1992, Sect. 2.4).
+This runs after all rules. A place keeps its tokens, its capacity and its arcs. In addition, there is a place
+for each colour that guards distinguish; together these have as many tokens as the place, which is a place
+invariant. A transition that takes, puts or reads such tokens is replaced by one transition for each choice of
+colours. So all colours share the limits of queues, locks and slots (unfolding of coloured nets: Jensen,
+Coloured Petri Nets 1, 1992, Sect. 2.4).
 
-What a port sends arrives: rules say which of their places carry data (`dineros.transformations.flattening.
-data_flow`). Any other token that a rule's transition puts has any value of its range.
+Data sent by a port arrives: rules declare which of their places carry data
+(`dineros.transformations.flattening.data_flow`). Each other token put by a rule's transition has any value of
+its range.
 """
 
 from __future__ import annotations
@@ -39,25 +40,25 @@ from dineros.transformations.flattening.traces import Trace
 from dineros.transformations.language.creation import New
 
 MOST_VARIANTS = 20_000
-"""Most transitions that guards may make of those of one net."""
+"""Maximum number of transitions that guards may create for the transitions of one net."""
 
 
 def unfold_guards(model: sym.SystemModel, net: pnm.PetriNetModel, trace: Trace) -> Trace:
-    """Let the guards of a model decide in its flattened net; return the trace with what is added.
+    """Apply the guards of a model to its flattened net; return the trace with the added elements.
 
     Parameters
     ----------
     model : sym.SystemModel
         The model.
     net : pnm.PetriNetModel
-        Its flattened net, which is changed.
+        Its flattened net; it is changed.
     trace : Trace
-        How it was made.
+        The trace of the flattening.
 
     Raises
     ------
     GuardError
-        A guard or an assignment cannot be read, or too many transitions are needed.
+        A guard or an assignment is invalid, or too many transitions are needed.
     """
     return _Unfolding(model, net, trace).run()
 
@@ -119,7 +120,7 @@ class _Unfolding:
         return [self._stepping(None if origin is None else steps.get(origin), own)]
 
     def _variants(self, transition: pn.Transition, ways: Sequence[Way]) -> list[Chosen]:
-        """Return the variants of a transition; none: colours do not matter to it."""
+        """Return the variants of a transition; empty: colours do not affect it."""
         if not any(any(way.moves) for way in ways):
             return []
         found = ((way, each) for way in ways for each in variants(way.step, way.moves, self._known))
@@ -139,7 +140,7 @@ class _Unfolding:
         )
 
     def _drop_impossible(self, chosen: dict[pn.Transition, list[Chosen]], flow: DataFlow) -> None:
-        """Leave out variants that take tokens of colours that never occur; a dead transition has one left."""
+        """Remove variants that take tokens of colours that never occur; a dead transition keeps one."""
         self._starts = {
             place: Counter(self._at_start(place, flow.fields(flow.key(place)))) for place in self._known
         }
@@ -162,7 +163,7 @@ class _Unfolding:
         }
 
     def _steps(self, arcs: Mapping[pn.Transition, Arcs]) -> dict[sym.Transition, Step]:
-        """Return what each transition of the model asks and assigns."""
+        """Return the guard and assignments of each transition of the model."""
         steps: dict[sym.Transition, Step] = {}
         for transition, own in arcs.items():
             origin = self._origin(transition)
@@ -182,7 +183,7 @@ class _Unfolding:
         return steps
 
     def _origin(self, transition: pn.Transition) -> sym.Transition | None:
-        """Return the transition of the model that one of the net is, or repeats; None: it is of a rule."""
+        """Return the transition of the model that a transition is or repeats; None: a rule made it."""
         link = self._links[transition]
         if link.maker is None:
             return link.sources[0] if link.sources and isinstance(link.sources[0], sym.Transition) else None
@@ -205,7 +206,7 @@ class _Unfolding:
         return self._fields_of[place]
 
     def _stepping(self, step: Step | None, own: Arcs) -> Way:
-        """Return how a transition of the model moves tokens, in places of the net."""
+        """Return how a transition of the model moves tokens between places of the net."""
         on_net = {self._original[place]: place for each in own for place in each if place in self._original}
         if step is not None:
             step = Step(
@@ -221,7 +222,7 @@ class _Unfolding:
         return Way(step, Moves(*map(self._coloured_of, own)))
 
     def _handed(self, way: Flow, flow: DataFlow) -> Way:
-        """Return how a transition of a rule hands messages on."""
+        """Return how a transition of a rule passes messages on."""
         assigned: dict[pn.Place, dict[str, int | Source]] = {}
         for target, source in way.copies.items():
             if target in self._known and source in self._known:
@@ -247,7 +248,7 @@ class _Unfolding:
         return found
 
     def _at_start(self, place: pn.Place, fields: Mapping[str, FieldType]) -> list[Colour]:
-        """Return the colours of the tokens that a place has at the start."""
+        """Return the colours of the initial tokens of a place."""
         default = {name: field.default for name, field in fields.items()}
         original = self._original.get(place)
         balloons = list(original.balloons) if isinstance(original, sym.Place) else []
@@ -261,5 +262,5 @@ class _Unfolding:
 
 
 def _change(variant: Variant) -> tuple[object, ...]:
-    """Return what a variant takes, reads and puts, to compare."""
+    """Return the tokens that a variant takes, reads and puts, for comparison."""
     return tuple(frozenset((p, tuple(sorted(c))) for p, c in each.items()) for each in variant)

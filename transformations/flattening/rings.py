@@ -1,7 +1,7 @@
-"""Queues whose messages guards tell apart, in order: a ring of cells, one message in each.
+"""Queues whose order matters, because guards distinguish their messages: a ring of one-message cells.
 
-A head says where the oldest message is, a tail where the next one comes. The empty queue starts again at the
-first cell, so that a queue with few messages has few markings.
+The head marks the cell of the oldest message, the tail the cell for the next one. An empty queue starts again
+at the first cell, so that a queue with few messages has few markings.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ class Ring:
     load : pn.Place
         The place of its messages.
     size : int
-        How many it holds, at least two.
+        Its capacity, at least two.
     colours : sequence of Colour
-        What messages may be.
+        The possible colours of messages.
     make : callable
-        Makes a place, of a part of an id and its tokens.
+        Makes a place from a part of its id and its tokens.
     text : callable
-        Returns a colour in words.
+        Describes a colour.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Ring:
         self.tails = [make(f"next={number + 1}", int(number == 0)) for number in numbers]
 
     def ways(self, taken: Sequence[Colour], put: Sequence[Colour]) -> Iterator[list[Touch]]:
-        """Yield the ways to move a message: it comes, it leaves, or a new one replaces the oldest."""
+        """Yield the ways to move a message: it enters, it leaves, or a new one replaces the oldest."""
         assert len(taken) <= 1 and len(put) <= 1, "messages come and leave one at a time"
         if not taken:
             return self._enter(put[0])
@@ -75,7 +75,7 @@ class Ring:
         for number, head in enumerate(self.heads):
             after = self._after(number)
             oldest = [Touch("takes", head), Touch("takes", self.cells[number, colour])]
-            # The transition takes one message of the load itself, so that this asks for a second one.
+            # The transition itself takes one message of the load, so this requires a second one.
             yield [*oldest, Touch("puts", self.heads[after]), Touch("reads", self._load)]
             yield [
                 *oldest,

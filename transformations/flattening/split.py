@@ -1,4 +1,4 @@
-"""SyM to RTMs: one runtime model per node net, ports as information on its places (paper, Sect. 5.4)."""
+"""Splitting of SyM to RTMs: one runtime model per node net, with ports on its places (paper, Sect. 5.4)."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ class CoverageError(DinerosError):
 def split(model: sym.SystemModel) -> list[rtm.RuntimeModel]:
     """Split a system model into one runtime model per node net, in model order; the model is not changed.
 
-    Pages that span several node nets are copied into each. Everything else of the model, the ports of its
-    channels included, is in exactly one runtime model, and this is checked.
+    Pages that span several node nets are copied into each. Every other element, including the ports of
+    channels, is in exactly one runtime model, which is checked.
 
     Raises
     ------
     CoverageError
-        An element stands in no node net, or is reached from another one.
+        An element belongs to no node net, or is referenced from another one.
     CallCircleError
-        Services call each other in a circle, and none of it says how many instances it has.
+        Services call each other in a cycle without a given number of instances.
     """
     split_models = []
     counts = instance_counts(model)
@@ -56,7 +56,7 @@ def split(model: sym.SystemModel) -> list[rtm.RuntimeModel]:
 
 
 def file_names(parts: Sequence[rtm.RuntimeModel]) -> list[str]:
-    """Return a file name for each run-time model: its node net's id, without what a file name cannot hold."""
+    """Return a file name for each runtime model: the id of its node net, with only valid characters."""
     names: list[str] = []
     for part in parts:
         stem = re.sub(r"[^\w.+-]", "_", part.node.id).lstrip(".") or "_"
@@ -97,7 +97,7 @@ def _runtime_model(
 
 
 def _copy_token_types(model: sym.SystemModel, runtime_model: rtm.RuntimeModel) -> None:
-    """Give a runtime model the first token type, and the others that its places name."""
+    """Copy the first token type, and those that its places name, to a runtime model."""
     named = {place.tokenType for place in places(runtime_model) if isinstance(place, sym.Place)}
     types: dict[EObject | None, sym.TokenType | None] = {None: None}
     for token_type in token_types(model):
@@ -135,7 +135,7 @@ def _ports(
     images: dict[EObject, EObject],
     counts: dict[Served, int],
 ) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
-    """Yield the ports of a channel in a node net, each with the place that it belongs to."""
+    """Yield the ports of a channel in a node net, each with its place."""
     if isinstance(channel, sym.TopicChannel):
         yield from _topic_ports(channel, node, images)
     elif isinstance(channel, sym.ServiceChannel):
@@ -174,14 +174,14 @@ def _topic_ports(
 
 
 def _runs_on_ros2(channel: sym.Channel) -> bool:
-    """Tell whether a channel is one of ROS 2."""
+    """Return whether a channel belongs to ROS 2."""
     return channel.model is not None and channel.model.middleware == sym.Middleware.ros2
 
 
 def _service_ports(
     channel: sym.ServiceChannel, images: dict[EObject, EObject], counts: dict[Served, int]
 ) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
-    # The paper's rules know of one request at a time, which is waited for.
+    # In the paper's rules, a client has one request under way and waits for it.
     asked = {} if channel.model is None else outstanding_counts(channel.model)
     for client in channel.clients:
         place, response = images.get(client.request), images.get(client.response)
@@ -202,7 +202,7 @@ def _service_ports(
             service=channel.service,
             exit=exit_,
             page=page,
-            # A server that nobody calls yet is a server: one instance, not none.
+            # A server without clients still has one instance.
             instances=max(1, counts[channel]),
             depth=channel.depth,
             outstanding=_most_asked([asked[client] for client in channel.clients if _runs_on_ros2(channel)]),
@@ -234,7 +234,7 @@ def _action_ports(
     server = channel.server
     entry, page = images.get(server.entry), images.get(server.page)
     if isinstance(entry, rtm.Place) and isinstance(page, pn.Page):
-        # A server that nobody sends goals to yet is a server: one slot, not none.
+        # An action server without clients still has one slot.
         serving = rtm.ActionServerPort(
             **_interface(channel),
             action=channel.action,
@@ -255,7 +255,7 @@ class _Interface(TypedDict):
 
 
 def _interface(channel: sym.Channel) -> _Interface:
-    """Return what every port says about its channel."""
+    """Return the values that all ports of a channel have in common."""
     mappings = []
     for mapping in channel.mappings:
         copied, _ = deep_copy(mapping)
@@ -265,9 +265,10 @@ def _interface(channel: sym.Channel) -> _Interface:
 
 
 def _quality(channel: sym.TopicChannel, port: sym.TopicPort) -> sym.QualityOfService | None:
-    """Return the quality of service of a port; None where no port of its topic says any.
+    """Return the quality of service of a port; None: no port of its topic has one.
 
-    Where another port does, this one has what it matches by: the usual one, not one that nobody sees.
+    If only another port has one, this port gets the default values explicitly, which decide whether they
+    match.
     """
     quality = port.qos or channel.qos
     if quality is None:
@@ -279,7 +280,7 @@ def _quality(channel: sym.TopicChannel, port: sym.TopicPort) -> sym.QualityOfSer
 
 
 def _require_closed(node: sym.NodeNet, images: dict[EObject, EObject]) -> None:
-    """Refuse arcs and references that lead out of a node net."""
+    """Refuse arcs and references from a node net to elements outside of it."""
     for original in images:
         ends: tuple[EObject | None, ...] = ()
         if isinstance(original, pn.Arc):
@@ -299,7 +300,7 @@ def _require_closed(node: sym.NodeNet, images: dict[EObject, EObject]) -> None:
 
 
 def _require_covered(model: sym.SystemModel, copies: Counter[EObject]) -> None:
-    """Check that every element is in one runtime model; pages around node nets may be in several."""
+    """Check that each element is in one runtime model; pages around node nets may be in several."""
     for element in elements(model):
         if element is model or isinstance(element, (sym.TokenType, sym.Channel)):
             continue

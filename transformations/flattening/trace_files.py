@@ -1,4 +1,4 @@
-"""Saving a trace next to the net that was made: an XMI file whose links lead into both models' files."""
+"""Saves a trace next to its net: an XMI file with links to elements in the files of both models."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from dineros.transformations.flattening.traces import Link, Trace
 
 
 def trace_path(net: Path) -> Path:
-    """Return where the trace of a net stands: ``sorting.trace.xmi`` for ``sorting.pnm``."""
+    """Return the path of a net's trace: ``sorting.trace.xmi`` for ``sorting.pnm``."""
     return net.with_suffix(".trace.xmi")
 
 
 def save_trace(trace: Trace, source: Path, target: Path, *, changed: bool = False) -> Path:
     """Write a trace next to the net and return its file.
 
-    Links lead to elements by id, in whatever format the two models are. TINA's format gives arcs no ids, so
-    arcs are left out of the trace of a ``.net``.
+    Links refer to elements by id, in all formats of the two models. In TINA's format arcs have no ids, so the
+    trace of a ``.net`` omits arcs.
 
     Parameters
     ----------
@@ -30,8 +30,8 @@ def save_trace(trace: Trace, source: Path, target: Path, *, changed: bool = Fals
     source, target : Path
         The files of the two models.
     changed : bool
-        Whether the source model was changed after it was read. What is new in it stands in no file; the
-        element around it is named instead.
+        Whether the source model was changed after it was read. New elements are in no file, so links refer to
+        the nearest enclosing element instead.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def _itself(element: EObject) -> EObject:
 
 
 def _in_file(element: EObject) -> EObject:
-    """Return the nearest element around this one, itself included, that was read from the file."""
+    """Return the nearest enclosing element, or this element itself, that was read from the file."""
     inner: EObject | None = element
     while inner is not None and "_location" not in inner.__dict__:
         inner = inner.eContainer()

@@ -1,4 +1,4 @@
-"""What a transformation made from what, queried in both directions, and saved as a `trace.ecore` model."""
+"""The trace of a transformation: sources and results, queried in both directions, saved as `trace.ecore`."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from dineros.transformations.language.rule import Rule
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """One element made.
+    """One element that was made.
 
     Attributes
     ----------
     rule : str
-        Name of the rule; ``kept`` for what was taken over as it is.
+        Name of the rule; ``kept`` for an element that was taken over unchanged.
     role : str
         Name of the element in the rule's right-hand side, such as ``queue.load``.
     application : int
-        Links with the same number were made together.
+        Number of the rule application; links with the same number were made together.
     sources : tuple of model objects
-        What the rule matched in the source model.
+        The source elements that the rule matched.
     index : int or None
-        Number of the server instance, from 1, where there is one.
+        Number of the server instance, from 1, if there is one.
     target : pn.Element
-        What was made.
+        The element that was made.
     client_index : int or None
-        Number of the server instance whose call it belongs to, from 1, where its client is on a server page.
+        For a client on a server page, the number of the server instance whose call it is, from 1.
     maker : type of Rule or None
-        The rule itself; None for what was taken over or copied.
+        The rule itself; None for elements that were taken over or copied.
     values : str
-        Of a transition that guards tell apart: the fields of its tokens, in words.
+        For a transition split by guards: the fields of its tokens, as text.
     """
 
     rule: str
@@ -51,7 +51,7 @@ class Link:
 
     @property
     def meaning(self) -> Meaning | None:
-        """What the rule says that the element is; None where it says nothing."""
+        """The meaning that the rule gives to the element; None: it gives none."""
         made = None if self.maker is None else self.maker.created.get(self.role)
         return made.meaning if isinstance(made, New) else None
 
@@ -79,11 +79,11 @@ class Trace:
         return iter(self.links)
 
     def origin(self, target: pn.Element) -> Link:
-        """Return how an element came to be."""
+        """Return how an element was made."""
         return self._by_target[target]
 
     def made_from(self, source: EObject) -> list[Link]:
-        """Return what was made because of an element of the source model."""
+        """Return the elements made from an element of the source model."""
         return self._by_source.get(source, [])
 
     def role(self, rule: str, role: str) -> list[Link]:
@@ -91,7 +91,7 @@ class Trace:
         return self._by_role.get((rule, role), [])
 
     def with_role(self, role: str) -> list[Link]:
-        """Return everything made in a role, whichever rule made it: ``queue.drop``."""
+        """Return all elements made in a role, by any rule: ``queue.drop``."""
         return [link for link in self.links if link.role == role]
 
     def find(self, id: str) -> Link:
@@ -100,7 +100,7 @@ class Trace:
         Raises
         ------
         UnknownElementError
-            Nothing made has the id.
+            No element with this id was made.
         """
         for link in self.links:
             if link.target.id == id:

@@ -1,4 +1,4 @@
-"""The rule language and the engine that runs rules; neither knows Petri nets. See `docs/rule_language.md`."""
+"""The rule language and its engine; both are independent of Petri nets. See `docs/rule_language.md`."""
 
 from dineros.transformations.language.creation import Copy, ForAll, Fragment, New, image
 from dineros.transformations.language.engine import Engine

@@ -25,7 +25,7 @@ def _plan(eclass: type[EObject]) -> tuple[list[tuple[str, bool]], list[str], lis
 
 
 def contents(element: EObject) -> list[EObject]:
-    """Return what an element contains directly, in model order."""
+    """Return the elements that an element contains directly, in model order."""
     found: list[EObject] = []
     held: dict[str, Any] = element.__dict__
     for name, many in _plan(type(element))[0]:
@@ -45,16 +45,16 @@ def deep_copy(
     omit: Collection[EObject] = frozenset(),
     classes: Mapping[type[EObject], type[EObject]] | None = None,
 ) -> tuple[EObject, dict[EObject, EObject]]:
-    """Copy an element with all it contains.
+    """Copy an element with all its contents.
 
-    References to copied elements lead to the copies, all others to the same target as the original's.
+    References to copied elements lead to the copies, all others to their original targets.
 
     Parameters
     ----------
     root : model object
-        What to copy.
+        The element to copy.
     omit : collection of model objects
-        Contained elements to leave out, with all they contain; references to them are left out as well.
+        Contained elements to leave out, with all their contents; references to them are left out as well.
     classes : mapping, optional
         Classes whose objects become objects of another class (one with at least the same features).
 

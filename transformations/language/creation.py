@@ -1,4 +1,4 @@
-"""The right-hand side of rules: elements to make, groups of them, copies, and for-all."""
+"""The right-hand side of rules: elements to make, groups of elements, copies, and for-alls."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from dineros.transformations.language.expressions import (
 from dineros.transformations.language.meaning import Meaning
 
 IMAGES = Variable()
-"""What every match binds: from each copy that rules made to its parts, by what they are copies of."""
+"""Bound in every match: for each copy made by rules, a dictionary from original parts to copied parts."""
 
 
 class Maker:
-    """A rule, as far as what it makes knows it: its name, and what it matches."""
+    """A rule from the view of its created elements: its name and its left-hand side."""
 
     lhs: ClassVar[Sequence[Variable]]
 
@@ -46,10 +46,10 @@ class New(Variable):
     eclass : type of model object
         Its class; not an abstract one.
     into : Path, optional
-        The containment feature that gets it (``model.channels``), where its class has no feature for its
+        The containment feature to which it is added (``model.channels``), if its class has no feature for its
         container.
     **features
-        Its features: expressions or values; texts may hold placeholders.
+        Its features: expressions or values; texts may have placeholders.
 
     Raises
     ------
@@ -58,11 +58,11 @@ class New(Variable):
     """
 
     meaning: Meaning | None = None
-    """What it is to who reads the net; rules say it of what has a meaning beyond the rule."""
+    """Its meaning for readers of the net, if it has one beyond the rule."""
     is_prompt = False
-    """Whether it does not wait, where times count."""
+    """Whether it fires without delay, if time is modelled."""
     repeats = False
-    """Whether it is a transition that does what one of the model does, which its rule matches."""
+    """Whether it is a transition that repeats the transition of the model that its rule matches."""
     carries = False
     """Whether it is a place whose tokens carry the data of messages, requests, goals or their answers."""
 
@@ -132,7 +132,7 @@ class New(Variable):
             )
 
     def uses(self) -> Iterator[Expression]:
-        """Yield the expressions its creation evaluates."""
+        """Yield the expressions that its creation evaluates."""
         yield from self.features.values()
         if self.into is not None:
             yield self.into
@@ -157,13 +157,13 @@ class Copy(Variable):
     Parameters
     ----------
     original : Expression
-        The element to copy, with all it contains.
+        The element to copy, with all its contents.
     into : Path
-        The many-valued containment feature that gets the copy.
+        The many-valued containment feature to which the copy is added.
     named : type of model object
-        Class of the contained elements that get an id of their own.
+        Class of the contained elements that get their own ids.
     id : str
-        Text for those ids; ``{original}`` is the element copied.
+        Text for these ids; ``{original}`` is the copied element.
     """
 
     def __init__(self, original: Expression, *, into: Path, named: type[EObject], id: str) -> None:
@@ -179,12 +179,12 @@ class Copy(Variable):
         self.id = Text(id, original=self.item)
 
     def uses(self) -> Iterator[Expression]:
-        """Yield the expressions its creation evaluates."""
+        """Yield the expressions that its creation evaluates."""
         yield self.original
         yield self.into
 
     def create(self, match: Match) -> EObject:
-        """Make the copy for a match; `image` finds its parts."""
+        """Make the copy for a match; `image` finds the parts of the copy."""
         copied, images = deep_copy(self.original.evaluate(match))
         for original, image in images.items():
             if isinstance(original, self.named):
@@ -204,12 +204,12 @@ class Image(Expression):
         self.eclass = part.eclass
 
     def evaluate(self, match: Match) -> Any:
-        """Return the part; a part outside the original is shared and its own image.
+        """Return the copied part; a part outside the original is shared and is its own image.
 
         Raises
         ------
         RuleError
-            It is asked of something that no rule copied.
+            The element was not copied by a rule.
         """
         images = match[IMAGES].get(match[self.copy])
         if images is None:
@@ -253,8 +253,8 @@ class Member(Expression):
 class Fragment:
     """A group of elements that several rules create: written once, looked up as one.
 
-    A subclass declares the classes of its elements by role (``roles``) and makes them in its constructor, or
-    is given them.
+    A subclass declares the classes of its elements by role (``roles``). Its constructor makes the elements or
+    receives them.
     """
 
     roles: Mapping[str, type[EObject]] = {}
@@ -279,12 +279,12 @@ class Fragment:
         return iter(self.elements().values())
 
     def shared(self) -> dict[str, Expression]:
-        """Return the members that the group does not make: what it is given, and what another rule made."""
+        """Return the members that the group does not make: those given to it, and those of another rule."""
         made = {role: member for role in self.roles if isinstance(member := vars(self).get(role), Member)}
         return {**self.given, **made}
 
     def members(self, made: Mapping[str, EObject], match: Mapping[Variable, Any]) -> dict[str, EObject]:
-        """Return what an application made for this group, and what the group shares, by role."""
+        """Return the elements that an application made for this group, and the shared ones, by role."""
         shared = self.shared()
         return {
             role: shared[role].evaluate(dict(match)) if role in shared else made[f"{self.symbol}.{role}"]
@@ -317,7 +317,7 @@ class ForAll:
     nodes : sequence of pattern nodes
         Matched in addition to the rule's left-hand side.
     make : sequence of New or ForAll
-        What each such match adds to the right-hand side.
+        Elements added to the right-hand side for each such match.
     """
 
     def __init__(
@@ -329,14 +329,14 @@ class ForAll:
         self.location = rule_line()
 
     def matched(self) -> Iterator[Variable]:
-        """Yield all pattern nodes it matches, nested ones included."""
+        """Yield all its pattern nodes, including nested ones."""
         yield from self.nodes
         for item in self.make:
             if isinstance(item, ForAll):
                 yield from item.matched()
 
     def created(self) -> Iterator[New]:
-        """Yield all elements it makes, nested ones included."""
+        """Yield all elements that it makes, including nested ones."""
         for item in self.make:
             if isinstance(item, ForAll):
                 yield from item.created()
@@ -345,12 +345,12 @@ class ForAll:
 
 
 def require_containment(into: Expression, eclass: type[EObject]) -> Path:
-    """Refuse anything but a containment feature of one element that holds a class.
+    """Require a containment feature of one element for elements of a class.
 
     Raises
     ------
     RuleError
-        It is something else.
+        It is another kind of expression.
     """
     if not isinstance(into, Path) or not into.is_containment():
         raise RuleError(f"{into} is not a containment feature of one element", location=rule_line())
@@ -359,12 +359,12 @@ def require_containment(into: Expression, eclass: type[EObject]) -> Path:
 
 
 def require_collection(into: Expression, eclass: type[EObject]) -> Path:
-    """Refuse anything but a many-valued containment feature of one element that holds a class.
+    """Require a many-valued containment feature of one element for elements of a class.
 
     Raises
     ------
     RuleError
-        It is something else.
+        It is another kind of expression.
     """
     if not isinstance(into, Path) or not into.is_collection():
         raise RuleError(f"{into} is not a many-valued containment feature", location=rule_line())

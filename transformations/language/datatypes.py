@@ -1,4 +1,4 @@
-"""Which plain values fit which features: texts, numbers, truth values, literals of enumerations."""
+"""Compatibility of plain values and features: texts, numbers, Booleans, literals of enumerations."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _OF_PYTHON: dict[type, Any] = {str: TEXT, bool: TRUTH, int: WHOLE, float: REAL}
 
 
 def datatype_of(value: object) -> Any:
-    """Return the Ecore type of a plain Python value, or None where it has none."""
+    """Return the Ecore type of a plain Python value; None: it has none."""
     if isinstance(value, EnumLiteral):
         return value.eContainer()  # type: ignore[attr-defined]
     return _OF_PYTHON.get(type(value))
 
 
 def fits(given: Any, wanted: Any) -> bool:
-    """Tell whether a value of a type can be one of another; unknown types (None) fit everywhere."""
+    """Return whether a value of one type fits another type; unknown types (None) always fit."""
     if given is None or wanted is None:
         return True
     if isinstance(given, EEnum) or isinstance(wanted, EEnum):
@@ -33,7 +33,7 @@ def fits(given: Any, wanted: Any) -> bool:
 
 
 def comparable(one: Any, other: Any) -> bool:
-    """Tell whether values of two types can be equal."""
+    """Return whether values of two types can be equal."""
     return fits(one, other) or fits(other, one)
 
 
@@ -43,7 +43,7 @@ def _python_type(datatype: Any) -> type:
 
 
 def literal_of(datatype: Any, value: object, location: Location) -> object:
-    """Return the literal that a text names where an enumeration is wanted; any other value as it is.
+    """Return the literal that a text names if an enumeration is required; other values are unchanged.
 
     Raises
     ------

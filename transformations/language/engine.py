@@ -1,7 +1,7 @@
-"""Applies rules to a model and remembers what each application made.
+"""Applies rules to a model and records the results of each application.
 
-For each rule all matches are collected first, in model order, and then applied, so that the same model and
-rules give the same result. Nothing here knows Petri nets.
+For each rule, all matches are first collected in model order, and then applied; so the same model and rules
+give the same result. The engine is independent of Petri nets.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ class Application:
     rule : type of Rule
         The rule.
     number : int
-        Counts all applications, from 0.
+        Number of the application, from 0.
     sources : list
-        What the pattern nodes and numbers of the left-hand side were bound to; lookups are left out.
+        Values of the pattern nodes and numbers of the left-hand side, without lookups.
     made : dict
-        What it made, by role.
+        The elements made, by role.
     repeated : list
-        What its for-alls made, by role.
+        The elements made by its for-alls, by role.
     """
 
     rule: type[Rule]
@@ -48,7 +48,7 @@ class Application:
     repeated: list[tuple[str, EObject]] = field(default_factory=list)
 
     def elements(self) -> Iterator[tuple[str, EObject]]:
-        """Yield everything made, with its role."""
+        """Yield all elements made, with their roles."""
         yield from self.made.items()
         yield from self.repeated
 
@@ -64,7 +64,7 @@ class Engine:
     Attributes
     ----------
     images : dict
-        From each copy that rules made to its parts, by what they are copies of.
+        For each copy made by rules, a dictionary from original parts to copied parts.
     """
 
     def __init__(self, root: EObject) -> None:
@@ -80,7 +80,7 @@ class Engine:
         self._groups: dict[Any, list[tuple[Application, dict[str, EObject]]]] = {}
 
     def run(self, rules: Iterable[type[Rule]]) -> list[Application]:
-        """Apply rules in the order given; return all applications so far."""
+        """Apply rules in the given order; return all applications so far."""
         for rule in rules:
             self.apply(rule)
         return self.applications
@@ -107,14 +107,14 @@ class Engine:
         return [self._apply(rule, match) for match in matches]
 
     def _plan(self, rule: type[Rule], elements: int) -> None:
-        """Count what is going to be made, and refuse too much before it is there."""
+        """Count the elements to be made; refuse too many before any is made."""
         self._planned += elements
         what = f"with {rule.__name__}, the rules make more than"
         if (error := exceeds("elements", self._planned, what, is_all=False)) is not None:
             raise error
 
     def _size(self, item: Any, match: Match) -> int:
-        """Return how many elements an item of a right-hand side makes; what for-alls repeat counts later."""
+        """Return the number of elements an item makes; elements of for-alls are counted later."""
         if not isinstance(item, Copy) or not match.keys() >= set(item.original.variables()):
             return int(isinstance(item, (New, Copy)))
         original = item.original.evaluate(match)
@@ -137,7 +137,7 @@ class Engine:
         return application
 
     def _sources(self, rule: type[Rule], match: Match) -> list[Any]:
-        """Return what was matched; where that is lookups alone, what their makers matched."""
+        """Return the matched elements; for a rule with lookups only, those that their rules matched."""
         sources = [match[node] for node in rule.lhs if isinstance(node, (Node, Index))]
         if sources:
             return sources
@@ -191,7 +191,7 @@ class Engine:
         return self._groups.get(kind, [])
 
     def made(self, lookup: Made, sources: Sequence[Any]) -> list[Any]:
-        """Return what a lookup finds, in the order it was made."""
+        """Return the results of a lookup, in the order in which they were made."""
         role = lookup._role
         if isinstance(role, (New, Copy)):
             assert role.rule is not None
@@ -218,7 +218,7 @@ def _has(application: Application, sources: Sequence[Any]) -> bool:
 
 @cache
 def _groups(rule: type[Rule]) -> tuple[Fragment, ...]:
-    """Return the fragments of a rule; asked of each pair of rules when they are put in order."""
+    """Return the fragments of a rule; cached, as it is called for each pair of rules to order them."""
     return tuple(
         value
         for base in reversed(rule.__mro__)
@@ -228,12 +228,12 @@ def _groups(rule: type[Rule]) -> tuple[Fragment, ...]:
 
 
 def require_makers(rules: Sequence[type[Rule]]) -> None:
-    """Check that every lookup speaks of a rule that runs earlier.
+    """Check that each lookup refers to a rule that runs earlier.
 
     Raises
     ------
     RuleError
-        A rule looks up what no earlier rule makes.
+        A rule looks up an element that no earlier rule makes.
     """
     earlier: set[type[Rule]] = set()
     for rule in rules:
@@ -249,7 +249,7 @@ def require_makers(rules: Sequence[type[Rule]]) -> None:
 
 
 def makers(rule: type[Rule], among: Iterable[_AnyRule]) -> set[_AnyRule]:
-    """Return those of some rules that make what a rule looks up, itself left out."""
+    """Return the given rules that make elements which a rule looks up, except the rule itself."""
     roles = [node._role for node in _lookups(rule)]
     kinds = tuple(role for role in roles if isinstance(role, type))
     named = {role.rule for role in roles if not isinstance(role, type)}

@@ -1,4 +1,4 @@
-"""Faults in rules, found when the module that holds the rule is imported."""
+"""Errors in rules, found when the module of a rule is imported."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ LANGUAGE = {
     f"{__package__}.{module}"
     for module in ("errors", "expressions", "functions", "patterns", "creation", "rule")
 }
-"""Modules that no fault is in, as they are only called by rules; shorthands for rules add their own."""
+"""Modules that are skipped when locating an error, as rules call them; rule shorthands add theirs."""
 
 
 class RuleError(DinerosError):
-    """A rule that cannot be right: unknown feature, wrong type, missing container, dangling lookup."""
+    """An invalid rule: unknown feature, wrong type, missing container, dangling lookup."""
 
 
 class UnknownRoleError(RuleError, AttributeError):

@@ -1,7 +1,7 @@
 """Expressions over a match: features of matched elements, comparisons, counts, texts.
 
-They are objects, not functions, so that a rule can be checked against the metamodel when it is defined
-and drawn afterwards. `port.place.id` is an expression where `port` is a pattern node.
+They are objects, not functions, so that a rule can be checked against the metamodel when it is defined, and
+be drawn. For a pattern node `port`, `port.place.id` is an expression.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ Match: TypeAlias = "dict[Variable, Any]"
 
 
 class Expression:
-    """Something that has a value for every match.
+    """An expression with a value for every match.
 
-    A feature of the value is an attribute: `port.place.id`. A feature whose name is one of the attributes
-    and methods below is reached by `Path(port, "many")`.
+    A feature of the value is an attribute: `port.place.id`. If a feature has the name of an attribute or
+    method below, use `Path(port, "many")`.
 
     Attributes
     ----------
     eclass : type of model object or None
-        Class of the value; None for numbers, texts and truth values.
+        Class of the value; None for numbers, texts and Booleans.
     datatype : Ecore data type or None
-        Type of a plain value; None for model objects, and where it is not known.
+        Type of a plain value; None for model objects, and if it is not known.
     many : bool
-        Whether `evaluate` gives a list.
+        Whether `evaluate` returns a list.
     """
 
     eclass: type[EObject] | None = None
@@ -50,7 +50,7 @@ class Expression:
         raise NotImplementedError
 
     def variables(self) -> Iterator[Variable]:
-        """Yield the pattern variables the value depends on."""
+        """Yield the pattern variables on which the value depends."""
         for operand in self._operands:
             yield from operand.variables()
 
@@ -105,7 +105,7 @@ def as_expression(value: object) -> Expression:
 
 
 class Variable(Expression):
-    """Something a match binds: a pattern node, a lookup, a number, or an element being created.
+    """A variable bound by a match: a pattern node, a lookup, a number, or an element being created.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class Variable(Expression):
 
 
 class Item(Variable):
-    """The value a condition of `count` or `first` speaks about."""
+    """The value to which a condition of `count` or `first` is applied."""
 
     def __init__(self, eclass: type[EObject] | None) -> None:
         super().__init__()
@@ -135,7 +135,7 @@ class Item(Variable):
 
 
 class Path(Expression):
-    """A feature of the value of another expression; collects over many values, each once."""
+    """A feature of the value of another expression; for many values, the union of their features."""
 
     def __init__(self, base: Expression, feature: str) -> None:
         super().__init__(base)
@@ -171,22 +171,22 @@ class Path(Expression):
         return f"({base}).{self._feature}" if " " in base else f"{base}.{self._feature}"
 
     def is_collection(self) -> bool:
-        """Tell whether this is a many-valued containment feature of one element."""
+        """Return whether this is a many-valued containment feature of one element."""
         return bool(self._containment) and self.many and not self._base.many
 
     def is_containment(self) -> bool:
-        """Tell whether this is a containment feature of one element."""
+        """Return whether this is a containment feature of one element."""
         return bool(self._containment) and not self._base.many
 
     def put(self, match: Match, value: EObject) -> None:
-        """Put an element into the containment feature: add it, or set it where there is one at most."""
+        """Put an element into the containment feature: append it, or set a single-valued feature."""
         if self.many:
             self.collection(match).append(value)
         else:
             setattr(self._base.evaluate(match), self._feature, value)
 
     def collection(self, match: Match) -> Any:
-        """Return the many-valued feature itself, to be added to."""
+        """Return the many-valued feature itself, to add elements."""
         return getattr(self._base.evaluate(match), self._feature)
 
 
@@ -200,7 +200,7 @@ _OPERATORS: Mapping[str, Callable[[Any, Any], Any]] = {
 
 
 class Comparison(Expression):
-    """A comparison of two values; nothing is less or greater than an absent value.
+    """A comparison of two values; an absent value is neither less nor greater than any value.
 
     Raises
     ------
@@ -239,7 +239,7 @@ class Comparison(Expression):
 
 
 class Negation(Expression):
-    """True where a condition is false, or where there is no value."""
+    """True if a condition is false, or if there is no value."""
 
     datatype = TRUTH
 
@@ -257,7 +257,7 @@ class Negation(Expression):
 class Text(Expression):
     """A text with placeholders, such as ``"{channel.id}.publisher.{port.place.id}"``.
 
-    The names are those of the rule; `bind` looks them up once the rule is complete.
+    The names are those in the rule; `bind` resolves them once the rule is complete.
     """
 
     datatype = TEXT
@@ -269,12 +269,12 @@ class Text(Expression):
         self.names = dict(names)
 
     def bind(self, names: Mapping[str, object]) -> None:
-        """Resolve the placeholders; names given to the constructor win.
+        """Resolve the placeholders; names given to the constructor take precedence.
 
         Raises
         ------
         RuleError
-            A placeholder is malformed, or names nothing of the rule or an unknown feature.
+            A placeholder is malformed, or names no element of the rule or an unknown feature.
         """
         known = {**names, **self.names}
         self.parts = []
@@ -317,7 +317,7 @@ class Text(Expression):
 
 
 def matching(datatype: Any, value: Expression) -> Expression:
-    """Return a value to compare with, or give to, something of a type: a text may name a literal."""
+    """Return a value to compare with, or assign to, a feature of a type: a text may name a literal."""
     if not isinstance(value, Constant):
         return value
     literal = literal_of(datatype, value.value, value.location)
@@ -325,7 +325,7 @@ def matching(datatype: Any, value: Expression) -> Expression:
 
 
 def compatible(one: type[EObject], other: type[EObject]) -> bool:
-    """Tell whether an object can be of both classes, judged by their inheritance."""
+    """Return whether an object can belong to both classes, according to their inheritance."""
     return one is EObject or other is EObject or issubclass(one, other) or issubclass(other, one)
 
 
@@ -354,7 +354,7 @@ def python_class(etype: Any) -> type[EObject]:
 
 
 def require_compatible(value: Expression, eclass: type[EObject], what: str, location: Any) -> None:
-    """Refuse a value that can never be of a class.
+    """Refuse a value that can never belong to a class.
 
     Raises
     ------

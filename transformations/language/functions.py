@@ -21,10 +21,10 @@ from dineros.transformations.language.expressions import (
 
 
 class Query(Expression):
-    """What a function returns for the values of other expressions.
+    """The result of a function applied to the values of other expressions.
 
-    A subclass gives the function, `_answer`, says in words that hold the operands what it is, and what it
-    returns: `eclass` or `datatype`, and `many`.
+    A subclass defines the function `_answer`, its description `_words` with placeholders for the operands,
+    and the type of the result: `eclass` or `datatype`, and `many`.
     """
 
     _words: ClassVar[str]
@@ -38,7 +38,7 @@ class Query(Expression):
 
 
 class Ancestor(Expression):
-    """The nearest container of a class, the element itself included."""
+    """The nearest container of a class; the element itself counts."""
 
     def __init__(self, base: Expression, eclass: type[EObject]) -> None:
         super().__init__(base)
@@ -65,7 +65,7 @@ class Ancestor(Expression):
 
 
 class Enclosing(Expression):
-    """All containers of a class, the element itself included, from the inner to the outer."""
+    """All containers of a class, from inner to outer; the element itself counts."""
 
     many = True
 
@@ -148,7 +148,7 @@ class Count(Query):
 
 
 class Position(Query):
-    """The place of an element among its siblings, from 1."""
+    """The position of an element among its siblings, from 1."""
 
     datatype = WHOLE
     _words = "position of {}"
@@ -160,7 +160,7 @@ class Position(Query):
 
 
 class Otherwise(Expression):
-    """A value, or another one where it is absent."""
+    """A value, or another one if it is absent."""
 
     def __init__(self, value: Expression, default: Expression) -> None:
         super().__init__(value, default)
@@ -205,7 +205,7 @@ class Greatest(Query):
 
 
 class Difference(Query):
-    """A number less another one."""
+    """A number minus another one."""
 
     datatype = WHOLE
 
@@ -225,17 +225,17 @@ ancestor, enclosing, number, position = Ancestor, Enclosing, Number, Position
 
 
 def count(values: Expression, where: Callable[[Item], Expression] | None = None) -> Expression:
-    """Return the number of values, of those alone that fulfil a condition if one is given."""
+    """Return the number of values; with a condition, of those that fulfil it."""
     return Count(values if where is None else Selection(values, where))
 
 
 def either(value: Expression, default: object) -> Expression:
-    """Return a value, or another one where it is absent."""
+    """Return a value, or another one if it is absent."""
     return Otherwise(value, as_expression(default))
 
 
 def first(values: Expression, **features: object) -> Expression:
-    """Return the first value whose features equal those given; absent where none does."""
+    """Return the first value with the given features; absent if there is none."""
     selected = values
     for name, wanted in features.items():
         selected = Selection(selected, partial(_equals, name, wanted))
@@ -252,5 +252,5 @@ def greatest(*values: object) -> Expression:
 
 
 def less(whole: object, part: object) -> Expression:
-    """Return a number less another one."""
+    """Return a number minus another one."""
     return Difference(as_expression(whole), as_expression(part))

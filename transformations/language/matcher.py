@@ -1,7 +1,7 @@
 """Finds the matches of a rule's left-hand side, in model order.
 
-A greedy plan orders the pattern nodes once: lookups first, then nodes reached along a reference from a
-bound one, then the smallest extent. Objects are indexed by class, supertypes included.
+A greedy plan orders the pattern nodes once: lookups first, then nodes that a reference connects to a bound
+node, then the class with the fewest objects. Objects are indexed by class, including superclasses.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from dineros.transformations.language.rule import conditions_of
 
 Candidates: TypeAlias = Callable[[Match], Iterable[Any]]
 Step: TypeAlias = "tuple[Variable, Candidates, list[Expression]]"
-"""What to bind next, to which values, and the conditions that can be judged then."""
+"""The variable to bind next, its candidate values, and the conditions that can then be checked."""
 
 
 class Lookup(Protocol):
-    """Where `Made` looks things up."""
+    """Interface with which `Made` is resolved."""
 
     def made(self, lookup: Made, sources: Sequence[Any]) -> list[Any]:
-        """Return what a lookup finds for the values of its `of`."""
+        """Return the results of a lookup for the values of its `of`."""
 
 
 class Extents:
-    """All objects of a model by class, supertypes included, in model order."""
+    """All objects of a model by class, including superclasses, in model order."""
 
     def __init__(self, root: EObject) -> None:
         self._by_class: dict[type, dict[EObject, None]] = {}
@@ -45,7 +45,7 @@ class Extents:
         self.add(root)
 
     def add(self, element: EObject) -> None:
-        """Index an element and all it contains."""
+        """Index an element with all its contents."""
         stack = [element]
         while stack:
             current = stack.pop()
@@ -59,7 +59,7 @@ class Extents:
             stack.extend(reversed(contents(current)))
 
     def discard(self, element: EObject) -> None:
-        """Forget an element and all it contains."""
+        """Remove an element with all its contents."""
         stack = [element]
         while stack:
             current = stack.pop()
@@ -78,7 +78,7 @@ class Extents:
         return len(self._by_class.get(eclass or EObject, ()))
 
     def with_value(self, eclass: type[EObject], feature: str, value: Any) -> list[EObject]:
-        """Return the objects of a class whose feature has, or contains, a value."""
+        """Return the objects of a class whose feature is, or contains, a value."""
         definition = features_of(eclass)[feature]
         if not isinstance(value, EObject):
             return self._indexed(eclass, feature).get(value, [])
@@ -94,7 +94,7 @@ class Extents:
         return sorted((owner for owner in found if owner in known), key=self._order.__getitem__)
 
     def _indexed(self, eclass: type[EObject], feature: str) -> dict[Any, list[EObject]]:
-        """Return the objects of a class by the values of a feature that only they themselves set."""
+        """Return the objects of a class by the values of a feature that has no opposite."""
         index = self._by_value.get((eclass, feature))
         if index is None:
             index = self._by_value[eclass, feature] = {}
@@ -111,7 +111,7 @@ def _note(index: dict[Any, list[EObject]], element: EObject, feature: str) -> No
 
 @remembered
 def _classes(eclass: type[EObject]) -> list[type[EObject]]:
-    """Return a class and its supertypes."""
+    """Return a class and its superclasses."""
     return [each for each in eclass.__mro__ if issubclass(each, EObject)]
 
 
@@ -123,7 +123,7 @@ class Matcher:
     extents : Extents
         The model.
     lookup : Lookup
-        What rules made so far.
+        Resolves lookups of elements that rules have made so far.
     """
 
     def __init__(self, extents: Extents, lookup: Lookup) -> None:
@@ -138,9 +138,9 @@ class Matcher:
         absent: Sequence[Absent] = (),
         given: Match | None = None,
     ) -> Iterator[Match]:
-        """Yield every way to bind the nodes that fulfils all conditions, in model order.
+        """Yield all bindings of the nodes that fulfil all conditions, in model order.
 
-        `given` holds what is bound already. A match may bind two nodes to the same object.
+        `given` has the variables that are bound already. A match may bind two nodes to the same object.
         """
         given = given or {}
         key = tuple(map(id, nodes)), tuple(map(id, where)), frozenset(given)
@@ -192,7 +192,7 @@ class Matcher:
         return 3 + self._extents.size(node.eclass)
 
     def _linked(self, node: Node, bound: set[Variable]) -> tuple[str, Expression] | None:
-        """Return a feature of the node whose value is bound already."""
+        """Return a feature of the node whose value is already bound."""
         for name, value in node._features.items():
             if not isinstance(value, Constant) and bound.issuperset(value.variables()):
                 return name, value
@@ -224,7 +224,7 @@ def _values(expression: Expression, match: Match) -> Iterable[Any]:
 
 
 def _equations(node: Variable) -> Iterator[Expression]:
-    """Yield what the features of a pattern node must equal, as conditions."""
+    """Yield the equations for the features of a pattern node, as conditions."""
     if not isinstance(node, Node):
         return
     assert node.eclass is not None

@@ -1,4 +1,4 @@
-"""What an element is that a rule makes: in words, as a step of a trace, as a part of a queue."""
+"""The meaning of an element made by a rule: its description, its step in a trace, its part of a queue."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ QueueKind = Literal[
 
 @dataclass(frozen=True)
 class Meaning:
-    """What an element means to who reads a net, a witness or a trace; those who ask need not know the rules.
+    """The meaning of an element for readers of a net, a witness or a trace, who need not know the rules.
 
     Attributes
     ----------
@@ -26,23 +26,23 @@ class Meaning:
         ``writer`` the server instance that writes there, and ``waits`` what a client does whose request is
         lost.
     on_server_page : str
-        What is said instead where the client stands on a server page.
+        Description used instead if the client is on a server page.
     step : type of Step or None
-        What its firing is in a trace; None where it is a firing of the model, and for places.
+        The step of its firing in a trace; None for a firing of the model, and for places.
     queue : QueueKind or None
         The kind of queue it belongs to.
     called : str
-        What that queue is called, with names in braces.
+        Description of that queue, with names in braces.
     part : str
-        What it is there: ``load``, ``capacity``, ``enter``, ``leave`` or ``drop`` of a queue; ``threads``,
+        Its role: ``load``, ``capacity``, ``enter``, ``leave`` or ``drop`` of a queue; ``threads``,
         ``lock``, ``running`` or ``awaiting`` of an executor; ``idle``, ``due`` or ``tick`` of a timer;
         ``idle slot``, ``executing``, ``asked``, ``canceling``, ``waits``, ``works``, ``over``, ``ask``,
-        ``nothing``, ``reject``, ``refuse``, ``end``, ``too late``, ``unheeded`` or ``result`` of goals; of a
-        managed node its state, or what it is asked for.
+        ``nothing``, ``reject``, ``refuse``, ``end``, ``too late``, ``unheeded`` or ``result`` of goals; for a
+        managed node, its state or the requested state change.
     value : bool or None
         The value of a signal that it stands for; true, too, for the value that the rule matched last.
     rests : bool
-        Whether the place is marked while nothing happens.
+        Whether the place is marked in an idle state.
     """
 
     words: str

@@ -1,4 +1,4 @@
-"""The left-hand side of rules: pattern nodes, lookups of what rules made, numbers, forbidden patterns."""
+"""The left-hand side of rules: pattern nodes, lookups of made elements, numbers, forbidden patterns."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Node(Variable):
     of : Expression, optional
         Restricts the node to the value of an expression, or to each of its values.
     **features
-        Values its features must have; for a many-valued feature, a value it must contain.
+        Required values of its features; a many-valued feature must contain the value.
 
     Raises
     ------
@@ -61,7 +61,7 @@ class Node(Variable):
             self._features[name] = expression
 
     def conditions(self) -> Iterator[Variable]:
-        """Yield the variables its conditions speak about."""
+        """Yield the variables in its conditions."""
         if self._of is not None:
             yield from self._of.variables()
         for expression in self._features.values():
@@ -69,11 +69,11 @@ class Node(Variable):
 
 
 class Context(Node):
-    """A pattern node that is part of every rule that uses it, without being listed in its left-hand side."""
+    """A pattern node that is part of each rule that uses it, without being listed in its left-hand side."""
 
 
 class Index(Variable):
-    """A number from 1 up to a value.
+    """A number from 1 to a value.
 
     Raises
     ------
@@ -91,20 +91,20 @@ class Index(Variable):
 
 
 class Made(Variable):
-    """What a rule made from elements of this match: a lookup in the trace model, not by name.
+    """An element that a rule made from elements of this match: a lookup in the trace, not by name.
 
     Parameters
     ----------
     role : New, Copy, Fragment, or Fragment class
         An element of the right-hand side of an earlier rule (``T1.place``), a group of elements
-        (``T3.queue``), or every group of a kind, whichever rule made it (``OverflowQueue``).
+        (``T3.queue``), or all groups of a class, made by any rule (``OverflowQueue``).
     of : Expression or sequence of Expression
-        Elements that the rule matched when it made this; several results give several matches.
+        Elements that the rule matched when it made this; each result gives a separate match.
 
     Raises
     ------
     RuleError
-        The role belongs to no rule, or its rule matches nothing that `of` could be.
+        The role belongs to no rule, or its rule cannot have matched `of`.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class Made(Variable):
 
     def _require_sources(self, rule: type[Maker]) -> None:
         if not any(isinstance(node, (Node, Index)) for node in rule.lhs):
-            return  # it matches lookups alone, which stand for what their makers matched
+            return  # it has lookups only; sources of their rules are used instead
         for source in self._of:
             if not any(_could_match(node, source) for node in rule.lhs):
                 kind = source.eclass.__name__ if source.eclass else "number"
@@ -147,11 +147,11 @@ class Made(Variable):
 
 
 class Pattern:
-    """Left-hand side elements that several rules match, written once.
+    """Elements of left-hand sides that several rules match, written once.
 
-    A subclass makes them in its constructor, as attributes; a subclass of that extends them. A rule has such
-    a pattern among its own elements: it matches them in their order, in the place of the pattern, and
-    placeholders name them as if they were its own.
+    A subclass makes them in its constructor, as attributes; its own subclasses may add elements. A rule has
+    such a pattern among its elements: it matches these elements in order, at the position of the pattern, and
+    placeholders use their names as if they were elements of the rule.
     """
 
     def elements(self) -> dict[str, Node | Made | Index]:
@@ -160,7 +160,7 @@ class Pattern:
 
 
 class Absent:
-    """A forbidden pattern: a match is rejected where these nodes can be matched as well."""
+    """A forbidden pattern: a match is rejected if these nodes can be matched as well."""
 
     def __init__(self, *nodes: Node | Made, where: Sequence[Expression] = ()) -> None:
         self.nodes = nodes
@@ -168,7 +168,7 @@ class Absent:
 
 
 def _could_match(node: Variable, source: Expression) -> bool:
-    """Tell whether a rule that matches a node, or a number, may have done so with a value."""
+    """Return whether a rule with a node, or a number, may have matched it to a value."""
     if source.eclass is None:
         return isinstance(node, Index)
     return isinstance(node, Node) and node.eclass is not None and compatible(node.eclass, source.eclass)

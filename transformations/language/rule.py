@@ -1,7 +1,7 @@
-"""A rule: a left-hand side to match and a right-hand side to make (paper, Sect. 5.5).
+"""Rules: a left-hand side to match and a right-hand side to make (paper, Sect. 5.5).
 
-An element on both sides is kept, one on the right-hand side only is created, one on the left-hand side
-only is deleted. A rule is a class; it is checked against the metamodels when it is defined.
+An element on both sides is kept, an element only on the right-hand side is created, an element only on the
+left-hand side is deleted. A rule is a class; it is checked against the metamodels when it is defined.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dineros.transformations.language.patterns import Absent, Context, Index, Ma
 
 
 class RuleType(type):
-    """Makes a misspelt role (``T1.plaec``) an error that names near matches."""
+    """Metaclass that turns a misspelt role (``T1.plaec``) into an error with similar names."""
 
     def __getattr__(cls, name: str) -> Any:
         if name.startswith("_"):
@@ -33,27 +33,27 @@ class RuleType(type):
 class Rule(Maker, metaclass=RuleType):
     """Base class of rules.
 
-    A subclass with the keyword `is_base` is a base class itself: it has neither side.
+    A subclass with the keyword `is_base` is a base class itself, without left-hand and right-hand side.
 
     Attributes
     ----------
     lhs : sequence of Node, Made or Index, optional
-        What to match; by default, all such elements of the class body and of its patterns, in their order,
-        but those that stand in `Absent` or `ForAll`.
+        Elements to match; by default, all such elements of the class body and of its patterns, in order,
+        except those in `Absent` or `ForAll`.
     rhs : sequence of Node, Made, Index, New, Copy or ForAll, optional
-        What there is afterwards; by default, the left-hand side and all that the class body makes, in its
-        order.
+        Elements after the application; by default, the left-hand side and all elements that the class body
+        makes, in order.
     where : sequence of Expression
         Conditions that a match must fulfil.
     absent : sequence of Absent
-        Patterns that must not match in addition.
+        Forbidden patterns.
     """
 
     rhs: ClassVar[Sequence[Variable | ForAll]]
     where: ClassVar[Sequence[Expression]] = ()
     absent: ClassVar[Sequence[Absent]] = ()
     created: ClassVar[dict[str, New | Copy]] = {}
-    """What the right-hand side makes, by role, `ForAll` aside."""
+    """Elements that the right-hand side makes, by role, without those of `ForAll`."""
     for_all: ClassVar[list[ForAll]] = []
     deleted: ClassVar[list[Node]] = []
     context: ClassVar[list[Context]] = []
@@ -87,7 +87,7 @@ class Rule(Maker, metaclass=RuleType):
 
 
 def _matched(cls: type[Rule], names: dict[str, Any]) -> Iterator[Variable]:
-    """Yield what a class body matches, but what it forbids or matches for its repetitions alone."""
+    """Yield the elements that a class body matches, without those of `Absent` and `ForAll` only."""
     inner: list[Variable] = [node for pattern in cls.absent for node in pattern.nodes]
     for value in names.values():
         for item in value if isinstance(value, list) else [value]:
@@ -99,7 +99,7 @@ def _matched(cls: type[Rule], names: dict[str, Any]) -> Iterator[Variable]:
 
 
 def _made(names: dict[str, Any]) -> Iterator[Variable | ForAll]:
-    """Yield what a class body makes, but what its repetitions do."""
+    """Yield the elements that a class body makes, without those of `ForAll`."""
     repeated = [item for value in names.values() if isinstance(value, ForAll) for item in value.created()]
     for value in names.values():
         for item in value if isinstance(value, (list, Fragment)) else [value]:
@@ -116,7 +116,7 @@ _LISTS: dict[str, tuple[type, ...]] = {
 
 
 def _require_lists(cls: type[Rule]) -> None:
-    """Refuse sides and conditions that are not lists of what belongs there."""
+    """Require that sides and conditions are lists of valid items."""
     for name, kinds in _LISTS.items():
         items = getattr(cls, name)
         if not isinstance(items, (list, tuple)):
@@ -134,7 +134,7 @@ def _require_lists(cls: type[Rule]) -> None:
 
 
 def _shown(cls: type[Rule], item: object) -> str:
-    """Return the name that a rule has for something, or what it is."""
+    """Return the name of an item in the rule, or its description."""
     names = [name for name, value in vars(cls).items() if value is item]
     return names[0] if names else with_article(type(item).__name__)
 
@@ -148,7 +148,7 @@ def _contains(items: Iterable[object], wanted: object) -> bool:
 
 
 def _roles(names: dict[str, Any]) -> dict[str, New | Copy]:
-    """Return everything the class body makes, by role; members of groups as ``queue.load``."""
+    """Return all elements that the class body makes, by role; members of groups as ``queue.load``."""
     roles: dict[str, New | Copy] = {}
     for name, value in names.items():
         if isinstance(value, (New, Copy)):
@@ -205,7 +205,7 @@ def _bind(cls: type[Rule], names: dict[str, Any]) -> None:
 
 
 def _check(cls: type[Rule], names: dict[str, Any]) -> None:
-    """Refuse what could only fail when the rule runs."""
+    """Refuse errors that would otherwise occur only when the rule is applied."""
     bound: set[Variable] = set()
     bound.update(cls.lhs)
     for node in cls.lhs:
@@ -267,7 +267,7 @@ def _require_bound(
 
 
 def conditions_of(node: Variable) -> Iterator[Variable]:
-    """Yield the variables that a pattern node's own conditions speak about."""
+    """Yield the variables in a pattern node's own conditions."""
     if isinstance(node, Node):
         yield from node.conditions()
     elif isinstance(node, Made):

@@ -1,1 +1,1 @@
-"""Rules and what they made, for people to read: as text and as pictures."""
+"""Descriptions and pictures of rules and of their results."""

@@ -1,4 +1,4 @@
-"""Rules as text: what the left-hand side matches and what the right-hand side makes, one line each."""
+"""Rules as text: one line for each element that is matched or made."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Row = tuple[str, str]
 
 
 def lhs_rows(rule: type[Rule]) -> list[Row]:
-    """Return name and description of everything that a rule matches, its conditions included."""
+    """Return name and description of each element that a rule matches, with its conditions."""
     rows = [_matched(node) for node in rule.lhs]
     rows += [("where", str(condition)) for condition in rule.where]
     for pattern in rule.absent:
@@ -26,14 +26,14 @@ def lhs_rows(rule: type[Rule]) -> list[Row]:
 
 
 def rhs_rows(rule: type[Rule]) -> list[Row]:
-    """Return name and description of everything that a rule makes; what a for-all makes is indented."""
+    """Return name and description of each element that a rule makes; those of a for-all are indented."""
     rows = list(_made(rule.rhs))
     rows += [(str(node), "deleted") for node in rule.deleted]
     return rows
 
 
 def rule_text(rule: type[Rule]) -> str:
-    """Return a rule as lines of text: ``LHS`` and what it matches, ``RHS`` and what it makes."""
+    """Return a rule as lines of text: ``LHS`` with the matched elements, ``RHS`` with the made ones."""
     left, right = lhs_rows(rule), rhs_rows(rule)
     width = max(len(name) for name, _ in [*left, *right])
     lines = ["LHS", *(f"  {name:{width}}  {text}".rstrip() for name, text in left)]
@@ -42,7 +42,7 @@ def rule_text(rule: type[Rule]) -> str:
 
 
 def maker_of(node: Made) -> str:
-    """Return which rule made what a lookup finds, from what: ``by T1 for channel``."""
+    """Describe the rule and the sources of the result of a lookup: ``by T1 for channel``."""
     role = node._role
     if isinstance(role, type):
         maker = f"any {role.__name__}"
@@ -80,7 +80,7 @@ def _kind(node: Variable) -> str:
 
 
 def value_text(value: Expression) -> str:
-    """Return the value of a feature, truth values in small letters."""
+    """Return the value of a feature, Booleans in lower case."""
     return str(value).lower() if isinstance(value, Constant) and isinstance(value.value, bool) else str(value)
 
 
@@ -136,5 +136,5 @@ def _arc(item: New) -> str:
 
 
 def documentation_of(rule: type[Rule]) -> str:
-    """Return what a rule says about itself."""
+    """Return the docstring of a rule."""
     return inspect.cleandoc(rule.__doc__ or "it says nothing about itself")

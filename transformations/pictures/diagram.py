@@ -1,4 +1,4 @@
-"""What the picture of a rule shows: shapes, lines and boxes of its two sides, before they are laid out."""
+"""The contents of a rule's picture: shapes, lines and boxes of both sides, before layout."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from dineros.transformations.language.rule import Rule
 from dineros.transformations.pictures.describing import maker_of, value_text
 
 Status: TypeAlias = Literal["kept", "created", "deleted", "matched"]
-"""Kept elements stand on both sides; matched ones belong to a for-all or a forbidden pattern."""
+"""Status of an element: kept elements are on both sides; matched ones are in a for-all or `Absent`."""
 
 LineKind: TypeAlias = Literal["normal", "read", "inhibitor", "flow", "link"]
-"""Three kinds of arcs, how tokens go through ports, and links by a feature."""
+"""Kinds of lines: three kinds of arcs, tokens passing ports, and links by a feature."""
 
 StatusOf: TypeAlias = "Callable[[Variable], Status]"
 
@@ -41,12 +41,12 @@ _DIRECTIONS: dict[type[EObject], dict[str, Literal["in", "out"]]] = {
         **dict.fromkeys(("succeeded", "aborted", "canceled", "feedback"), "in"),
     },
 }
-"""Whether tokens come in to a port by a feature or go out."""
+"""Whether tokens enter or leave a port by a feature."""
 
 
 @dataclass
 class Shape:
-    """An element, or a value that an arc ends at."""
+    """An element, or a value, at which a line ends."""
 
     key: str
     eclass: type[EObject]
@@ -92,9 +92,9 @@ class Side:
     Attributes
     ----------
     shapes, lines, boxes
-        What to draw; the shapes and boxes by key.
+        The contents to draw; shapes and boxes by key.
     notes : list of str
-        What stands below as text: numbers, conditions, abbreviations.
+        Text below the picture: numbers, conditions, abbreviations.
     """
 
     def __init__(self, rule: type[Rule], left: bool) -> None:
@@ -122,10 +122,10 @@ class Side:
                 self._prototype(item.original)
         self.notes.extend(f"{short} = {text}" for text, short in self._short.items())
 
-    # What is matched
+    # Matched elements
 
     def _match(self, nodes: Sequence[Variable], status: StatusOf, box: str | None) -> None:
-        for node in nodes:  # boxes first, so that what they hold finds them
+        for node in nodes:  # boxes first, so that their contents find them
             if isinstance(node, Index):
                 self.notes.append(f"{node} = 1 … {node._upto}")
             elif isinstance(node, Made) and node._fragment is not None:
@@ -159,7 +159,7 @@ class Side:
                     shape.notes.append(f"{name} = {value_text(value)}")
 
     def _page_around(self, page: Node, nodes: Sequence[Variable], status: Status, box: str | None) -> None:
-        """Draw a page as a box around the place, or the page, that it was found by."""
+        """Draw a page as a box around the place, or the page, from which it was found."""
         assert isinstance(page._of, Ancestor)
         inner = page._of.base
         self.boxes[_key(page)] = Box(_key(page), _title(page), "page", status, box)
@@ -177,7 +177,7 @@ class Side:
             self.boxes[_key(page)] = Box(_key(page), f"{_title(page)}{note}", "page", status, box)
 
     def _prototype(self, page: Expression) -> None:
-        """Draw the page that a copy is made of, with the places by which its port reaches it."""
+        """Draw the page from which a copy is made, with the places of its port on it."""
         start, _ = _steps(page)
         if not isinstance(start, Variable) or _key(start) not in self.shapes:
             return
@@ -241,14 +241,14 @@ class Side:
         self.notes.extend(f"there is no: {condition}" for condition in pattern.where)
 
     def _use_members(self, rule: type[Rule]) -> None:
-        """Draw the members of looked-up groups that the right-hand side ends arcs at."""
+        """Draw the members of looked-up groups at which arcs of the right-hand side end."""
         for item in _made_by(rule.rhs):
             if isinstance(item, New):
                 for value in item.features.values():
                     if isinstance(value, Member):
                         self._shape(value, "kept", None)
 
-    # What is made
+    # Made elements
 
     def _make(self, items: Sequence[Variable | ForAll], box: str | None = None) -> None:
         groups = self._groups(items, box)
@@ -289,7 +289,7 @@ class Side:
         self._inside(item, _steps(item.original)[0], "created")
 
     def _inside(self, page: Expression, port: Expression, status: Status) -> dict[str, str]:
-        """Draw the places of a page that a port names, or that there are some; return their keys by name."""
+        """Draw the places of a page that a port names, or placeholder ones; return their keys by name."""
         keys = {name: f"{_key(page)}.{name}" for name in _places_of(port.eclass) or ["…"]}
         for name, key in keys.items():
             self.shapes[key] = Shape(key, EObject if name == "…" else pn.Place, name, status, _key(page))
@@ -316,7 +316,7 @@ class Side:
     # Shapes and lines
 
     def _end(self, end: Expression, opposite: Expression, status: Status, box: str | None) -> None:
-        """Draw what an arc ends at: the other end tells whether a `pn.Node` is a place."""
+        """Draw the end of an arc; the other end decides whether a `pn.Node` is a place."""
         shape = self._shape(end, status, box)
         if shape.eclass is pn.Node:
             shape.eclass = pn.Place
@@ -342,7 +342,7 @@ class Side:
             self.lines.append(Line(_key(source), _key(target), kind, status, label))
 
     def _tokens(self, value: Expression | None) -> str:
-        """Return the text for a number of tokens; long expressions are abbreviated and noted."""
+        """Return the text for a number of tokens; a long expression is abbreviated, with a note."""
         if value is None or (isinstance(value, Constant) and value.value == 0):
             return ""
         if isinstance(value, Constant):
@@ -384,7 +384,7 @@ def _is_arc(node: Variable) -> bool:
 
 
 def _places_of(eclass: type[EObject] | None) -> list[str]:
-    """Return the features of a port that name a place."""
+    """Return the features of a port that refer to a place."""
     if eclass is None:
         return []
     return [
@@ -399,7 +399,7 @@ def _direction(port: type[EObject] | None, feature: str) -> Literal["in", "out"]
 
 
 def _made_by(items: Sequence[Variable | ForAll]) -> Iterator[Variable]:
-    """Yield what a right-hand side makes, for-alls included."""
+    """Yield the elements that a right-hand side makes, including those of for-alls."""
     for item in items:
         if isinstance(item, ForAll):
             yield from item.created()

@@ -1,9 +1,9 @@
-"""Pictures of rules: both sides beside each other in the notation of the paper (Sect. 5.5).
+"""Draws both sides of a rule next to each other, in the notation of the paper (Sect. 5.5).
 
-Places are circles with their tokens inside, transitions are bars, inhibitor arcs end in a circle, read arcs
-have two heads, topics are blue and round, services green and pointed, as in pictures of nets; signals are
-yellow. Arcs run behind names. An underlined element on the left and one on the right with the same label are
-the same; what the rule makes is orange and bold.
+Places are circles with their tokens inside, transitions are bars. Inhibitor arcs end in a circle, read arcs
+have two heads. As in pictures of nets, topics are blue and round, services green and pointed; signals are
+yellow. Arcs run behind names. An underlined element on the left is the same as the underlined element with
+the same label on the right; elements made by the rule are orange and bold.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from dineros.transformations.pictures.diagram import Box, Line, Shape, Side
 from dineros.transformations.rules.catalogue import name_of, summary_of
 
 FORMATS = (".svg", ".png", ".dot")
-"""Suffixes of pictures; ``.dot`` is Graphviz's own language."""
+"""File suffixes of pictures; ``.dot`` is Graphviz's own language."""
 
 KEPT, CREATED, DELETED, QUIET = "#222222", "#c2410c", "#b91c1c", "#64748b"
 COLOURS = {"kept": KEPT, "matched": KEPT, "created": CREATED, "deleted": DELETED}
@@ -42,13 +42,13 @@ _INVISIBLE = 'label="", peripheries=0'
 _LEGEND = (
     "underlined: the same element on both sides &#160; <FONT COLOR='{0}'><B>bold</B></FONT>: made by the rule"
 )
-LETTER = 7  # how wide one is, about
-NAME_HEIGHT = 20  # leaves room for the subscript
-_ABOUT = 46  # characters in a line of notes
+LETTER = 7  # approximate width of a letter
+NAME_HEIGHT = 20  # includes the subscript
+_ABOUT = 46  # approximate number of characters on a line of notes
 
 
 def draw_rule(rule: type[Rule], path: Path | str) -> None:
-    """Draw a rule into a file; its suffix tells the format.
+    """Draw a rule into a file, in the format of its suffix.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def rule_svg(rule: type[Rule]) -> str:
 
 
 def layout(source: str, format: str) -> bytes:
-    """Lay a graph out by Graphviz.
+    """Lay a graph out with Graphviz.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def layout(source: str, format: str) -> bytes:
 
 
 def rule_dot(rule: type[Rule]) -> str:
-    """Return the picture of a rule in Graphviz's language; equal rules give equal text."""
+    """Return the picture of a rule in Graphviz's language; equal rules have equal text."""
     what = summary_of(rule)
     title = f"<B>{html.escape(name_of(rule))}</B>" + (f" &#160; {html.escape(what)}" if what else "")
     lines = [
@@ -122,9 +122,9 @@ def rule_dot(rule: type[Rule]) -> str:
 
 
 def _forward(side: Side) -> list[tuple[Line, bool]]:
-    """Return the lines of a side, each with whether it is laid out backwards.
+    """Return the lines of a side, each with a flag whether it is laid out backwards.
 
-    In a circle, distance from where lines enter it decides: both ways round then lead from left to right.
+    In a cycle, the distance from its entry decides: then both paths run from left to right.
     """
     graph: nx.DiGraph[str] = nx.DiGraph()
     graph.add_nodes_from(side.shapes)
@@ -155,7 +155,7 @@ def _last(side: Side) -> list[str]:
 
 
 def _columns(side: Side) -> list[tuple[str, str]]:
-    """Return pairs of shapes that nothing joins, to be put beside each other."""
+    """Return pairs of unconnected shapes, to be put next to each other."""
     joined = {end for line in side.lines for end in (line.source, line.target)}
     rows: dict[str | None, list[str]] = {}
     for shape in side.shapes.values():
@@ -186,7 +186,7 @@ def _contents(name: str, side: Side, box: str | None) -> list[str]:
     lines = [_shape(name, shape) for shape in side.shapes.values() if shape.box == box]
     for inner in side.boxes.values():
         if inner.outer == box:
-            # The invisible box around it keeps it apart from its neighbours.
+            # The invisible box around it separates it from its neighbours.
             lines += [f'      subgraph "cluster_{name}_around {inner.key}" {{ graph [{_INVISIBLE}, margin=4]']
             lines += [f'      subgraph "cluster_{name}_{inner.key}" {{', f"        {_box(inner)}"]
             lines += [*_contents(name, side, inner.key), "      }}"]
@@ -281,7 +281,7 @@ def _form(eclass: type[EObject]) -> str:
 
 
 def _around(shape: Shape, letter: str, height: int) -> str:
-    """Return the label of a small shape: tokens in its middle, name and notes below, space above."""
+    """Return the label of a small shape: tokens in the middle, name and notes below, space above."""
     notes = [*([] if letter else [words_for(shape.eclass)]), *shape.notes]
     inside = html.escape(shape.inside) or "&#160;"
     middle = f'<TR><TD HEIGHT="{height}" FIXEDSIZE="TRUE" WIDTH="{height}">{inside}</TD></TR>'
@@ -291,7 +291,7 @@ def _around(shape: Shape, letter: str, height: int) -> str:
 
 
 def _bar(shape: Shape, colour: str, width: int) -> str:
-    """Return the label of a transition: its bar is a cell of its own, where arcs end."""
+    """Return the label of a transition: its bar is a separate cell, at which arcs end."""
     bar = f'<TD PORT="bar" BGCOLOR="{colour}" FIXEDSIZE="TRUE" WIDTH="{width}" HEIGHT="36"></TD>'
     below = _row(_before(_name(shape, "T")), 3, NAME_HEIGHT) + _notes(shape.notes, 3)
     return _table(f"{_blank(1 + len(shape.notes), 3)}<TR><TD></TD>{bar}<TD></TD></TR>{below}")
@@ -317,7 +317,7 @@ def _notes(notes: list[str], columns: int = 1) -> str:
 
 
 def _before(name: str) -> str:
-    """Return a name that arcs run behind: on white, no wider than itself."""
+    """Return a name in front of arcs: on white, no wider than the name."""
     letters = len(html.unescape(re.sub("<[^>]*>", "", name)))
     size = f'FIXEDSIZE="TRUE" WIDTH="{LETTER * letters + 4}" HEIGHT="{NAME_HEIGHT - 4}"'
     return (
@@ -327,12 +327,12 @@ def _before(name: str) -> str:
 
 
 def _blank(rows: int, columns: int = 1) -> str:
-    """Return rows of space, as high as a name and its notes, that keep a shape's middle in the middle."""
+    """Return empty rows, as high as a name and its notes, that keep the middle of a shape in the middle."""
     return _row("&#160;", columns, NAME_HEIGHT) + _notes(["\N{NO-BREAK SPACE}"] * (rows - 1), columns)
 
 
 def _name(shape: Shape, letter: str) -> str:
-    """Return a name as the paper writes it: ``P`` with a subscript."""
+    """Return a name in the notation of the paper: ``P`` with a subscript."""
     if letter:
         stem = re.sub(r"^[tp]_", "", shape.name)
         stem = re.sub(r"_(\w)", lambda found: found[1].upper(), stem)

@@ -1,4 +1,4 @@
-"""How an element came to be, and what came of it: the trace of a flattening, asked by id."""
+"""Explains elements by the trace of a flattening: how an element was made, and its results, by id."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from dineros.transformations.rules.catalogue import name_of
 
 @dataclass(frozen=True)
 class Explanation:
-    """What the trace says about an id.
+    """The trace entries for an id.
 
     Attributes
     ----------
     origin : Link or None
-        How the element of the flattened net with this id was made; None where it has none.
+        How the element of the flattened net with this id was made; None: there is no such element.
     source : pn.Element or None
         The element of the system model with this id.
     results : list of Link
-        What was made because of `source`, or in it.
+        The elements made from `source` or from its parts.
     """
 
     origin: Link | None
@@ -35,12 +35,12 @@ class Explanation:
 
 
 def explain(id: str, model: sym.SystemModel, trace: Trace) -> Explanation:
-    """Return how the element with an id came to be and what came of it, in both models.
+    """Explain how the element with an id was made, and what was made from it, in both models.
 
     Raises
     ------
     UnknownElementError
-        Neither model has an element of this id.
+        Neither model has an element with this id.
     """
     origin = next((link for link in trace if link.target.id == id), None)
     source = next((element for element in elements(model) if element.id == id), None)
@@ -53,7 +53,7 @@ def explain(id: str, model: sym.SystemModel, trace: Trace) -> Explanation:
 
 
 def _results(source: pn.Element, trace: Trace) -> Iterator[Link]:
-    """Yield what was made from an element, a port of it or a part of its clause, each once."""
+    """Yield the elements made from an element, its ports or its clause, each once."""
     causes: set[EObject] = {source}
     if isinstance(source, (sym.Channel, sym.Transition)):
         causes.update(source.eAllContents())
@@ -63,7 +63,7 @@ def _results(source: pn.Element, trace: Trace) -> Iterator[Link]:
 
 
 def told(element: EObject) -> str:
-    """Return what people call an element of a system model, also where it has no id of its own."""
+    """Return a name for an element of a system model, even if it has no id of its own."""
     kind = kind_of(element)
     if isinstance(element, (sym.ClientPort, sym.ActionClientPort)):
         return f"{kind} {element.client}"
@@ -83,7 +83,7 @@ def told(element: EObject) -> str:
 
 
 def origin_text(link: Link) -> str:
-    """Return how an element was made, in one line."""
+    """Describe on one line how an element was made."""
     kind = kind_of(link.target)
     sources = ", ".join(_told(source, link) for source in link.sources)
     instance = f", server instance {link.index}" if link.index is not None else ""
@@ -94,7 +94,7 @@ def origin_text(link: Link) -> str:
 
 
 def _told(source: EObject, link: Link) -> str:
-    """Return what people call a source; a client on a server page with its instance."""
+    """Return a name for a source; a client on a server page with its instance."""
     if isinstance(source, sym.ClientPort) and link.client_index is not None:
         return f"{told(source)} of server instance {link.client_index}"
     return told(source)

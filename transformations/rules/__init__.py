@@ -1,1 +1,1 @@
-"""The rules of the paper, the shorthands they are written in, and when they run."""
+"""The rules of the paper, the notation in which they are written, and the order in which they run."""

@@ -1,9 +1,10 @@
-"""Requests to managed nodes, which come and go (rules L6 and L7).
+"""Requests to managed nodes whose server may be absent (rules L6 and L7).
 
-rclpy sends a request once. One that is sent while its server is not configured is lost, and so is one that
-the server has, in its history or in an instance, when it is cleaned up or shut down; its client is never
-answered (seen on rclpy 7.1.6). A client that calls `wait_for_service` sends nothing meanwhile, but it loses
-what the server has all the same. Nodes that run our engine send a request again until it is answered.
+rclpy sends a request once. A request is lost if it is sent while its server is not configured. A request in
+the server's history or in an instance is lost when the server is cleaned up or shut down. In both cases, the
+client never gets a response (observed with rclpy 7.1.6). A client that calls `wait_for_service` sends no
+request meanwhile, but loses the requests that the server has. Nodes that run our engine send a request again
+until there is a response.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ LANGUAGE.add(__name__)
 
 
 def _lost(part: str, words: str) -> Meaning:
-    """Return what it means that a request of a client is lost for a reason."""
+    """Return the meaning of the loss of a client's request, with its reason."""
     return Meaning(
         f"{{client}} of service {{service}} {{waits}}: its request is lost because {words}",
         on_server_page=f"{{client}} {{waits}}: its request to service {{service}} is lost because {words}",

@@ -1,7 +1,7 @@
-"""Capacities of places: those that the model declares, and those of ports (rules B1 to B4).
+"""Capacities of places: those in the model, and those of ports (rules B1 to B4).
 
-They run last of all rules, when all arcs are there. The place of free room is the complement of the place
-that is bounded (Reisig, Petri Nets, 1985, Sect. 6.3).
+They run after all other rules, when all arcs exist. The place of free room is the complement of the bounded
+place (Reisig, Petri Nets, 1985, Sect. 6.3).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dineros.transformations.rules.queries.times import RunsOn
 from dineros.transformations.rules.queries.tokens import Change, Lowering, MostNeeded, MostPut, Raising
 
 ANY_NUMBER = -1
-"""Value of `inHand` by which a node takes any number of messages."""
+"""Value of `inHand` with which a node takes any number of messages."""
 
 
 class B1(StandardRule, phase=Phase.bounds):

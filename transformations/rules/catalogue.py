@@ -1,4 +1,4 @@
-"""All rules by family, the paper's in its order; how rules are called, and in which order they run."""
+"""All rules by family, the paper's in its order; the names of rules, and the order in which they run."""
 
 from __future__ import annotations
 
@@ -49,22 +49,22 @@ from dineros.transformations.rules.times import (
 
 @dataclass(frozen=True)
 class Family:
-    """Rules that belong together.
+    """A family of rules.
 
     Attributes
     ----------
     name : str
         One word: ``topics``.
     title : str
-        What the rules do.
+        Description of the rules.
     section : str
-        Where the paper has them; empty where it has none.
+        Section of the paper; empty if the paper does not have them.
     rules : tuple of Rule
         By their numbers.
     about : str
-        Where they come from, if not from the paper.
+        Their origin, if it is not the paper.
     modules : tuple of module
-        What defines them.
+        The modules that define them.
     """
 
     name: str
@@ -81,7 +81,7 @@ def _family(name: str, title: str, section: str, modules: tuple[ModuleType, ...]
 
 
 def _defined_in(modules: Iterable[ModuleType]) -> Iterator[type[StandardRule]]:
-    """Yield the rules that modules define, in the order of their definition."""
+    """Yield the rules that modules define, in the order of definition."""
     for module in modules:
         for value in vars(module).values():
             if isinstance(value, RuleType) and value.__module__ == module.__name__:
@@ -192,7 +192,7 @@ FAMILIES = (
 
 
 def name_of(rule: type[Rule] | str) -> str:
-    """Return what people call a rule: ``T2``, and ``I5-input-enabled`` for the class `I5InputEnabled`."""
+    """Return the public name of a rule: ``T2``, and ``I5-input-enabled`` for the class `I5InputEnabled`."""
     name = rule if isinstance(rule, str) else rule.__name__
     numbered = re.fullmatch(r"([A-Z]\d)([A-Z]\w*)", name)
     if numbered is None:
@@ -202,17 +202,17 @@ def name_of(rule: type[Rule] | str) -> str:
 
 
 def summary_of(rule: type[Rule]) -> str:
-    """Return the first line of what a rule says about itself, without the full stop."""
+    """Return the first line of a rule's docstring, without the full stop."""
     return (rule.__doc__ or "").strip().partition("\n")[0].rstrip(".")
 
 
 def find_rule(name: str, families: Sequence[Family] = FAMILIES) -> type[Rule]:
-    """Return the rule of a name, whichever way its letters are written.
+    """Return the rule with a name, ignoring case.
 
     Raises
     ------
     UnknownElementError
-        There is none; the hint names near matches.
+        There is none; the hint has similar names.
     """
     rules = [rule for family in families for rule in family.rules]
     for rule in rules:
@@ -230,9 +230,9 @@ def rules_of(
     middleware: MiddlewareVariant = "ros1",
     times: bool = False,
 ) -> tuple[type[StandardRule], ...]:
-    """Return the rules of a variant, in the order they run.
+    """Return the rules of a variant, in the order in which they run.
 
-    Where lookups leave the order open, the order of definition decides.
+    If lookups do not determine the order of two rules, the order of definition does.
     """
     defined = _defined_in(module for family in FAMILIES for module in family.modules)
     chosen = [rule for rule in defined if rule.runs_with(signals, overflow, middleware, times)]

@@ -1,9 +1,10 @@
-"""Messages between managed nodes, which come and go (rules L4 and L5).
+"""Messages between managed nodes that start and stop (rules L4 and L5).
 
-A reader that is not configured gets nothing: what is written for it goes nowhere. Where both ends are
-transient-local and reliable, its history at the writer fills up instead, and is delivered when it comes; one
-that comes again gets once more what the writer still keeps (DDS 1.4, Sect. 2.2.3.4; seen on Fast DDS).
-What a node had when it was cleaned up is gone before it is configured again.
+A reader that is not configured receives nothing: messages written for it are discarded. If both ends are
+transient-local and reliable, its history at the writer fills up instead, and is delivered when the reader is
+configured. A reader that is configured again gets the messages that the writer still keeps once more (DDS
+1.4, Sect. 2.2.3.4; observed with Fast DDS). Messages that a node had when it was cleaned up no longer exist
+when it is configured again.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ LANGUAGE.add(__name__)
 
 
 class Kept(Query):
-    """Whether a reader that comes late gets what was written before."""
+    """Whether a late reader gets messages written earlier."""
 
     datatype = TRUTH
     _words = "{} keeps messages for a late {}"
@@ -36,7 +37,7 @@ class Kept(Query):
 
 
 def _step(part: str, words: str, step: type[Step] = Drop) -> New:
-    """Make a step of the writer history of a pair; usually, a message is lost."""
+    """Return a transition of a pair's writer history; usually, a message is lost."""
     return transition(
         f"{PAIR}.{part}", Meaning(words, step=step, queue="publisher", called=WRITER, part=part)
     )

@@ -1,8 +1,7 @@
 """Executors and callback groups of ROS 2 (rules E1 to E7), for nodes that run callbacks.
 
-A callback begins when the executor has a thread for it and no other callback of its exclusive group runs,
-and keeps both until it ends. Which of several that are ready the executor picks is left open: all orders are
-explored.
+A callback begins when the executor has a free thread and no other callback of its exclusive group runs; it
+keeps both until it ends. The choice among several ready callbacks is left open: all orders are explored.
 """
 
 from __future__ import annotations
@@ -35,14 +34,14 @@ from dineros.transformations.rules.starts import Start
 
 
 class Lock(Fragment):
-    """What an exclusive callback group has while none of its callbacks runs.
+    """The lock of an exclusive callback group: free while none of its callbacks runs.
 
     Parameters
     ----------
     id : str
-        Of its place; may hold placeholders.
+        Id of its place; may have placeholders.
     group : str
-        What it is while the group is free.
+        Meaning of the place while the group is free.
     """
 
     roles: Mapping[str, type[EObject]] = {"lock": pn.Place}
@@ -61,7 +60,7 @@ class Beginning(Fragment):
     move : Expression
         The transition by which it begins.
     threads, running : Expression
-        Places of its node's free threads, and of itself.
+        Places of the node's free threads, and of the running callback.
     """
 
     roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
@@ -140,7 +139,7 @@ class E3(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
 
 class Execution(FreeThreads):
-    """The threads that a callback needs, and how often it runs."""
+    """The threads that a callback needs, and the place of the running callback."""
 
     def __init__(self, page: Node) -> None:
         super().__init__(page)
@@ -320,7 +319,7 @@ class E7(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class AwaitingExecution(Execution):
-    """The same of a callback that may await a response."""
+    """The same for a callback that may await a response."""
 
     def __init__(self, page: Node) -> None:
         super().__init__(page)

@@ -1,8 +1,9 @@
 """Topics of ROS 2: a history for each writer and reader (rules R1 to R4).
 
-A writer that keeps its last messages forgets the oldest one, whichever reader lacks it, and what one reader
-lacks is a suffix of what was written; so there is one history for each pair. That the oldest message is lost
-or the newest gives the same numbers of tokens (OMG, Data Distribution Service 1.4, 2015, Sect. 2.2.3.18).
+A writer that keeps its last messages discards the oldest one, even if some reader has not received it. The
+messages that a reader has not received are always the last ones written; so there is one history for each
+pair of writer and reader. Losing the oldest or the newest message gives the same numbers of tokens (OMG, Data
+Distribution Service 1.4, 2015, Sect. 2.2.3.18).
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ READER = "reader history of {subscriber} (topic {topic})"
 
 
 class Matched(Query):
-    """Whether messages of a publisher reach a subscriber, by their quality of service."""
+    """Whether a publisher's messages reach a subscriber, according to their quality of service."""
 
     datatype = TRUTH
     _words = "{} and {} are matched"
@@ -48,7 +49,7 @@ def _is_managed(port: sym.TopicPort) -> bool:
 
 
 class Managed(Query):
-    """Whether a port is of a managed node, which comes and goes."""
+    """Whether a port belongs to a managed node, which may start and stop."""
 
     datatype = TRUTH
     _words = "node of {} is managed"
@@ -56,7 +57,7 @@ class Managed(Query):
 
 
 class AnyManaged(Query):
-    """Whether one of two ports is of a managed node."""
+    """Whether one of two ports belongs to a managed node."""
 
     datatype = TRUTH
     _words = "node of {} or {} is managed"
@@ -75,14 +76,14 @@ class BestEffort(Query):
 
 
 class Publication(Fragment):
-    """How messages leave the place of a publisher.
+    """Messages leave the place of a publisher.
 
     Parameters
     ----------
     id : str
-        Of its transition; may hold placeholders.
+        Id of the transition; may have placeholders.
     source : Expression
-        The place.
+        The place of the publisher.
     """
 
     roles: Mapping[str, type[EObject]] = {"source": pn.Place, "publish": pn.Transition}

@@ -1,8 +1,8 @@
-"""Managed nodes of ROS 2 (rules L1 to L3): their states, and what happens in which of them.
+"""Managed nodes of ROS 2 (rules L1 to L3): their states, and what a node does in each state.
 
-Before a node is configured, nothing of it exists; while it is inactive, it takes, ticks and serves, and what
-it publishes is lost (ROS 2 design article *Managed nodes*; seen on rclpy 7.1.6). What becomes of messages
-between nodes that come and go say rules L4 and L5.
+Before a node is configured, it does nothing. While it is inactive, it takes messages, its timers tick and it
+serves requests, but messages that it publishes are lost (ROS 2 design article *Managed nodes*; observed with
+rclpy 7.1.6). Rules L4 and L5 are about messages between nodes that start and stop.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Leaves(Query):
 
 
 class Working(Query):
-    """The state in which a managed node does something of itself: active where it pauses, else configured."""
+    """The state in which a managed node works: active if it pauses while inactive, else configured."""
 
     eclass = pn.Place
     _words = "{1} where {0} pauses, else {2}"
@@ -60,18 +60,18 @@ def _state(name: str, words: str = "", tokens: int = 0) -> New:
 
 
 class StateChange(Fragment):
-    """A managed node goes from one state to another.
+    """A managed node changes its state.
 
     Parameters
     ----------
     part : str
-        What it is asked for, and whether that fails: ``configure``, ``configure.fails``.
+        The requested change, and whether it fails: ``configure``, ``configure.fails``.
     words : str
-        What it does.
+        Description of the change.
     before, after : sequence of Expression
-        Places that lose a token, and those that get one.
+        Places that lose a token, and places that get one.
     state : str
-        The state that it is asked in, where one rule makes changes of several.
+        The state before the change, if one rule makes several changes.
     """
 
     roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
@@ -87,11 +87,11 @@ class StateChange(Fragment):
 
 
 class Configuring(StateChange):
-    """A managed node is configured, or fails to be."""
+    """A managed node is configured, or its configuration fails."""
 
 
 class Activating(StateChange):
-    """A managed node is activated, or fails to be."""
+    """A managed node is activated, or its activation fails."""
 
 
 class Leaving(StateChange):

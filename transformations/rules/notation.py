@@ -1,4 +1,4 @@
-"""Shorthands of the Petri-net rules: places, transitions, arcs, and the overflow queue, written once."""
+"""Shorthands for rules about Petri nets: places, transitions, arcs, and the overflow queue."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from dineros.transformations.language.patterns import Context, Made
 LANGUAGE.add(__name__)
 
 SHEET = Context(pnm.Sheet)
-"""The page that gets what the rules make."""
+"""The page to which the rules add elements."""
 
 
 def place(id: str, tokens: object = 0, means: Meaning | None = None, *, carries: bool = False) -> New:
@@ -27,13 +27,13 @@ def place(id: str, tokens: object = 0, means: Meaning | None = None, *, carries:
     Parameters
     ----------
     id : str
-        May hold placeholders.
+        Its id; may have placeholders.
     tokens : expression or int
-        How many it has at the start.
+        Initial number of tokens.
     means : Meaning, optional
-        What its tokens are.
+        Meaning of its tokens.
     carries : bool
-        Whether its tokens carry data that goes through a channel.
+        Whether its tokens carry data that passes through a channel.
     """
     made = New(pn.Place, page=SHEET, id=id, tokens=tokens)
     made.meaning, made.carries = means, carries
@@ -53,15 +53,15 @@ def transition(
     Parameters
     ----------
     id : str
-        May hold placeholders.
+        Its id; may have placeholders.
     means : Meaning, optional
-        What its firing is.
+        Meaning of its firing.
     at_once : bool
-        Where times count, it fires as soon as it can: middleware and executors do not idle.
+        If time is modelled, it fires without delay: middleware and executors do not idle.
     within : Expression, optional
-        Its firing interval. Without, it fires at any time.
+        Its firing interval. Without it, it fires at any time.
     repeats : bool
-        Whether it does what the transition of the model does that the rule matches, at another time.
+        Whether it repeats the transition of the model that the rule matches, at another time.
     """
     if within is None:
         made = New(pn.Transition, page=SHEET, id=id)
@@ -73,7 +73,7 @@ def transition(
 
 
 def at_once(transition: Expression) -> New:
-    """Let a transition that was made before fire as soon as it can."""
+    """Let a transition made earlier fire without delay."""
     return New(pn.TimeInterval, into=Path(transition, "interval"), latest=0.0)
 
 
@@ -100,18 +100,18 @@ def _arc(source: Expression, target: Expression, weight: object, kind: str, suff
 
 
 class History(Fragment):
-    """The places of a bounded queue, and the transition where what waits leaves it.
+    """The places of a bounded queue, and the transition by which messages leave it.
 
     Parameters
     ----------
     id : str
-        Prefix of the ids of its elements; may hold placeholders.
+        Prefix of the ids of its elements; may have placeholders.
     limit : Expression
         Its capacity.
     sinks : sequence of Expression
         Places that get a token for each token that leaves.
     kind : {"publisher", "dispatcher", "subscriber"}, optional
-        Whose queue it is; without, its parts have no meaning.
+        Kind of the queue; without it, its parts have no meaning.
     """
 
     roles: Mapping[str, type[EObject]] = {
@@ -149,7 +149,7 @@ _QUEUE_WORDS = {
 def _part(
     kind: QueueKind | None, part: str, called: str = Meaning.called, step: type[Step] = Transfer
 ) -> Meaning | None:
-    """Return the meaning of a part of a queue; steps are of its transitions."""
+    """Return the meaning of a part of a queue; its transitions are steps of a trace."""
     if kind is None:
         return None
     is_place = part in ("load", "capacity")
@@ -164,12 +164,12 @@ def _part(
 
 
 class OverflowQueue(Fragment):
-    """Bounded queue that drops what arrives while it is full (paper, Fig. 8).
+    """Bounded queue that drops messages that arrive while it is full (paper, Fig. 8).
 
     Parameters
     ----------
     id : str
-        Prefix of the ids of its elements; may hold placeholders.
+        Prefix of the ids of its elements; may have placeholders.
     source : Expression
         The place whose tokens enter.
     limit : Expression, optional
@@ -177,13 +177,13 @@ class OverflowQueue(Fragment):
     sinks : sequence of Expression
         Places that get a token for each token that leaves.
     history : Made, optional
-        A `History` made before, which tokens of several sources enter; then it has limit and sinks.
+        A `History` made earlier, which several sources share; it has the limit and the sinks.
     kind : {"publisher", "dispatcher", "subscriber"}, optional
-        Whose queue it is; without, its parts have no meaning.
+        Kind of the queue; without it, its parts have no meaning.
     called : str, optional
-        What it is called, where that is not the usual name of queues of its kind.
+        Name of the queue, if it differs from the usual name for its kind.
     enters, leaves : type of Step
-        What a message that enters, or leaves, is in a trace.
+        Steps of a trace in which a message enters or leaves.
     """
 
     roles: Mapping[str, type[EObject]] = {
@@ -234,16 +234,16 @@ class OverflowQueue(Fragment):
 
 
 class Bound(Fragment):
-    """A place that holds no more than its capacity: the place of its free room, which B4 wires.
+    """A place with a capacity: adds the place of its free room, to which B4 connects arcs.
 
     Parameters
     ----------
     bounded : Expression
         The place.
     capacity : Expression or int
-        The most tokens that it holds.
+        Maximum number of tokens.
     means : Meaning
-        What its free room is.
+        Meaning of its free room.
     """
 
     roles: Mapping[str, type[EObject]] = {"place": pn.Place, "free": pn.Place}
@@ -257,7 +257,7 @@ class Bound(Fragment):
 
 
 class DeclaredBound(Bound):
-    """The bound of a place of the model itself: what its `capacity` says, or what a rule says for it."""
+    """The bound of a place of the model: its `capacity`, or a bound that a rule sets."""
 
 
 def _change(value: bool) -> Meaning:
@@ -270,9 +270,9 @@ class SignalChange(Fragment):
     Parameters
     ----------
     to_true, to_false : str
-        Ids of the transitions; may hold placeholders.
+        Ids of the transitions; may have placeholders.
     true, false : Expression
-        The places that tell the signal's value.
+        The places for the signal's values.
     """
 
     roles = {"to_true": pn.Transition, "to_false": pn.Transition}

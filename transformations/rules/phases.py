@@ -1,4 +1,4 @@
-"""When rules run: each declares a phase and its variants, and the order follows from what it looks up."""
+"""The order of rules: each declares a phase and its variants; lookups decide the order within a phase."""
 
 from __future__ import annotations
 
@@ -17,44 +17,44 @@ OverflowVariant: TypeAlias = Literal["weighted", "inhibitor"]
 
 
 class Phase(IntEnum):
-    """A part of flattening. Phases run in this order; within one, lookups decide."""
+    """A part of flattening. Phases run in this order; within a phase, lookups decide."""
 
     instances = auto()
     """Copies of server pages: one channel after the other, before all other rules."""
     services = auto()
-    """Calls of services, request histories, time-outs."""
+    """Service calls, request histories, time-outs."""
     goals = auto()
-    """Goals of actions, and requests to cancel them, on their way to the server."""
+    """Goals of actions and cancel requests under way to the server."""
     outcomes = auto()
-    """What the server of an action does with a goal, and what the client receives."""
+    """The server's handling of a goal, and the messages that its client receives."""
     publications = auto()
     """Histories of publishers."""
     deliveries = auto()
     """Histories of subscribers under ROS 1, and best-effort links."""
     drops = auto()
-    """When a full queue drops a message: needs all queues."""
+    """Drops of full queues; all queues must exist."""
     signals = auto()
-    """Signals and clauses. Their places are those of the model: rules above add none to a clause."""
+    """Signals and clauses. Only places of the model count: earlier rules do not affect clauses."""
     beginnings = auto()
-    """Threads of executors, and how callbacks begin."""
+    """Threads of executors, and the beginning of callbacks."""
     endings = auto()
-    """How callbacks end."""
+    """The end of callbacks."""
     exclusion = auto()
-    """Locks of callback groups, and what happens between callbacks."""
+    """Locks of callback groups, and actions between callbacks."""
     lifecycle = auto()
-    """States of managed nodes, and what each state allows."""
+    """States of managed nodes, and restrictions in each state."""
     appearing = auto()
-    """Messages to and from a node that is not there yet or no longer."""
+    """Messages to and from a node that is not or no longer configured."""
     disappearing = auto()
     """Writers that are replaced, and servers that are absent."""
     forgetting = auto()
-    """Lost requests that no client counts: removes what rules above made."""
+    """Lost requests without an effect on their clients: removes elements of earlier rules."""
     timing = auto()
-    """How long callbacks work and messages are on their way, where times count."""
+    """Durations of callbacks and latencies of messages, if time is modelled."""
     intervals = auto()
-    """Firing intervals of transitions of the model, when all is asked that they change."""
+    """Firing intervals of transitions of the model, after all queries that they affect."""
     bounds = auto()
-    """Capacities of places. From here on, rules look at all arcs, also those of additional rules."""
+    """Capacities of places. From here on, rules consider all arcs, including those of additional rules."""
     rooms = auto()
     """Capacities at actions."""
     wiring = auto()
@@ -69,13 +69,13 @@ class StandardRule(Rule, is_base=True):
     phase : Phase
         When the rule runs.
     middleware : {"ros1", "ros2"}, optional
-        The only middleware under which it runs.
+        Only middleware under which it runs.
     signals : tuple of SignalVariant, optional
-        The only variants of signals with which it runs.
+        Only variants of signals with which it runs.
     overflow : {"weighted", "inhibitor"}, optional
-        The only variant of overflow with which it runs.
+        Only variant of overflow with which it runs.
     times : bool, optional
-        Whether it runs only where times count, or only where they do not.
+        Whether it runs only if time is modelled, or only if it is not.
     """
 
     phase: ClassVar[Phase]
@@ -105,7 +105,7 @@ class StandardRule(Rule, is_base=True):
         middleware: MiddlewareVariant,
         times: bool = False,
     ) -> bool:
-        """Tell whether the rule runs in a variant."""
+        """Return whether the rule runs in a variant."""
         return (
             cls.middleware in (None, middleware)
             and (not cls.signals or signals in cls.signals)
@@ -115,15 +115,15 @@ class StandardRule(Rule, is_base=True):
 
 
 def in_order(rules: Sequence[type[StandardRule]]) -> list[type[StandardRule]]:
-    """Sort rules by phase, and in each phase by what they look up.
+    """Sort rules by phase, and within each phase by their lookups.
 
-    A rule comes after all rules that make what it looks up, and otherwise as early as the order given allows:
-    Kahn's algorithm (Communications of the ACM 5, 1962) with the position as priority.
+    A rule comes after all rules that make elements which it looks up, and otherwise as early as the given
+    order allows: Kahn's algorithm (Communications of the ACM 5, 1962) with the position as priority.
 
     Raises
     ------
     RuleError
-        A rule looks up what a later phase makes, or rules of one phase look each other up in a circle.
+        A rule looks up elements of a later phase, or lookups within a phase are cyclic.
     """
     ordered: list[type[StandardRule]] = []
     needed = {rule: makers(rule, rules) for rule in rules}
@@ -144,7 +144,7 @@ def _by_lookups(
     rules: Sequence[type[StandardRule]],
     needed: dict[type[StandardRule], set[type[StandardRule]]],
 ) -> Iterable[type[StandardRule]]:
-    """Yield the rules of one phase, each after those that it needs."""
+    """Yield the rules of one phase, each after the rules that it needs."""
     place = {rule: number for number, rule in enumerate(rules)}
     missing = {rule: {maker for maker in needed[rule] if maker in place} for rule in rules}
     ready = [place[rule] for rule in rules if not missing[rule]]

@@ -1,12 +1,12 @@
-"""Requests of ROS 2: the history of a service, and clients that give up (rules R5 to R7).
+"""Service requests of ROS 2: the history of a service, and clients that give up (rules R5 to R7).
 
-A server keeps its last requests until it takes them, whoever sent them. Which one of them a full history
-forgets makes no difference: requests of different clients may arrive in any order, so that each of them can
-be the one that is lost (OMG, Data Distribution Service 1.4, 2015, Sect. 2.2.3.18).
+A server keeps its last requests, of all clients, until it takes them. Which request a full history loses
+makes no difference: requests of different clients may arrive in any order, so any request can be the lost one
+(OMG, Data Distribution Service 1.4, 2015, Sect. 2.2.3.18).
 
-A client that gives up is ready at once; nobody tells the server. So what it asked still takes room in the
-history and an instance's time, as a late request of nobody, and its answer is dropped. Only here it makes a
-difference which one is forgotten: a late request was there before the client gave it up.
+A client that gives up is ready at once, and does not notify the server. So its request still uses room in the
+history and time of an instance, as a late request, and the response is dropped. Only in this case it matters
+which request is lost: a late request was there before its client gave up.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ HISTORY = "request history of service {service}"
 
 
 class LosesRequests(Query):
-    """Whether more requests of a service may wait than its history keeps, or its server may not be there."""
+    """Whether more requests of a service may wait than its history keeps, or its server may be absent."""
 
     datatype = TRUTH
     _words = "requests of {} can be lost, also because {} is not there"
@@ -59,7 +59,7 @@ class GivesUp(Query):
 
 
 class SendsOnce(Query):
-    """Whether a client sends each request once."""
+    """Whether a client sends each request only once."""
 
     datatype = TRUTH
     _words = "{} sends each request once"
@@ -67,7 +67,7 @@ class SendsOnce(Query):
 
 
 class MayBeDeserted(Query):
-    """Whether requests of a service are lost while its server is not there."""
+    """Whether requests of a service are lost while its server is absent."""
 
     datatype = TRUTH
     _words = "requests of {} are lost while {} is not there"
@@ -75,7 +75,7 @@ class MayBeDeserted(Query):
 
 
 class MayLeave(Query):
-    """Whether requests of a service are lost with its server."""
+    """Whether requests of a service are lost when its server stops."""
 
     datatype = TRUTH
     _words = "requests of {} are lost with {}"
@@ -83,7 +83,7 @@ class MayLeave(Query):
 
 
 class AnswersNobody(Query):
-    """Whether an instance of a service may work for a client that has given up, or has lost its request."""
+    """Whether an instance may work for a client that has given up, or whose request is lost."""
 
     datatype = TRUTH
     _words = "a client of {} has a time-out, or loses requests that {} works on"
@@ -94,20 +94,20 @@ class AnswersNobody(Query):
 
 
 class Entrance(OverflowQueue):
-    """Where tokens enter a history or are lost; transitions of other rules take them out.
+    """Tokens enter a history or are lost; transitions of other rules take them out.
 
     Parameters
     ----------
     id : str
-        Prefix of the ids of its transitions; may hold placeholders.
+        Prefix of the ids of its transitions; may have placeholders.
     source : Expression
-        The place of tokens that arrive.
+        The place at which tokens arrive.
     load, capacity : Expression
         The places of the history.
     enters, drops : Meaning
-        What its transitions are.
+        Meanings of its transitions.
     kept, lost : sequence of Expression
-        Places that get a token for each token that has entered, and for each that has not.
+        Places that get a token for each token that has entered, and for each one lost.
     """
 
     roles: Mapping[str, type[EObject]] = {
@@ -140,7 +140,7 @@ class Entrance(OverflowQueue):
 
 
 def entering(kind: QueueKind, called: str, part: str, words: str, on_server_page: str = "") -> Meaning:
-    """Return the meaning of a transition by which a token enters a history, or is lost."""
+    """Return the meaning of a transition in which a token enters a history, or is lost."""
     step = Drop if part == "drop" else Transfer
     return Meaning(words, on_server_page, step=step, queue=kind, called=called, part=part)
 
@@ -321,18 +321,18 @@ class R6Instance(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 GIVING_UP = "{service.id}.client.{client.client}.giveUp."
-"""Prefix of the ids of such transitions."""
+"""Prefix of the ids of transitions in which a client gives up."""
 GIVES_UP = Meaning("{client} gives up waiting for service {service}", step=GiveUp)
-"""What a transition does by which a client gives a call up."""
+"""Description of a transition in which a client gives up a call."""
 
 
 class AbandonedCall(Fragment):
-    """A client gives a call up and is ready for the next one.
+    """A client gives up a call and is ready for the next one.
 
     Parameters
     ----------
     way : str
-        Where the call is then, as the end of the id of its transition; may hold placeholders.
+        Where the call is at that time, as the end of its transition's id; may have placeholders.
     call : Expression
         The place of the call.
     ready : Expression
@@ -349,7 +349,7 @@ class AbandonedCall(Fragment):
 
 
 class StopsWaiting(AbandonedCall):
-    """A client that waits for each answer gives a call up."""
+    """A client that waits for each response gives up a call."""
 
 
 class R7(StandardRule, phase=Phase.services, middleware="ros2"):

@@ -1,8 +1,8 @@
 """Services: server instances and the clients' calls (rules S1 to S4; paper, Fig. 10).
 
 S4 runs for one service after the other, callers first: a client on a server page becomes one client per
-instance (S4-client), so that an answer comes back to the instance that asked, and so that the service that
-is called counts them all.
+instance (S4-client). So a response returns to the instance that sent the request, and the called service
+counts all these clients.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def instances(service: Node) -> Expression:
 
 
 class Serving(Fragment):
-    """An instance takes a request: the transition, whichever client asked."""
+    """An instance takes a request: the transition, for any client."""
 
     roles: Mapping[str, type[EObject]] = {"t_call": pn.Transition}
 
@@ -37,7 +37,7 @@ class Serving(Fragment):
 
 
 class Answering(Fragment):
-    """An instance answers a request: the transition, whichever client asked."""
+    """An instance answers a request: the transition, for any client."""
 
     roles: Mapping[str, type[EObject]] = {"t_return": pn.Transition}
 
@@ -46,7 +46,7 @@ class Answering(Fragment):
 
 
 class Home(Expression):
-    """The node net of a place, also where that is on a server page of which only copies are left."""
+    """The node net of a place, even if it is on a server page of which only copies remain."""
 
     eclass = sym.NodeNet
 
@@ -55,7 +55,7 @@ class Home(Expression):
         self.place = place
 
     def evaluate(self, match: Match) -> sym.NodeNet | None:
-        """Return it; None where there is no copy."""
+        """Return the node net; None: there is no copy."""
         place = self.place.evaluate(match)
         copies = (images[place] for images in match[IMAGES].values() if place in images)
         return node_net_of(place) or node_net_of(next(copies, None))
@@ -96,14 +96,14 @@ class PagePublisher(Pattern):
 
 
 class CopiedPublisher(PagePublisher):
-    """What became of its place on each copy of that page.
+    """Copies of its place, one on each copy of the page.
 
     Parameters
     ----------
     kind : type of model object
         The server's port.
     page : Copy
-        What makes the copies.
+        The element that makes the copies.
     """
 
     def __init__(self, kind: type[sym.ServerPort] | type[sym.ActionServerPort], page: Copy) -> None:

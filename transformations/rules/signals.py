@@ -226,7 +226,7 @@ class I6IoEnabled(StandardRule, phase=Phase.signals, signals=("io-enabled",)):
             read(outgoing.target, change.to_false, outgoing.weight),
         ],
     )
-    # A read arc stands for a pair of normal arcs: its place is an output as well.
+    # A read arc represents a pair of normal arcs: its place is an output as well.
     read_outputs = ForAll(
         [tested],
         where=[tested.kind == pn.ArcKind.read],

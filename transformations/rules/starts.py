@@ -1,4 +1,4 @@
-"""How callbacks of timers start: with their first transition, or, where times count, just before it."""
+"""The start of timer callbacks: with their first transition, or, if time is modelled, just before it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dineros.transformations.rules.queries.times import RunsCallbacks
 
 
 class Start(Fragment):
-    """How a timer's callback starts.
+    """A timer callback starts.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Timers of ROS 2 (rule C1): one that is due waits for its callback, and ticks that are missed are gone."""
+"""Timers of ROS 2 (rule C1): a timer that is due waits for its callback; missed ticks are lost."""
 
 from __future__ import annotations
 

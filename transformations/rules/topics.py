@@ -12,7 +12,7 @@ from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.services import S4, CopiedPublisher, PagePublisher
 
 DISPATCHER_LIMIT = 16
-"""Capacity of a dispatcher queue for which the model says nothing (paper, Sect. 5.5.2)."""
+"""Capacity of a dispatcher queue if the model does not give it (paper, Sect. 5.5.2)."""
 
 
 def _arriving(kind: QueueKind) -> Meaning:

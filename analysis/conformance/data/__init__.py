@@ -1,1 +1,1 @@
-"""Conformance of data: what guards and assignments say of recorded tokens."""
+"""Conformance of data: guards and assignments are checked on recorded tokens."""

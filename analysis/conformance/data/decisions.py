@@ -1,4 +1,4 @@
-"""What the transitions of the flattened net ask and assign, by the ids of its places."""
+"""Guards and assignments of the flattened net's transitions, by the ids of places."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Fields = dict[str, FieldType]
 
 
 class Decision(NamedTuple):
-    """What a transition of the net asks and assigns; places by their ids in the net.
+    """The guard and the assignments of a transition; places are given by their ids in the net.
 
     Attributes
     ----------
     takes, reads : mapping of str to Condition
-        What it asks of the token that it takes from a place, or reads there.
+        For each place that it takes from or reads, the condition for the token.
     assigns : mapping
-        By place and field a value, or the place and field that it copies.
+        For each place and field, a value, or the place and field that are copied.
     """
 
     takes: Mapping[str, Condition]
@@ -33,21 +33,21 @@ class Decision(NamedTuple):
 
 
 class Decisions:
-    """What all transitions of a net ask and assign.
+    """The guards and assignments of all transitions of a net.
 
     Parameters
     ----------
     model : sym.SystemModel
         The model.
     subject : Subject
-        Its net, in which guards are not unfolded.
+        The flattened net, with guards not unfolded.
 
     Attributes
     ----------
     of : dict of str to Decision
         By transition of the net.
     fields : dict of str to dict
-        The fields of the tokens of each place that is followed.
+        The fields of the tokens on each place whose data is tracked.
     """
 
     def __init__(self, model: sym.SystemModel, subject: Subject) -> None:

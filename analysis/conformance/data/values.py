@@ -1,8 +1,8 @@
-"""Whether the data of recorded tokens is what guards and assignments of the model allow.
+"""Checks the data of recorded tokens against the guards and assignments of the model.
 
-The rest of a replay counts tokens. Here those of places that guards ask about, or whose fields are assigned
-or copied, are followed with their data: within a node, records are in order, so it is known which tokens a
-place holds when a transition fires.
+The rest of a replay counts tokens. This module tracks the data on places that occur in guards, or whose
+fields are assigned or copied. Within a node, records are in order, so the tokens on a place are known when a
+transition fires.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from dineros.metamodel.records import Checkpoint, Data, Drop, Fire, Record, Star
 
 
 class Values:
-    """The data of tokens in places that matter for guards, as the records tell it.
+    """The data of tokens on places that matter for guards, according to the records.
 
     Parameters
     ----------
     decisions : Decisions
-        What the transitions ask and assign.
+        Guards and assignments of the transitions.
 
     Attributes
     ----------
     unclear : list of Deviation
-        Steps whose data the traces do not tell.
+        Steps whose data is not in the traces.
     """
 
     def __init__(self, decisions: Decisions) -> None:
@@ -39,7 +39,7 @@ class Values:
         self.unclear: list[Deviation] = []
 
     def fault(self, record: Record) -> Fault | None:
-        """Return what is wrong with the data of a step; None: nothing, or nothing that is known."""
+        """Return what is wrong with the data of a step; None: nothing is known to be wrong."""
         for place, token in self._arriving(record):
             for name, field in self._decisions.fields[place].items():
                 value = token.data.get(name)
@@ -50,7 +50,7 @@ class Values:
         return None
 
     def happen(self, record: Record) -> None:
-        """Let a step happen that is allowed."""
+        """Apply a step that is allowed."""
         if isinstance(record, Start):
             self._begin(record)
             return
@@ -115,7 +115,7 @@ class Values:
         return None
 
     def _misassigned(self, record: Fire, decision: Decision) -> Fault | None:
-        """Return which field of a token that was put is not what the transition assigns."""
+        """Return the field of a token whose value differs from the assignment."""
         for place, given in decision.assigns.items():
             for name, value in given.items():
                 expected = self._expected(record, decision, value) if isinstance(value, tuple) else [value]
@@ -130,7 +130,7 @@ class Values:
         return None
 
     def _expected(self, record: Fire, decision: Decision, source: tuple[str, str]) -> list[Any]:
-        """Return the values that a copied field may have; None among them: it is not known."""
+        """Return the possible values of a copied field; None among them: the value is unknown."""
         place, name = source
         if place in record.taken:
             return [self._taken(record, place).get(name)]
@@ -142,7 +142,7 @@ class Values:
         ]
 
     def _taken(self, record: Fire, place: str) -> Data:
-        """Return the data of the only token that a step takes from a place; empty: it is not known."""
+        """Return the data of the only token that a step takes from a place; empty: it is unknown."""
         ids = record.taken.get(place, [])
         return self._tokens[place].get(ids[0], {}) if len(ids) == 1 else {}
 

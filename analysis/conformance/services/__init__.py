@@ -1,1 +1,1 @@
-"""Calls of services in a run: which step each has come to, and whose they are."""
+"""Service calls in a run: their last steps, and their clients."""

@@ -1,10 +1,10 @@
-"""Calls whose server is not told whose they are: requests without an id, as with an existing service type.
+"""Calls whose server does not know the client: requests without ids, as with an existing service type.
 
-Which client a server instance serves is then decided as late as possible. Whatever the decision, the server's
-own places are the same; only a response tells that its client was served before, by an instance that got its
-request after that client had made it. Until then a call is ascribed to some client: the requests in their
-order to the calls in theirs, which fits whenever anything does. A response is given the earliest call that
-fits, which leaves the most to all others.
+The client that a server instance serves is decided as late as possible. The server's own places do not depend
+on that decision; only a response shows that its client was served before, by an instance that got its request
+after that client had sent it. Until then, a call is assigned to some client: requests to calls in order,
+which fits if any assignment fits. A response is assigned to the earliest call that fits, which leaves most
+freedom for the others.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dineros.metamodel.records import Record, Reply, Serve
 
 
 def is_nameless(record: Record) -> bool:
-    """Tell whether a record is of a server that does not know whose request it is."""
+    """Return whether a record belongs to a server that does not know the client of the request."""
     return isinstance(record, (Serve, Reply)) and not record.message and not record.client
 
 
@@ -28,7 +28,7 @@ _Ask = tuple[str, str]
 
 @dataclass(eq=False)
 class _Call:
-    """A call that is served, or was answered: its instance, and which firings of the replay it is."""
+    """A call that is served or was answered: its instance, and the positions of its firings."""
 
     instance: int
     served: int
@@ -41,7 +41,7 @@ class NamelessCalls:
     Parameters
     ----------
     player : Player
-        Its marking and firings are changed when a call turns out to be another client's.
+        Its marking and firings are changed when a call is reassigned to another client.
     channel : str
         Id of the service channel.
     """
@@ -50,53 +50,53 @@ class NamelessCalls:
         self._net, self._marking, self._firings = player.net, player.marking, player.firings
         self._channel = channel
         self._asking: dict[_Ask, int] = {}  # request -> number of the firing, the oldest request first
-        self._calls: list[_Call] = []  # those not ascribed for good, the oldest first
+        self._calls: list[_Call] = []  # not assigned permanently, the oldest first
         self._are_there = False
 
     @property
     def are_ambiguous(self) -> bool:
-        """Whether there have been such calls, and of several clients: then the order of requests counts."""
+        """Whether there were such calls of several clients: then the order of requests matters."""
         return self._are_there and len(self._net.clients_of(self._channel)) > 1
 
     @property
     def has_answers(self) -> bool:
-        """Whether an answered call has not found its response yet."""
+        """Whether an answered call has not been matched with its response."""
         return any(call.answered is not None for call in self._calls)
 
     def asks(self, client: str, message: str, firing: int) -> None:
-        """Note a client's request."""
+        """Record a client's request."""
         self._asking[client, message] = firing
 
     def forget(self, client: str, message: str) -> bool:
-        """Take out a request that is given up; False: whether it is served is not known."""
+        """Remove a request that is given up; False: it is unknown whether it is served."""
         if self._calls:
             return False
         self._asking.pop((client, message), None)
         return True
 
     def next_client(self) -> str | None:
-        """Return the client to which the next call is ascribed at first; None: nobody asks."""
+        """Return the client to which the next call is assigned first; None: no request waits."""
         ask = next(islice(self._asking, len(self._calls), None), None)
         return None if ask is None else ask[0]
 
     def served(self, instance: int, firing: int) -> None:
-        """Note that an instance serves the next client."""
+        """Record that an instance serves the next client."""
         self._calls.append(_Call(instance, firing))
         self._are_there = True
 
     def client_at(self, instance: int) -> str | None:
-        """Return the client that an instance serves, as far as it is known; None: it serves nobody."""
+        """Return the client that an instance serves, as far as it is known; None: it is idle."""
         call = self._open_at(instance)
         return None if call is None else self._ascribed(self._calls, self._asking)[call][0]
 
     def answered(self, instance: int, firing: int) -> None:
-        """Note that an instance has answered."""
+        """Record that an instance has answered."""
         call = self._open_at(instance)
         assert call is not None
         call.answered = firing
 
     def respond(self, client: str, message: str) -> bool:
-        """Ascribe an answered call to a client's request for good, if there is one that can be its."""
+        """Assign an answered call permanently to a client's request, if there is one that fits."""
         since = self._asking.get((client, message))
         if since is None:
             return False
@@ -104,7 +104,7 @@ class NamelessCalls:
         return self._settle((client, message), next(fitting, None))
 
     def claim(self, client: str, message: str) -> bool:
-        """Take out a request whose call turns out to have an id, if the others can have made all calls."""
+        """Remove a request whose call turns out to have an id, if the others can account for all calls."""
         ask = client, message
         return ask not in self._asking or self._settle(ask, None, is_known=True)
 
@@ -126,7 +126,7 @@ class NamelessCalls:
         return True
 
     def _ascribe(self, call: _Call, old: str, new: str) -> None:
-        """Make a call another client's, in the marking and in the firings."""
+        """Reassign a call to another client, in the marking and in the firings."""
         for kind, firing in ((Serve, call.served), (Reply, call.answered)):
             if firing is None:
                 continue

@@ -1,8 +1,8 @@
-"""Replaying the steps of calls: those of clients and servers, what is given up, what is lost on the way.
+"""Replays the steps of calls: those of clients and servers, time-outs, and losses on the way.
 
-A request stays on its way until it is served or given up, so that it takes room in the history of its service
-as late as possible; what a client gives up is kept there, if there is room. One that comes to a full history
-pushes such a late request out.
+A request stays under way until it is served or given up, so that it uses room in the history of its service
+as late as possible. A request that is given up is kept there, if there is room; a new request at a full
+history displaces such a late request.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Calls:
     player : Player
         Fires transitions.
     messages : Messages
-        What is under way.
+        The messages under way.
     """
 
     def __init__(self, player: Player, messages: Messages) -> None:
@@ -41,13 +41,13 @@ class Calls:
         }
 
     def are_ambiguous(self, channel: str) -> bool:
-        """Tell whether servers of a service do not know whose requests they serve."""
+        """Return whether servers of a service do not know the clients of their requests."""
         return channel in self._nameless and self._nameless[channel].are_ambiguous
 
-    # Traces that begin within the run.
+    # Traces that begin in the middle of the run.
 
     def begin(self, kind: type[ServiceStep], channel: str, client: str, instance: int = 1) -> None:
-        """Let a step of a client's call have happened that the traces do not tell."""
+        """Apply an unrecorded step of a client's call before the traces begin."""
         enter = self._net.entering(channel, client)
         for transition in (
             enter if kind is Serve else None,
@@ -57,7 +57,7 @@ class Calls:
                 self._player.add_between(transition)
 
     def begin_late(self, channel: str, client: str, instance: int | None = None) -> None:
-        """Let a client have given up what waits, or what an instance serves, before the traces begin."""
+        """Apply that a client gave up a waiting request, or one being served, before the traces begin."""
         self.begin(Request, channel, client)
         ways = self._net.giving_up(channel, client, Request, None)[:1]
         serve = None if instance is None else self._net.service(Serve, channel, None, instance)
@@ -66,19 +66,19 @@ class Calls:
                 self._player.add_between(transition)
 
     def begin_instance(self, channel: str, client: str, instance: int) -> None:
-        """Let an instance serve a request that the client's trace is still to tell."""
+        """Apply that an instance serves a request whose sending is later in the client's trace."""
         serve, reply = self._ends(channel, client, instance)
         for place in serve.keys() & reply.keys():
             self._marking[place] += serve[place]
 
     def _ends(self, channel: str, client: str, instance: int) -> tuple[dict[int, int], dict[int, int]]:
-        """Return what serving and answering a client change."""
+        """Return the changes of markings by serving and answering a client."""
         found = [self._net.service(kind, channel, client, instance) for kind in (Serve, Reply)]
         serve, reply = (dict(self._net.net.delta[index]) if index is not None else {} for index in found)
         return serve, reply
 
     def _catch_up(self, channel: str, client: str, stage: type[ServiceStep], request: int) -> None:
-        """Let what the server did happen to a request that it had served when its trace begins."""
+        """Apply the server's steps for a request that it had served when its trace begins."""
         own = self._net.own_places
         for place, tokens in self._net.net.delta[request].items():
             if tokens > 0 and place not in own:
@@ -166,7 +166,7 @@ class Calls:
         return fault
 
     def _step_nameless(self, record: ServiceStep, calls: NamelessCalls) -> Refusal | None:
-        """Replay a step of a server that does not know whose request it serves."""
+        """Replay a step of a server that does not know the client of the request."""
         instance = record.instance or self._net.instances.get((record.channel, record.place)) or 0
         serves = isinstance(record, Serve)
         client = calls.next_client() if serves else calls.client_at(instance)
@@ -178,7 +178,7 @@ class Calls:
         if fault is None and client is None:
             late = self._net.service(type(record), record.channel, None, instance)
             if late is not None and self._player.fire_recorded(record, late) is None:
-                return None  # its client has given it up
+                return None  # its client has given up
             return (
                 self._nobody_asks(record, calls)
                 if serves
@@ -205,7 +205,7 @@ class Calls:
         )
 
     def lose(self, record: Drop) -> Refusal | None:
-        """A full history has lost a request: nothing more, since its client may ask again."""
+        """Replay the loss of a request by a full history; its client may send it again."""
         if record.queue != "request":
             return Fault(f"a service has no {record.queue} queue")
         client = next(iter(self._net.clients_of(record.channel)), None)

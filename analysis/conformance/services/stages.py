@@ -1,8 +1,8 @@
-"""Which step the calls of a run's clients have come to: of each request one, with its id.
+"""The last step of each call in a run, by the id of its request.
 
-A request is made before it is served, then answered, then its response got, or given up anywhere in between;
-what is given up is served and answered all the same. What is kept grows with the requests that were lost, not
-with a run.
+A request is sent before it is served, then answered, then its response is received; it may be given up at any
+point in between, and is then still served and answered. The stored data grows with the number of lost
+requests, not with the length of the run.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dineros.metamodel.records.schema import ServiceStep
 Stage = type[ServiceStep]
 
 AFTER: Mapping[Stage, tuple[Stage | None, str, str]] = {
-    # what must have happened last to the call, what that is called, and what this step is called
+    # the required last step of the call, its description, and the description of this step
     Request: (None, "", "requested"),
     Serve: (Request, "requested", "served"),
     Reply: (Serve, "served", "answered"),
@@ -29,22 +29,22 @@ _ORDER = {stage: number for number, stage in enumerate(AFTER)}
 
 @dataclass(frozen=True)
 class Before:
-    """What had become of a client's calls when the traces of client and server begin, by their numbers.
+    """State of a client's calls when the traces of client and server begin, by their numbers.
 
     Attributes
     ----------
     sender : str
-        What the ids of its requests begin with.
+        Prefix of the ids of its requests.
     requested : int
-        How many there were.
+        Number of requests.
     pending : frozenset of int
-        Those that the client waited for; the others were over.
+        Requests for which the client waited; the others were over.
     serving : dict of int to int
-        Those that the server worked on, and at which instance.
+        Requests being served, with their instances.
     replied : frozenset of int
-        Those whose responses the server keeps; it has answered all before them.
+        Requests whose responses the server keeps; it has answered all requests before them.
     gives_up : bool
-        Whether the client has a time-out: what is over may still be served.
+        Whether the client has a time-out: then requests that are over may still be served.
     """
 
     sender: str
@@ -55,11 +55,11 @@ class Before:
     gives_up: bool = False
 
     def is_over(self, number: int) -> bool:
-        """Tell whether the client waits for a request no more."""
+        """Return whether the client no longer waits for a request."""
         return number <= self.requested and number not in self.pending
 
     def stage(self, number: int) -> Stage:
-        """Return how far a request had come at the server."""
+        """Return the state of a request at the server."""
         if number in self.serving:
             return Serve
         first = min(self.replied, default=0)
@@ -67,18 +67,18 @@ class Before:
 
 
 class Stages:
-    """The calls under way, and what continues of those that were given up."""
+    """The calls under way, and the rest of calls that were given up."""
 
     def __init__(self) -> None:
         self._calls: defaultdict[tuple[str, str], dict[str, Stage]] = defaultdict(dict)
         self._late: defaultdict[str, dict[str, Stage]] = defaultdict(dict)
-        self._at: dict[tuple[str, str], int] = {}  # instance that serves, or has served, a request
+        self._at: dict[tuple[str, str], int] = {}  # the instance that serves or served a request
         self._unserved: defaultdict[str, dict[str, None]] = defaultdict(dict)
         self._before: dict[tuple[str, str], Before] = {}
         self._strays: set[tuple[str, str]] = set()
 
     def begin(self, channel: str, client: str, before: Before) -> None:
-        """Note what came before the traces of client and server begin."""
+        """Record the state before the traces of client and server begin."""
         self._before[channel, client] = before
         calls = self._calls[channel, client]
         for number in sorted({*before.pending, *before.serving, *before.replied}):
@@ -86,66 +86,66 @@ class Stages:
             if number in before.serving:
                 self._at[channel, message] = before.serving[number]
             if number > before.requested:
-                continue  # the client's trace tells that it asks
+                continue  # the sending is in the client's trace
             if number in before.pending or (stage is Serve and not before.gives_up):
                 calls[message] = stage
             elif stage is Serve:
                 self._late[channel][message] = stage
 
     def has_begun_within(self, channel: str) -> bool:
-        """Tell whether traces of a channel's clients begin within the run."""
+        """Return whether traces of a channel's clients begin in the middle of the run."""
         return any(known == channel for known, _ in self._before)
 
     def ahead(self, channel: str, client: str, message: str) -> Stage | None:
-        """Return how far the server had come with a request that the client's trace is still to tell."""
+        """Return the server's state of a request whose sending is later in the client's trace."""
         before, number = self._before.get((channel, client)), _number(message)
         if before is None or number <= before.requested or before.stage(number) is Request:
             return None
         return before.stage(number)
 
     def is_over(self, channel: str, client: str, message: str) -> bool:
-        """Tell whether a call was over when the client's trace begins."""
+        """Return whether a call was over when the client's trace begins."""
         before = self._before.get((channel, client))
         return before is not None and before.is_over(_number(message))
 
     def message(self, record: ServiceStep, client: str) -> str:
-        """Return which call a step is of: the oldest one that it can follow, where it does not say so."""
+        """Return the call of a step; without an id, the oldest call that the step can follow."""
         after = AFTER[type(record)][0]
         calls = self._calls[record.channel, client]
         return record.message or next((id for id, stage in calls.items() if stage is after), "")
 
     def of(self, channel: str, client: str, message: str) -> Stage | None:
-        """Return the last step of a call that its client waits for; None: there is none."""
+        """Return the last step of a call for which its client waits; None: there is none."""
         return self._calls[channel, client].get(message)
 
     def late(self, channel: str, message: str) -> Stage | None:
-        """Return the last step of a call that was given up; None: it is none."""
+        """Return the last step of a call that was given up; None: it was not."""
         return self._late[channel].get(message)
 
     def was_over(self, channel: str, client: str, number: int) -> bool:
-        """Tell whether a call was over before the traces begin, while the server had not served it."""
+        """Return whether a call was over before the traces begin, but not served."""
         before = self._before.get((channel, client))
         return before is not None and before.is_over(number) and before.stage(number) is Request
 
     def is_unknown_late(self, channel: str, client: str, number: int) -> bool:
-        """Tell whether a call may have been given up before the traces begin."""
+        """Return whether a call may have been given up before the traces begin."""
         return self.was_over(channel, client, number) and self._before[channel, client].gives_up
 
     def instance(self, channel: str, message: str) -> int | None:
-        """Return the instance that serves a request, or has served it."""
+        """Return the instance that serves or served a request."""
         return self._at.get((channel, message))
 
     def waiting(self, channel: str, but: str) -> int:
-        """Return how many requests, but for one, can be in the history of a service."""
+        """Return the number of requests, except one, that can be in the history of a service."""
         unserved = self._unserved[channel]
         return len(unserved) - (but in unserved)
 
     def is_unserved(self, channel: str, message: str) -> bool:
-        """Tell whether a request was made and not served."""
+        """Return whether a request was sent and not served."""
         return message in self._unserved[channel]
 
     def step(self, record: ServiceStep, client: str, instance: int | None) -> None:
-        """Note a step of a call, at a server instance where it has one."""
+        """Record a step of a call, with its server instance if it has one."""
         calls, before = self._calls[record.channel, client], self._before.get((record.channel, client))
         message, kind = self.message(record, client), type(record)
         late, number = self._late[record.channel], _number(message)
@@ -171,22 +171,22 @@ class Stages:
                 del calls[message]
 
     def begin_late(self, channel: str, message: str) -> None:
-        """Note that a call which was over before the traces begin was given up."""
+        """Record that a call which was over before the traces begin was given up."""
         self._late[channel][message] = Request
         self._strays.add((channel, message))
 
     def is_stray(self, channel: str, message: str) -> bool:
-        """Tell of a call, once, that it was given up before the traces begin and is served now."""
+        """Return, once, whether a call was given up before the traces begin and is served now."""
         is_stray = (channel, message) in self._strays
         self._strays.discard((channel, message))
         return is_stray
 
     def resume(self, channel: str, client: str, message: str) -> None:
-        """Note that a call was over before the client's trace begins, and is still to be served."""
+        """Record that a call was over before the client's trace begins, and is still to be served."""
         self._calls[channel, client].setdefault(message, Request)
 
     def give_up(self, channel: str, client: str, message: str) -> None:
-        """Note that a client waits for a call no longer."""
+        """Record that a client has stopped waiting for a call."""
         stage = self._calls[channel, client].pop(message)
         if stage is Reply:
             self._at.pop((channel, message), None)
@@ -195,7 +195,7 @@ class Stages:
 
     @staticmethod
     def comes_before(stage: Stage, kind: Stage) -> bool:
-        """Tell whether a step of a call is not done when another one was the last."""
+        """Return whether a step of a call has not happened when another one was the last."""
         return _ORDER[stage] < _ORDER[kind]
 
 

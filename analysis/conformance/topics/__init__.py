@@ -1,1 +1,1 @@
-"""What happens inside of topics, which no record says: queues of ROS 1, histories of ROS 2."""
+"""Unrecorded steps inside of topics: queues of ROS 1, histories of ROS 2."""

@@ -1,4 +1,4 @@
-"""What became of published messages, as far as the traces of their subscribers say it."""
+"""The fates of published messages, according to the traces of their subscribers."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from dineros.metamodel.records import Drop, Publish, Take
 
 
 class Fates:
-    """Which messages were taken; of those between them, it is known that they were lost.
+    """Records which messages were taken; messages between them are known to be lost.
 
-    What is kept grows with the messages that were lost, not with a run.
+    The stored data grows with the number of lost messages, not with the length of the run.
 
     Attributes
     ----------
     are_known : bool
-        Whether all takes are there: what was not taken by now is not taken any more.
+        Whether all takes are recorded: messages that were not taken will not be taken.
     told : Counter
-        Of each channel and subscriber's place, how many losses its trace tells.
+        For each channel and subscriber's place, the number of losses in its trace.
     """
 
     def __init__(self) -> None:
         self._taken: dict[tuple[str, str, str], Numbers] = {}
-        self._nameless: set[tuple[str, str]] = set()  # where what is taken does not say which message it is
+        self._nameless: set[tuple[str, str]] = set()  # places whose takes have no message ids
         self.told: Counter[tuple[str, str]] = Counter()
         self._published: Counter[str] = Counter()
         self._takes: Counter[tuple[str, str]] = Counter()
         self.are_known = False
 
     def add(self, record: Publish | Take | Drop) -> None:
-        """Note what a trace tells of a message."""
+        """Process a record about a message."""
         if isinstance(record, Publish):
             self._published[record.channel] += 1
             return
@@ -48,7 +48,7 @@ class Fates:
             self._taken.setdefault(key, Numbers(limit=None)).add(known[1])
 
     def is_lost(self, channel: str, place: str, message: str) -> bool | None:
-        """Tell whether a subscriber's place never gets a message; None: that is not known yet."""
+        """Return whether a subscriber's place never gets a message; None: this is not known yet."""
         known = sender_and_number(message)
         if known is None:
             return False
@@ -59,17 +59,17 @@ class Fates:
         return number not in taken
 
     def are_nameless(self, channel: str, place: str) -> bool:
-        """Tell whether a subscriber's place takes messages without ids, as those of installed interfaces."""
+        """Return whether a subscriber's place takes messages without ids, as with installed interfaces."""
         return (channel, place) in self._nameless
 
     def may_lose_what_it_tells(self, channel: str, place: str) -> bool:
-        """Tell whether a subscriber's place tells losses, and as much is sent as it takes and loses."""
+        """Return whether a place records losses, and takes plus losses do not exceed the sent messages."""
         at = channel, place
         enough = self._takes[at] + self.told[at] <= self._published[channel]
         return not self.are_known or (self.told[at] > 0 and enough)
 
     def is_left(self, channel: str, place: str, message: str) -> bool:
-        """Tell whether a message comes after all that a subscriber's place ever takes of its sender."""
+        """Return whether a message follows all messages of its sender that a place ever takes."""
         known = sender_and_number(message)
         if known is None or not self.are_known or self.are_nameless(channel, place):
             return False
@@ -77,9 +77,9 @@ class Fates:
         return taken is None or taken.highest < known[1]
 
 
-@lru_cache(maxsize=4096)  # those under way are looked at again and again
+@lru_cache(maxsize=4096)  # messages under way are looked up repeatedly
 def sender_and_number(message: str) -> tuple[str, int] | None:
-    """Return sender and number of a message id; None where it is none, or has no number."""
+    """Return sender and number of a message id; None: it is not such an id, or has no number."""
     try:
         return parse_id(message)
     except MessageIdError:

@@ -1,4 +1,4 @@
-"""Where topics and queues are in the flattened net."""
+"""Finds topics and queues in the flattened net."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class QueueFinder:
     roles : mapping of str to StepRole
         Role of each transition.
     states : iterable of int
-        The places that tell the states of managed nodes.
+        The places of the states of managed nodes.
     """
 
     def __init__(self, subject: Subject, roles: Mapping[str, StepRole], states: Iterable[int]) -> None:
@@ -34,7 +34,7 @@ class QueueFinder:
         self._queues: dict[EObject, list[queues.Queue]] = defaultdict(list)
         for queue in queues.queues(subject):
             self._queues[queue.channel].append(queue)
-        # Of the room that writers have for what they keep for readers that come again.
+        # Places of the room in which writers keep messages for restarting readers.
         rooms = {
             subject.place_index[link.target.id]
             for link in subject.links()
@@ -50,7 +50,7 @@ class QueueFinder:
         }
 
     def feedback(self) -> dict[tuple[str, str], Queue]:
-        """Return the feedback history of each client of an action that listens, by channel and client."""
+        """Return the feedback history of each action client that receives feedback, by channel and client."""
         return {
             (channel.id, source_of(queue.link, sym.ActionClientPort).client): self._queue(
                 queue, queue.entrances[0]

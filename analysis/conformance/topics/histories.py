@@ -1,12 +1,13 @@
-"""Silent steps of topics with histories (rules R1 to R4): as late as possible, and lost is what never came.
+"""Silent steps of topics with histories (rules R1 to R4).
 
-A publisher waits for nobody, so that its message must go somewhere: where its writer history is full, the
-oldest one continues to the reader, or is lost. It is lost there if its subscriber is known never to have
-taken it; if both histories are full, too, but only when nothing else can be done, since the subscriber may
-have taken a message before. What a subscriber's trace says to be lost, and was not yet, is lost where it can
-be; the message that it takes next says whose it was. Where several publishers fill one history, others of
-them may have been heard in between: before a message is taken from there, what is known to be lost is lost,
-and while that is not known, the take waits until nothing else can be done.
+Messages are moved lazily; a message that is never taken counts as lost. A publisher never waits, so its
+message must go somewhere: if its writer history is full, the oldest message moves to the reader, or is lost.
+It is lost if its subscriber is known never to have taken it; if both histories are full, it is also lost, but
+only if nothing else can be replayed, since the subscriber may have taken a message before. A loss in a
+subscriber's trace that was not replayed yet is replayed where possible; the next message taken identifies the
+sender of the lost one. If several publishers share a history, messages of others may have been taken in
+between: before a message is taken from there, all messages known to be lost are lost, and while this is not
+known, the take waits until nothing else can be replayed.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from dineros.metamodel.records import Drop, Publish, Take
 
 @dataclass(frozen=True)
 class _QueueHere:
-    """How many messages a pair holds: those that arrive, and those in the history."""
+    """Number of messages of a pair: those that arrive, and those in the history."""
 
     arriving: int
     load: int
@@ -36,7 +37,7 @@ class _QueueHere:
 
 
 class HistoryFlow:
-    """Moves messages of one topic.
+    """Moves the messages of one topic.
 
     Parameters
     ----------
@@ -47,9 +48,9 @@ class HistoryFlow:
     topic : HistoryTopic
         The topic.
     fates : Fates
-        What became of messages.
+        Fates of messages.
     draw : Random, optional
-        Draws where and when messages without ids are lost; without it, that happens when it is told.
+        Draws the losses of messages without ids; without it, they are lost when that is recorded.
     """
 
     def __init__(
@@ -61,13 +62,13 @@ class HistoryFlow:
         self._channel = channel
         self._fates = fates
         self._draw = draw
-        self._readiness = 0.0 if draw is None else draw.random()  # to lose what may be lost
-        self._told: Counter[str] = Counter()  # losses that each subscriber's trace has told
+        self._readiness = 0.0 if draw is None else draw.random()  # to lose messages that may be lost
+        self._told: Counter[str] = Counter()  # losses in each subscriber's trace so far
         self._under_way: dict[Pair, dict[str, None]] = {pair: {} for pair in topic.pairs}
-        self._untold: Counter[Pair] = Counter()  # losses that the subscriber's trace has not told yet
+        self._untold: Counter[Pair] = Counter()  # losses that the subscriber's trace has not reported yet
 
     def publish(self, record: Publish, transition: int, forced: bool) -> Refusal | None:
-        """Write a message into the histories; `forced`: lose an older one where both are full."""
+        """Write a message into the histories; `forced`: lose an older message if both are full."""
         pairs = self.topic.publishers[record.place]
         for pair in pairs:
             refusal = self._make_way(pair, forced) or self._finds_nobody(pair, record, forced)
@@ -85,7 +86,7 @@ class HistoryFlow:
         return None
 
     def _is_away(self, pair: Pair) -> bool:
-        """Tell whether the subscriber of a pair is not there, so that what is published for it is lost."""
+        """Return whether the subscriber of a pair is absent, so that messages published for it are lost."""
         return pair.miss is not None and all(
             self._marking[place] >= weight
             for place, weight in self._net.pre[pair.miss]
@@ -93,7 +94,7 @@ class HistoryFlow:
         )
 
     def _finds_nobody(self, pair: Pair, record: Publish, forced: bool) -> Waiting | None:
-        """Wait for a subscriber that is not there and took the message all the same, or may have."""
+        """Wait for a subscriber that is absent, but took the message, or may have taken it."""
         if not self._is_away(pair) or (fate := self._fate(pair, record.message or "")):
             return None
         if fate is None and forced:
@@ -125,13 +126,13 @@ class HistoryFlow:
         return None
 
     def _enter(self, pair: Pair) -> None:
-        """Take a message into a writer history, in place of a delivered one where that keeps no more."""
+        """Put a message into a writer history; it replaces a delivered one if there is no more room."""
         needs = self._net.pre[pair.queue.enter]
         has_room = all(self._marking[place] >= weight for place, weight in needs)
         self._fire(pair.queue.enter if has_room or pair.replace is None else pair.replace)
 
     def _is_there(self, pair: Pair) -> bool:
-        """Tell whether messages can be delivered to the subscriber of a pair."""
+        """Return whether messages can be delivered to the subscriber of a pair."""
         return all(
             self._marking[place] >= weight
             for place, weight in self._net.pre[pair.queue.leave]
@@ -139,7 +140,7 @@ class HistoryFlow:
         )
 
     def _victim(self, pair: Pair) -> str | None:
-        """Return a message under way that never comes."""
+        """Return a message under way that is never taken."""
         found = (id for id in self._under_way[pair] if self._fate(pair, id))
         return next(found, None)
 
@@ -150,7 +151,7 @@ class HistoryFlow:
         return all(self._fate(pair, message) is not None for message in self._under_way[pair])
 
     def _is_left(self, pair: Pair) -> bool:
-        """Tell whether nothing that is under way is ever taken, so that no take need be waited for."""
+        """Return whether none of the messages under way is ever taken, so that no take is awaited."""
         return all(
             self._fates.is_left(self._channel, pair.subscriber, message) for message in self._under_way[pair]
         )
@@ -163,7 +164,7 @@ class HistoryFlow:
             del under_way[message]
 
     def _pass_on(self, pair: Pair) -> None:
-        """Take a message from a writer history to where messages arrive at the reader."""
+        """Move a message from a writer history to the arrival place of the reader."""
         reader = self.topic.subscribers[pair.subscriber]
         if self._marking[reader.source] >= 1:
             self._fire(reader.enter)
@@ -172,7 +173,7 @@ class HistoryFlow:
         self._fire(pair.queue.leave)
 
     def take(self, record: Take, leave: int) -> Refusal | bool:
-        """Let a subscriber take a message; False: none is under way."""
+        """Replay the take of a message; False: none is under way."""
         pairs = self._pairs_of(record)
         self._lose_early(record.place)
         if self._may_have_lost(record.place):
@@ -190,12 +191,12 @@ class HistoryFlow:
         return True
 
     def drop(self, record: Drop, following: Take | None) -> Refusal | None:
-        """Lose messages that a subscriber's trace says to be lost, but for those that were before.
+        """Lose the messages that a subscriber's trace reports as lost, except losses replayed already.
 
         Parameters
         ----------
         record : Drop
-            What the trace says.
+            The record of the losses.
         following : Take, optional
             The message before which they are missing: they are of the same publisher.
         """
@@ -225,7 +226,7 @@ class HistoryFlow:
         return None
 
     def _most_losses(self, place: str, pairs: Collection[Pair]) -> int:
-        """Return how many messages to a subscriber can be lost now, at it or by these pairs."""
+        """Return how many messages to a subscriber can be lost now, at the subscriber or by these pairs."""
         reader, marking = self.topic.subscribers[place], self._marking
         lost, at_reader = 0, marking[reader.source] + marking[reader.load]
         for pair in self._pairs_to(place):
@@ -259,10 +260,11 @@ class HistoryFlow:
         self._forget(min(pairs, key=lambda pair: self._victim(pair) is None), None)
 
     def _lose_early(self, place: str) -> None:
-        """Let a full history lose what is under way to it and known to be lost, as early as it can.
+        """Let a full history lose messages that are known to be lost, as early as possible.
 
-        The subscriber's trace tells of a loss with the next message of the same publisher; others may have
-        been taken after the loss and before that. What is lost early needs no other messages any more.
+        The subscriber's trace reports a loss with the next message of the same publisher; other messages may
+        have been taken after the loss and before that record. An early loss needs no other messages
+        afterwards.
         """
         pairs = self._pairs_to(place)
         while pair := next((pair for pair in pairs if self._victim(pair) is not None), None):
@@ -273,7 +275,7 @@ class HistoryFlow:
             self._overflow(next((pair for pair in pairs if self._here(pair).all), pairs[0]))
 
     def _overflow(self, pair: Pair) -> None:
-        """Let a history that more is under way to than it holds lose a message, before that is told."""
+        """Let a history with too many messages under way lose one, before that is recorded."""
         reader = self.topic.subscribers[pair.subscriber]
         self._fill(pair.subscriber, reader.limit, [pair])
         if self._marking[reader.source] < 1:
@@ -283,7 +285,7 @@ class HistoryFlow:
         self._untold[pair] += 1
 
     def _is_drawn(self, place: str) -> bool:
-        """Draw whether one of the losses that are told later happens now, where nothing says whose it is."""
+        """Draw whether a loss that is recorded later happens now, if its sender is unknown."""
         if self._draw is None or not self._fates.are_nameless(self._channel, place):
             return False
         untold = sum(self._untold[pair] for pair in self._pairs_to(place))
@@ -291,27 +293,27 @@ class HistoryFlow:
         return left > 0 and self._draw.random() < self._readiness
 
     def is_unclear(self, place: str) -> bool:
-        """Tell whether what does not fit might if others of a subscriber's messages without ids were lost."""
+        """Return whether a step might fit if other messages without ids had been lost."""
         is_nameless = self._fates.are_nameless(self._channel, place)
         return is_nameless and self._fates.may_lose_what_it_tells(self._channel, place)
 
     def _may_have_lost(self, place: str) -> bool:
-        """Tell whether a history of several publishers may have lost what is not known to be lost yet."""
+        """Return whether a history of several publishers may have lost a message not known to be lost."""
         is_decided = all(map(self._are_decided, self._pairs_to(place)))
         return self._has_several_publishers(place) and not is_decided and self._is_too_much(place)
 
     def _has_several_publishers(self, place: str) -> bool:
-        """Tell whether messages of several publishers wait together in a subscriber's history."""
+        """Return whether messages of several publishers wait in a subscriber's history."""
         return len(self._pairs_to(place)) > 1
 
     def _is_too_much(self, place: str) -> bool:
-        """Tell whether more is under way to a subscriber than its history holds."""
+        """Return whether more messages are under way to a subscriber than its history holds."""
         reader = self.topic.subscribers[place]
         there = self._marking[reader.source] + self._marking[reader.load]
         return there + sum(self._here(pair).all for pair in self._pairs_to(place)) > reader.limit
 
     def _fill(self, place: str, load: int, first: Collection[Pair]) -> bool:
-        """Fill a reader history up to a load, from some pairs first; False: too little is under way."""
+        """Fill a reader history up to a load, from some pairs first; False: too few are under way."""
         reader, marking = self.topic.subscribers[place], self._marking
         while marking[reader.load] < load:
             if marking[reader.source] < 1 and not self._supply(place, first):
@@ -320,7 +322,7 @@ class HistoryFlow:
         return True
 
     def _supply(self, place: str, first: Collection[Pair]) -> bool:
-        """Let a message arrive at a reader, of some pairs if they have any; False: none is under way."""
+        """Let a message arrive at a reader, preferably from some pairs; False: none is under way."""
         pairs = sorted(self._pairs_to(place), key=lambda pair: pair not in first)
         pair = next((pair for pair in pairs if self._here(pair).all >= 1), None)
         if pair is not None:
@@ -328,11 +330,11 @@ class HistoryFlow:
         return pair is not None
 
     def _here(self, pair: Pair) -> _QueueHere:
-        """Return what a pair holds; what is owed where traces begin within the run is less than nothing."""
+        """Return the counts of a pair; negative counts at the beginning of traces are clamped to 0."""
         return _QueueHere(max(0, self._marking[pair.queue.source]), self._marking[pair.queue.load])
 
     def _pairs_of(self, record: Take) -> list[Pair]:
-        """Return the pairs that a message has come through; none where its id does not say that."""
+        """Return the pairs through which a message has passed; empty if its id does not identify them."""
         sender = (record.message or "").rpartition("/")[0].rpartition("/")[2]
         return [pair for pair in self._pairs_to(record.place) if pair.publisher == sender]
 
@@ -340,11 +342,11 @@ class HistoryFlow:
         return [pair for pair in self.topic.pairs if pair.subscriber == place]
 
     def begin(self, sender: str, place: str, taken: int, sent: int) -> None:
-        """Put what is between a sender and a subscriber where traces begin; what does not fit is lost."""
+        """Initialise the messages from a sender to a subscriber where traces begin; the excess is lost."""
         publisher = sender.rpartition("/")[2]
         for pair in (pair for pair in self._pairs_to(place) if publisher == pair.publisher):
             marking, reader, count = self._marking, self.topic.subscribers[place], sent - taken
-            if count < 0:  # it comes when the sender's trace has got there
+            if count < 0:  # positive later, when the sender's trace has advanced
                 marking[pair.queue.source] += count
                 marking[self._net.room[pair.queue.source]] -= count
                 return

@@ -1,4 +1,4 @@
-"""What a topic channel is in the net: queues, and what is between them."""
+"""The elements of a topic channel in the net: queues, and the places between them."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ class Queue:
     Attributes
     ----------
     source, load, capacity : int
-        Places: where messages arrive, how many wait, how many more may.
+        Places: for arriving messages, for waiting messages, and for free room.
     enter, leave, drop : int
-        Transitions. The instances of a server page share the queue of a publisher on it: only source, enter
-        and drop are their own.
+        Transitions. The instances of a server page share the queue of a publisher on it; each has only its
+        own source, enter and drop.
     limit : int
-        How many messages may wait.
+        Capacity of the queue.
     text : str
-        The queue in the words of the model.
+        Description of the queue in terms of the model.
     """
 
     source: int
@@ -34,7 +34,7 @@ class Queue:
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic channel: its queues, and what is between them.
+    """A topic channel: its queues, and the places between them.
 
     Attributes
     ----------
@@ -67,15 +67,15 @@ class Pair:
     publisher, subscriber : str
         The places of the ports.
     publishers : tuple of str
-        Where the publisher's messages come from: on a server page, a place of each instance.
+        Places from which the publisher's messages come: on a server page, one for each instance.
     queue : Queue
         The writer history.
     lose : int or None
-        The transition that loses a message on the way; None: it is reliable.
+        The transition that loses a message in transit; None: the connection is reliable.
     miss : int or None
-        The transition that loses a message since the subscriber is not there; None: it always is.
+        The transition that loses a message because the subscriber is absent; None: it never is.
     replace : int or None
-        The transition that takes a message into the history in place of a delivered one; None: none is kept.
+        The transition in which a new message replaces a delivered one in the history; None: none is kept.
     """
 
     publisher: str

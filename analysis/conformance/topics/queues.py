@@ -1,8 +1,8 @@
-"""Silent steps of topics: messages are moved on only when something needs them, as few as possible.
+"""Silent steps of topics with queues: messages are moved only when needed, as few as possible.
 
-A message that has not been moved can still fill the queue it is in, so moving as late as possible keeps all
-drops possible that any other choice would. The one real choice is which of several publishers' queues gives
-the next message; a queue of `keep`, whose drop is to come, gives last.
+A message that has not been moved still fills its queue. So moving as late as possible keeps all drops
+possible that any other choice would. The only real choice is which of several publishers' queues gives the
+next message; queues in `keep`, whose drops are still to come, give last.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class TopicFlow:
     topic : Topic
         The topic.
     keep : collection of str
-        Places of publishers whose queues should stay as full as they can.
+        Places of publishers whose queues should stay as full as possible.
     """
 
     def __init__(self, player: Player, topic: Topic, keep: Collection[str] = ()) -> None:
@@ -34,30 +34,30 @@ class TopicFlow:
         self._sources = sorted(topic.publishers.items(), key=lambda item: item[0] in keep)
 
     def publish(self, place: str) -> None:
-        """Let a message into a publisher's queue, and the first one out where it is full."""
+        """Put a message into a publisher's queue; if the queue is full, its first message leaves."""
         queue = self.topic.publishers[place]
         if not self._marking[queue.capacity]:
             self._fire(queue.leave)
         self._fire(queue.enter)
 
     def is_full(self, place: str) -> bool:
-        """Tell whether a publisher's queue is full."""
+        """Return whether a publisher's queue is full."""
         queue = self.topic.publishers[place]
         return self._marking[queue.load] >= queue.limit
 
     def under_way_to_node(self, node: str) -> int:
-        """Return how many messages are before or in the dispatcher queue of a node net."""
+        """Return the number of messages before or in the dispatcher queue of a node net."""
         queue = self.topic.dispatchers[node]
         loads = {publisher.load for publisher in self.topic.publishers.values()}
         sent = sum(self._marking[load] for load in loads)
         return sent + self._marking[self.topic.place] + self._in(queue)
 
     def under_way(self, place: str) -> int:
-        """Return how many messages a subscriber can still take."""
+        """Return the number of messages that a subscriber can still take."""
         return self.under_way_to_node(self.topic.node_of[place]) + self._in(self.topic.subscribers[place])
 
     def take(self, place: str, publisher: str | None) -> bool:
-        """Let a subscriber take a message, if possible one that has come from a publisher's place."""
+        """Replay the take of a message, if possible one from a given publisher's place."""
         if not self.under_way(place):
             return False
         self._fill(self.topic.subscribers[place], 1, self._to_subscriber(place, publisher))
@@ -91,7 +91,7 @@ class TopicFlow:
 
     def _fill(self, queue: Queue, load: int, supply: Callable[[], None]) -> None:
         while self._marking[queue.load] < load:
-            while self._marking[queue.source] <= 0:  # less than none: see `beginnings`
+            while self._marking[queue.source] <= 0:  # may be negative: see `beginnings`
                 supply()
             self._fire(queue.enter)
 

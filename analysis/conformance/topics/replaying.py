@@ -1,4 +1,4 @@
-"""Replaying the steps of topics: what is published, taken and dropped, by the rules of either middleware."""
+"""Replays the steps of topics (publish, take and drop) by the rules of both middlewares."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ class Topics:
     player : Player
         Fires transitions.
     messages : Messages
-        What is under way.
+        The messages under way.
     keep : collection of (str, str)
-        Channel and place of publishers whose queues should stay as full as they can.
+        Channel and place of publishers whose queues should stay as full as possible.
     fates : Fates
-        What became of messages, for topics with histories.
+        Fates of messages, for topics with histories.
     draw : Random, optional
-        Draws what messages without ids leave open.
+        Draws decisions about messages without ids.
     """
 
     def __init__(
@@ -56,12 +56,12 @@ class Topics:
                 self._flows[channel] = TopicFlow(player, topic, kept)
 
     def is_full(self, record: Publish) -> bool:
-        """Tell whether the queue of a publisher is full."""
+        """Return whether the queue of a publisher is full."""
         flow = self._flows.get(record.channel)
         return flow is not None and record.place in flow.topic.publishers and flow.is_full(record.place)
 
     def lose(self, record: Record) -> None:
-        """Let messages be lost although no queue was full: for those who continue all the same."""
+        """Lose messages although no queue was full, to continue after a deviation."""
         assert isinstance(record, (Publish, Drop))
         if record.channel in self._histories:
             assert isinstance(record, Drop)
@@ -73,7 +73,7 @@ class Topics:
             self._messages.sent(record)
 
     def begin(self, channel: str, sender: str, place: str, taken: int, sent: int) -> None:
-        """Put on a topic what a sender had sent, and a subscriber not taken, before the traces begin."""
+        """Put the messages on a topic that were sent and not taken before the traces begin."""
         self._messages.began_taking(channel, place, sender, taken)
         if channel in self._histories:
             self._histories[channel].begin(sender, place, taken, sent)
@@ -81,7 +81,7 @@ class Topics:
             self._marking[self._flows[channel].topic.subscribers[place].source] += sent - taken
 
     def publish(self, record: Publish, dropped: bool, forced: bool) -> Refusal | None:
-        """Publish a message; `dropped`: a queue lost it; `forced`: a history may lose one for it."""
+        """Publish a message; `dropped`: a queue lost it; `forced`: a history may lose another one for it."""
         enter = self._net.end(Publish, record.channel, record.place)
         if enter is None:
             return Fault(f"{record.place} is not a publisher of topic channel {record.channel!r}")
@@ -126,7 +126,7 @@ class Topics:
             return Waiting(
                 "no message of the model is under way to it",
                 self._net.publishing_nodes(record.channel),
-                # A message without an id that came before may have been counted as this one.
+                # An earlier message without an id may have been taken for this one.
                 outside if not record.message or record.channel in self._nameless else "",
                 unclear=record.channel in self._histories
                 and self._histories[record.channel].is_unclear(record.place),
@@ -150,7 +150,7 @@ class Topics:
         return self._flows[record.channel].take(record.place, publisher)
 
     def drop(self, record: Drop, following: Record | None) -> Refusal | None:
-        """Lose messages that a queue or a history has lost."""
+        """Lose messages according to a record of losses in a queue or a history."""
         if record.channel not in self._net.topics:
             return Fault(f"the model has no topic channel {record.channel!r}")
         if record.queue == "inactive":
@@ -194,12 +194,12 @@ class Topics:
         return None
 
     def _drop_from_history(self, record: Drop, following: Record | None) -> Refusal | None:
-        """Lose what a history may lose; what was under way to a publisher's readers when it ended, too."""
+        """Lose messages of a history, including those under way to a publisher's readers when it ended."""
         at = record.channel, record.place
         if not isinstance(following, Take) or (following.channel, following.place) != at:
             following = None
         if following is not None and isinstance(early := self._messages.may_take(following), Waiting):
-            return early  # what is lost was sent before the message that it is missing before
+            return early  # the lost message was sent before the following one
         refusal = self._histories[record.channel].drop(record, following)
         if isinstance(refusal, Waiting) and record.queue == "restart":
             refusal = replace(refusal, reason=_RESTARTED)
@@ -210,7 +210,7 @@ class Topics:
     def _drop_at_publisher(self, flow: TopicFlow, record: Drop) -> Refusal | None:
         if not any(record.change.values()):
             self._messages.dropped(record)
-            return None  # the messages were replayed as lost where they were published
+            return None  # their losses were replayed when they were published
         queue = flow.topic.publishers.get(record.place or "")
         if queue is None:
             return Fault(f"{record.place!r} is not a publisher of topic channel {record.channel!r}")
@@ -221,7 +221,7 @@ class Topics:
 
 
 def _without_room(player: Player, leave: int) -> str:
-    """Return why a message cannot leave a queue for its place; nothing where that has room."""
+    """Return why a message cannot leave a queue for its place; empty if the place has room."""
     short = {place for place, weight in player.net.pre[leave] if player.marking[place] < weight}
     return player.why_not(leave) if short & set(player.net.room.values()) else ""
 

@@ -1,6 +1,6 @@
-"""What threads need to share arrays without locks: compare and swap, fetch and add, prefetch.
+"""Lock-free access of threads to shared arrays: compare and swap, fetch and add, prefetch.
 
-Numba has no atomic operations for processors, LLVM does: these intrinsics hand them through.
+Numba has no atomic operations for CPUs, but LLVM has: these intrinsics provide them.
 """
 
 # Code generators of Numba have no types.

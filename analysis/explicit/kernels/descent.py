@@ -1,4 +1,4 @@
-"""Kernel of the depth-first search: the newest marking with something left to fire goes first."""
+"""Kernel of the depth-first search: the newest marking with unfired transitions is expanded first."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from dineros.analysis.nets.kernel_cache import kernel
 
 @kernel()
 def enter(net, goals, stubborn, markings, notes, stack, left, tokens, sums):  # type: ignore[no-untyped-def]
-    """Put the newest marking, and what it enables, on the stack."""
+    """Put the newest marking, with its enabled transitions, on the stack."""
     store, control = markings.store, notes.control
     row, depth = control[COUNT] - 1, control[DEPTH]
     enabled = left[depth]
@@ -55,7 +55,7 @@ def descend(  # type: ignore[no-untyped-def]
     Parameters
     ----------
     stack
-        Rows of the markings from the initial one to the present one.
+        Rows of the markings from the initial one to the current one.
     left
         By depth: the set of the transitions still to be fired.
     """

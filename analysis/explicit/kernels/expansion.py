@@ -1,8 +1,8 @@
-"""Kernel of the breadth-first search: everything enabled in the markings of a level is fired.
+"""Kernel of the breadth-first search: fires all enabled transitions in the markings of a level.
 
-Which transitions are enabled is read off tables: each cell's code gives the set of transitions it allows,
-and the intersection over all cells is what is enabled. Workers take markings of the level in small chunks,
-their own first and then those of others, so that all end at about the same time.
+The enabled transitions are looked up in tables: each cell's code gives the set of transitions that it allows,
+and the intersection over all cells is the enabled set. Workers take markings of the level in small chunks,
+first their own and then those of others, so that all end at about the same time.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from dineros.analysis.explicit.kernels.markings import (
 from dineros.analysis.explicit.kernels.stubborn import keep_stubborn, lowest_bit, read_tokens
 from dineros.analysis.nets.kernel_cache import kernel
 
-#: Markings that a worker takes at a time.
+#: Number of markings that a worker takes at a time.
 CHUNK = 64
 #: Elements of the frontier per worker: what one writes must not lie in a cache line of another.
 STRIDE = 16
@@ -65,7 +65,7 @@ def enabled_in(net, store, row, enabled):  # type: ignore[no-untyped-def]
 
 @kernel()
 def note_enabled(notes, enabled, is_deadlock, row):  # type: ignore[no-untyped-def]
-    """Note the transitions, and the deadlock, that are looked for."""
+    """Record wanted transitions, and a deadlock, that occur in a marking."""
     control = notes.control
     for s in range(enabled.size):
         notes.ever[s] |= enabled[s]
@@ -82,7 +82,7 @@ def note_enabled(notes, enabled, is_deadlock, row):  # type: ignore[no-untyped-d
 
 @kernel()
 def keep_needed(net, goals, stubborn, notes, store, row, enabled, tokens, sums):  # type: ignore[no-untyped-def]
-    """Cut the enabled set of a stored marking down to a stubborn subset."""
+    """Reduce the enabled set of a stored marking to a stubborn subset."""
     read_tokens(net, stubborn, store, row, tokens)
     for c in range(sums.size):
         sums[c] = sum_of(net, goals, store, row, c)
@@ -93,18 +93,18 @@ def keep_needed(net, goals, stubborn, notes, store, row, enabled, tokens, sums):
 def expand(  # type: ignore[no-untyped-def]
     shape, me, net, goals, stubborn, markings, notes, frontier, box, origins, codes, budget, alone
 ):  # fmt: skip
-    """Fire everything in up to `budget` markings of the frontier.
+    """Fire all enabled transitions in up to `budget` markings of the frontier.
 
-    Stops early when the frontier is used up, a goal is met, there is no room, or a place overflows its cell.
-    What it found is inserted before it returns.
+    Stops early if the frontier is exhausted, a goal is found, there is no room, or a place overflows its
+    cell. Found markings are inserted before it returns.
 
     Parameters
     ----------
     frontier
         By worker, `STRIDE` apart: the next row of the level to be taken, and the end.
     alone
-        As long as a level has no more markings than this, continue with the next one; only for a worker that
-        nobody works beside.
+        While a level has at most this number of markings, continue with the next one; only for a single
+        active worker.
     """
     store, control, table = markings.store, notes.control, markings.table
     delta, moves, guards = net.delta, net.moves, net.guards

@@ -1,9 +1,9 @@
-"""Kernels of the explicit engine: packed markings in a hash table that all workers share.
+"""Kernels of the explicit engine: packed markings in a hash table shared by all workers.
 
-A worker writes a marking that it takes for new behind its own others, and then tries to put its row into
-the table by one compare and swap: whoever is first has found the marking, so no locks are needed and nothing
-is sent from one worker to another. What an insertion needs from memory is asked for well before it is
-needed, for many insertions at a time.
+A worker appends a presumably new marking to its own ones, and then tries to put its row into the table by one
+compare-and-swap: the first worker to do so has found the marking. So no locks are needed, and workers
+exchange no messages. The memory for an insertion is prefetched well before it is needed, for many insertions
+at a time.
 
 References
 ----------
@@ -35,7 +35,7 @@ from dineros.analysis.nets.kernel_cache import kernel
 ) = range(13)
 CONTROL_SIZE = 13
 
-#: Insertions whose waits for memory overlap.
+#: Number of insertions whose memory accesses overlap.
 BATCH = 256
 
 INDEX_BITS = 40
@@ -74,7 +74,7 @@ def rebuild(shape, store, table, first, count):  # type: ignore[no-untyped-def]
 
 @kernel(nogil=True)
 def insert_all(shape, markings, control, base, box, origins, codes, size):  # type: ignore[no-untyped-def]
-    """Insert the first rows of a box, whose hashes are known and slots asked for; there must be room."""
+    """Insert the first rows of a box, with known hashes and prefetched slots; there must be room."""
     store, table, parents = markings.store, markings.table, markings.parents
     mask = table.size - 1
     for at in range(size):
@@ -123,7 +123,7 @@ def sum_of(net, goals, store, row, c):  # type: ignore[no-untyped-def]
 
 @kernel(nogil=True)
 def check_goals(net, goals, store, notes, base):  # type: ignore[no-untyped-def]
-    """Note the first marking of each open conjunction among those not yet looked at."""
+    """Record the first marking of each open conjunction among the markings not checked yet."""
     control = notes.control
     for row in range(base + control[CHECKED], base + control[COUNT]):
         for goal in range(goals.is_open.size):
@@ -142,7 +142,7 @@ def check_goals(net, goals, store, notes, base):  # type: ignore[no-untyped-def]
 
 @kernel(nogil=True)
 def repack(store, target, count, word, shift, mask, new_word, new_shift):  # type: ignore[no-untyped-def]
-    """Write the first `count` markings in a layout with other positions of the cells."""
+    """Write the first `count` markings with other positions of the cells."""
     for row in range(count):
         for w in range(target.shape[1]):
             target[row, w] = 0

@@ -1,11 +1,11 @@
-"""Stubborn sets: of the enabled transitions of a marking, enough of them to keep what is asked.
+"""Stubborn sets: subsets of the enabled transitions of a marking that suffice for a question.
 
-A set of transitions is closed as follows. For a disabled member, one condition that fails is chosen, and
-all transitions that can make it hold join (so nothing outside can enable the member). For an enabled
-member, all transitions join that could disable it or that it could disable (so the member commutes with
-everything outside and stays a key transition, rules D1 and D2). Started from an enabled transition, this
-keeps all deadlocks; started from everything that can bring a goal nearer, it keeps the shortest ways to the
-goal.
+A set of transitions is closed as follows. For a disabled member, one violated condition is chosen, and all
+transitions that can make it hold are added (so no transition outside can enable the member). For an enabled
+member, all transitions are added that could disable it or that it could disable (so the member commutes with
+all transitions outside and stays a key transition, rules D1 and D2). Started from an enabled transition, this
+preserves all deadlocks; started from all transitions that can bring a goal nearer, it preserves shortest
+traces to the goal.
 
 References
 ----------
@@ -54,7 +54,7 @@ def add(members, todo, size, transition):  # type: ignore[no-untyped-def]
 
 @kernel()
 def close(stubborn, tokens, enabled, members, todo, size):  # type: ignore[no-untyped-def]
-    """Add what the first `size` transitions of `todo` make necessary; return how many are enabled of all."""
+    """Add the transitions required by the first `size` ones of `todo`; return the number of enabled ones."""
     count = 0
     while size > 0:
         size -= 1
@@ -64,7 +64,7 @@ def close(stubborn, tokens, enabled, members, todo, size):  # type: ignore[no-un
             for i in range(stubborn.conflict_start[t], stubborn.conflict_start[t + 1]):
                 size = add(members, todo, size, stubborn.conflict[i])
             continue
-        # Of the conditions that fail, the one that the fewest transitions can make hold.
+        # Of the violated conditions, choose the one that the fewest transitions can make hold.
         place, is_raised, fewest = -1, True, 0
         for i in range(stubborn.pre_start[t], stubborn.pre_start[t + 1]):
             p = stubborn.pre_place[i]
@@ -87,7 +87,7 @@ def close(stubborn, tokens, enabled, members, todo, size):  # type: ignore[no-un
 
 @kernel()
 def add_towards_goals(stubborn, goals, wanted, sums, members, todo):  # type: ignore[no-untyped-def]
-    """Start a set with all that can bring an open goal nearer; return how many these are."""
+    """Start a set with all transitions that can bring an open goal nearer; return their number."""
     size = 0
     for s in range(wanted.size):
         bits = wanted[s]
@@ -97,7 +97,7 @@ def add_towards_goals(stubborn, goals, wanted, sums, members, todo):  # type: ig
     for goal in range(goals.is_open.size):
         if goals.is_open[goal] == 0:
             continue
-        # One constraint that fails is enough: it must become true on every way to the goal.
+        # One violated constraint is sufficient: it must become true in every trace to the goal.
         chosen = -1
         for c in range(goals.constraint_start[goal], goals.constraint_start[goal + 1]):
             few = stubborn.helping_start[c + 1] - stubborn.helping_start[c]
@@ -113,7 +113,7 @@ def add_towards_goals(stubborn, goals, wanted, sums, members, todo):  # type: ig
 
 @kernel()
 def keep_stubborn(stubborn, goals, wanted, tokens, sums, enabled):  # type: ignore[no-untyped-def]
-    """Cut an enabled set down to a stubborn subset."""
+    """Reduce an enabled set to a stubborn subset."""
     transitions = stubborn.pre_start.size - 1
     best = np.zeros(enabled.size, dtype=np.int64)
     members = np.zeros(transitions, dtype=np.int64)

@@ -1,8 +1,8 @@
 """Smaller automata for the same language.
 
-In turn, until nothing changes: states that cannot reach an accepting component go; marks outside components
-and marks that another mark implies go; edges that a better edge makes needless go, and states that simulate
-each other become one.
+The following is repeated until nothing changes: states that cannot reach an accepting component are removed;
+marks outside components and marks implied by another mark are removed; edges that a better edge makes
+redundant are removed, and states that simulate each other are merged.
 
 References
 ----------
@@ -18,7 +18,7 @@ from dataclasses import replace
 from dineros.analysis.logic.automata.automaton import Automaton, Edge
 
 LARGEST_FOR_SIMULATION = 120
-"""States up to which the (quadratic) simulation relation is computed."""
+"""Maximum number of states for the (quadratic) simulation relation."""
 
 
 def reduced(automaton: Automaton) -> Automaton:
@@ -34,7 +34,7 @@ def reduced(automaton: Automaton) -> Automaton:
 
 
 def _renumbered(automaton: Automaton, kept: list[int], target: dict[int, int]) -> Automaton:
-    """Keep some states; edges go to `target` of their target, or vanish where there is none."""
+    """Keep some states; edges lead to `target` of their target, or are removed if there is none."""
     position = {state: i for i, state in enumerate(kept)}
     rows = []
     for state in kept:
@@ -48,7 +48,7 @@ def _renumbered(automaton: Automaton, kept: list[int], target: dict[int, int]) -
 
 
 def _pruned(automaton: Automaton) -> Automaton:
-    """Only states that are reachable and from which something is accepted."""
+    """Keep only states that are reachable and from which a word is accepted."""
     reachable, todo = {automaton.initial}, [automaton.initial]
     while todo:
         for edge in automaton.edges[todo.pop()]:
@@ -64,7 +64,7 @@ def _pruned(automaton: Automaton) -> Automaton:
             if edge.target in inside:
                 has_cycle = True
                 marks |= edge.marks
-        # Components come targets first, so what they lead to is known.
+        # Targets come before sources, so the results for the targets are known.
         if (has_cycle and marks == automaton.all_marks) or any(edge.target in useful for edge in edges):
             useful |= inside
     kept = sorted(useful & reachable | {automaton.initial})
@@ -76,10 +76,11 @@ def _pruned(automaton: Automaton) -> Automaton:
 
 
 def _with_marks_in_components(automaton: Automaton) -> Automaton:
-    """All marks on edges between components, none in components that do not accept.
+    """Put all marks on edges between components, and none on edges in non-accepting components.
 
-    No run takes the former forever and none is accepted in the latter, so the language stays; edges and
-    states that differed in nothing else become equal.
+    No run takes an edge of the former kind infinitely often, and no run is accepted in a component of the
+    latter kind, so the language does not change; edges and states that differed only in these marks become
+    equal.
     """
     rows = [list(edges) for edges in automaton.edges]
     for component in automaton.components():
@@ -99,7 +100,7 @@ def _with_marks_in_components(automaton: Automaton) -> Automaton:
 
 
 def _without_implied_marks(automaton: Automaton) -> Automaton:
-    """Drop a mark that every edge with some other mark carries too."""
+    """Remove a mark that is on every edge with some other mark."""
     sets = {edge.marks for edges in automaton.edges for edge in edges}
     kept = list(range(automaton.marks))
     for mark in range(automaton.marks):
@@ -119,10 +120,10 @@ def _without_implied_marks(automaton: Automaton) -> Automaton:
 
 
 def _merged_by_successors(automaton: Automaton) -> Automaton:
-    """Join states with the same edges, again and again.
+    """Merge states with equal edges, repeatedly.
 
-    For a state on no cycle the marks of its edges do not count: it joins any state that differs in marks
-    only.
+    For a state on no cycle, the marks of its edges do not matter: it is merged with a state that differs only
+    in marks.
     """
     while True:
         on_cycle = {
@@ -131,7 +132,7 @@ def _merged_by_successors(automaton: Automaton) -> Automaton:
         on_cycle |= {s for s, edges in enumerate(automaton.edges) if any(edge.target == s for edge in edges)}
         first: dict[tuple[Edge, ...], int] = {}
         unmarked: dict[frozenset[Edge], int] = {}
-        # States on cycles first, so that the others find them.
+        # States on cycles first, so that the others can be merged with them.
         for state in sorted(range(len(automaton.edges)), key=lambda s: (s not in on_cycle, s)):
             edges = automaton.edges[state]
             representative = first.setdefault(tuple(sorted(set(edges))), state)
@@ -181,7 +182,7 @@ def _merged_by_simulation(automaton: Automaton) -> Automaton:
 
 
 def _better(edge: Edge, other: Edge, simulates: list[set[int]]) -> bool:
-    """Whether `other` reads what `edge` reads, has its marks, and leads to where its target is simulated."""
+    """Whether `other` reads what `edge` reads, has its marks, and its target simulates that of `edge`."""
     return (
         other.positive & ~edge.positive == 0
         and other.negative & ~edge.negative == 0

@@ -1,8 +1,8 @@
-"""From LTL to a generalised Buchi automaton, by way of a very weak alternating automaton.
+"""Translates LTL to a generalised Buchi automaton, via a very weak alternating automaton.
 
-Of the alternating automaton only the transition function is kept: states are temporal subformulas, a
+Of the alternating automaton, only the transition function is used: states are temporal subformulas, a
 transition is a condition on the letter and a set of formulas that must hold next. States of the result are
-such sets; an *until* may stay in them forever only if it is fulfilled again and again, which gives one
+such sets. An *until* may stay in them forever only if it is fulfilled infinitely often, which gives one
 acceptance mark per until.
 
 References
@@ -36,10 +36,10 @@ from dineros.analysis.logic.language.syntax import (
 )
 
 MAX_EDGES = 200_000
-"""Most edges of an automaton before it is reduced."""
+"""Maximum number of edges of an automaton before its reduction."""
 
 MAX_MOVES = 4_096
-"""Most combinations of moves of one state: each is compared with every other."""
+"""Maximum number of combinations of moves of one state: each is compared with every other."""
 
 
 def translate(formula: Formula) -> Automaton:
@@ -48,7 +48,7 @@ def translate(formula: Formula) -> Automaton:
     Raises
     ------
     FormulaError
-        If its automaton has more than `MAX_EDGES` edges, or a state of it more than `MAX_MOVES`.
+        Its automaton has more than `MAX_EDGES` edges, or a state with more than `MAX_MOVES` moves.
     """
     return reduced(_Translation(simplified(formula)).automaton())
 
@@ -59,7 +59,7 @@ class _AutomatonMove(NamedTuple):
     successors: frozenset[Formula]
 
     def weaker_or_equal(self, other: _AutomatonMove) -> bool:
-        """Whether this move can be taken whenever `other` can, and asks for no more afterwards."""
+        """Whether this move is possible whenever `other` is, and requires no more afterwards."""
         return (
             self.positive & ~other.positive == 0
             and self.negative & ~other.negative == 0
@@ -80,7 +80,7 @@ class _Translation:
         self.known: dict[Formula, list[_AutomatonMove]] = {}
 
     def automaton(self) -> Automaton:
-        # A formula may start in several sets: an initial state of its own has the moves of all of them.
+        # A formula may start in several sets: an additional initial state has the moves of all of them.
         choices = _alternatives(self.formula)
         index: dict[frozenset[Formula], int] = {}
         rows: list[list[Edge]] = [[]]

@@ -56,7 +56,7 @@ def symbolically(
     orders: OrderCache | None = None,
     seed: int = 1,
 ) -> Outcome | None:
-    """Decide with decision diagrams; None where bounds of places are not known, or too large for levels."""
+    """Decide with decision diagrams; None: bounds of places are unknown, or too large for levels."""
     from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
     from dineros.analysis.symbolic.engine import symbolic_state_space
     from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
@@ -85,7 +85,7 @@ def symbolically(
 
 
 def decided(tree: Formula, sets: StateSets[States], states: int, budget: Budget) -> Outcome:
-    """Return whether the initial one of so many states satisfies a formula, and a run that shows it."""
+    """Return whether the initial state satisfies a formula, with a run that shows it."""
     from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
     wanted = basic(tree)
@@ -94,6 +94,6 @@ def decided(tree: Formula, sets: StateSets[States], states: int, budget: Budget)
     try:
         (stem, loop), reason = show(sets, wanted, holds, found)
     except (BudgetExceededError, DiagramMemoryError) as limit:
-        # The answer stands; only how to show it was not found.
+        # The answer is valid; only a run that shows it was not found.
         stem, loop, reason = (), (), f"a run showing it was not found: {limit}"
     return Outcome("holds" if holds else "violated", stem, loop, states, budget.spent, reason)

@@ -1,4 +1,4 @@
-"""Ways to a goal by what cannot be undone: explicit search between one firing that no cycle has and the next.
+"""Traces to a goal by irreversible firings: explicit search from one firing outside of cycles to the next.
 
 Transitions that are not repeatable raise a weighted sum of tokens that no firing lowers and that is bounded.
 Where the goal can still be reached after such a firing, a search need not come back to before it.
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dineros.analysis.logic.verdicts.verdict import Marking, moves
 from dineros.analysis.nets.compiled import CompiledNet
 
-#: Markings looked at between two firings, before another way to search is worth more.
+#: Number of markings examined between two such firings, before another search is better.
 MOST_MARKINGS = 2_000
 
 
@@ -22,7 +22,7 @@ def climb(
     is_goal: Callable[[Marking], bool],
     repeatable: frozenset[int],
 ) -> tuple[int, ...] | None:
-    """Return transitions that lead to a goal; None where too many markings lie between two steps.
+    """Return transitions that lead to a goal; None: there are too many markings between two steps.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def climb(
     start : tuple of int
         A marking, near the goal.
     is_near : callable
-        Whether a marking is one from which a goal can be reached over such markings only.
+        Whether a goal can be reached from a marking through such markings only.
     is_goal : callable
         Whether a marking is a goal.
     repeatable : frozenset of int
@@ -59,10 +59,10 @@ def _up(
     repeatable: frozenset[int],
     switches: frozenset[int],
 ) -> list[int] | None:
-    """Return a way to the next firing that cannot be undone, or to a goal, with as few switches as possible.
+    """Return a trace to the next irreversible firing, or to a goal, with as few switches as possible.
 
-    A switch is a transition that another one undoes, as signals go on and off: n of them alone make up to 2^n
-    markings, of which one or two steps away there are few.
+    A switch is a transition that another one undoes, such as the changes of signals: n of them alone make up
+    to 2^n markings, few of which are one or two steps away.
     """
     came: dict[Marking, tuple[Marking, int] | None] = {start: None}
     now, later = [start], list[Marking]()

@@ -1,8 +1,8 @@
-"""CTL on nets whose markings have no end: what can be decided is, and the rest is told at once.
+"""CTL on nets with an infinite state space: decides what is decidable, and reports the rest at once.
 
-CTL is not decidable there. What is: whether a marking is reached, as far as goals of a search are; formulas
-of nets in which only counters grow; and universal formulas that a single run refutes, since one without its
-quantifiers asks for less.
+CTL is undecidable there. Decidable are: whether a marking is reachable, as far as goals of a search express
+it; formulas on nets in which only counters grow; and universal formulas that a single run refutes, since the
+formula without its quantifiers is weaker.
 
 References
 ----------
@@ -42,7 +42,7 @@ from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.nets.compiled import CompiledNet
 
 NEAR = 200_000
-"""Markings of a search for a goal that is no matter of single places."""
+"""Maximum number of markings of a search for a goal that is not about single places."""
 
 Check = Callable[[CompiledNet, Formula, Names, Budget], Outcome]
 """`check_ctl`."""
@@ -51,7 +51,7 @@ Check = Callable[[CompiledNet, Formula, Names, Budget], Outcome]
 def decide_endless(
     net: CompiledNet, tree: Formula, atoms: BoundAtoms, names: Names, budget: Budget, check: Check
 ) -> Outcome | None:
-    """Decide a formula of a net without bounds, or say what grows; None where that is not proved.
+    """Decide a formula on an unbounded net, or report what grows; None: unboundedness is not proved.
 
     Parameters
     ----------
@@ -62,11 +62,11 @@ def decide_endless(
     atoms : BoundAtoms
         Its atoms.
     names : Names
-        What names stand for.
+        The elements that names refer to.
     budget : Budget
-        What it may cost.
+        Budget of the decision.
     check : callable
-        Decides a formula of a net with bounds.
+        Decides a formula on a bounded net.
     """
     pumping = growth_of(net, budget.share(0.2))
     if pumping is None:
@@ -96,7 +96,7 @@ def _without_counters(
 
 
 def _by_search(net: CompiledNet, tree: Formula, names: Names, budget: Budget) -> Outcome | None:
-    """Decide whether some marking is reached: ``EF`` and ``AG`` of a condition."""
+    """Decide whether some marking is reachable: ``EF`` and ``AG`` of a condition."""
     match tree:
         case Exists(Finally(condition)) if _is_condition(condition):
             is_met, is_never_met = "holds", "violated"
@@ -130,7 +130,7 @@ def _by_run(net: CompiledNet, tree: Formula, names: Names, budget: Budget) -> Ou
     answer = runs.decide(budget.share(0.5))
     if answer is None or answer.status == "violated":
         return answer
-    # Of all runs it asks as much as the formula only where one quantifier stands before it.
+    # It is as strong as the formula only if there is one quantifier in front.
     return answer if isinstance(tree, ForAll) and all(map(_is_condition, tree.operand.operands)) else None
 
 
@@ -139,7 +139,7 @@ def _is_condition(formula: Formula) -> bool:
 
 
 def _without_quantifiers(tree: Formula) -> Formula | None:
-    """Return a universal formula as one of single runs; None for any other."""
+    """Return a universal formula as an LTL formula; None: it is of another kind."""
     if _is_condition(tree):
         return tree
     match tree:

@@ -15,7 +15,7 @@ from dineros.analysis.nets.graph_parts import numbered_parts
 
 
 class FlaggedSets(ABC):
-    """The `StateSets` of states that are numbered; what an atom and a run are depends on the graph.
+    """The `StateSets` of numbered states; atoms and runs depend on the graph.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class FlaggedSets(ABC):
         return left & right
 
     def union(self, left: StateSet, right: StateSet) -> StateSet:
-        """Return the states in one of the sets."""
+        """Return the states in at least one of the sets."""
         return left | right
 
     def some_next(self, states: StateSet) -> StateSet:
@@ -73,7 +73,7 @@ class ExplicitSets(FlaggedSets):
     Parameters
     ----------
     graph : StateGraph
-        Explored.
+        The explored graph.
     """
 
     def __init__(self, graph: StateGraph) -> None:
@@ -99,7 +99,7 @@ def states_of_run(
 ) -> tuple[list[int], int | None]:
     """Return the states of a run from state 0 that shows a basic path formula, which some run must satisfy.
 
-    And where its last state goes back to, if it is a lasso.
+    For a lasso, also return the position to which its last state returns.
     """
     none = np.zeros(arcs.pointer.size - 1, dtype=np.bool_)
     match path:

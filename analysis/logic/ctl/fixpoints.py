@@ -35,7 +35,7 @@ from dineros.analysis.logic.language.syntax import (
 
 
 def basic(formula: Formula) -> Formula:
-    """Return an equivalent CTL formula over ``! & |`` and the three operators ``EX``, ``EU``, ``EG`` only."""
+    """Return an equivalent CTL formula with only ``! & |`` and the operators ``EX``, ``EU``, ``EG``."""
     match formula:
         case Exists(path):
             return _some(type(path), [basic(operand) for operand in path.operands])
@@ -73,7 +73,7 @@ def _some_not(kind: type[Formula], parts: list[Formula]) -> Formula:
 
 
 def satisfying(formula: Formula, sets: StateSets[States]) -> dict[Formula, States]:
-    """Return for every state formula in a `basic` CTL formula the states that satisfy it."""
+    """Return for each state formula in a `basic` CTL formula the set of states that satisfy it."""
     found: dict[Formula, States] = {}
     for part in formula.subformulas():
         match part:
@@ -97,12 +97,12 @@ def satisfying(formula: Formula, sets: StateSets[States]) -> dict[Formula, State
 
 
 def initially(formula: Formula, sets: StateSets[States]) -> bool:
-    """Whether the initial state satisfies a `basic` formula; outside, only what decides is made."""
+    """Whether the initial state satisfies a `basic` formula; only the needed operands are computed."""
     match formula:
         case Not(operand):
             return not initially(operand, sets)
         case And(operands) | Or(operands):
-            # Runs that last forever take the most work.
+            # Infinite runs take the most work.
             values = (initially(operand, sets) for operand in sorted(operands, key=_has_globally))
             return all(values) if isinstance(formula, And) else any(values)
     return sets.initially(satisfying(formula, sets)[formula])
@@ -115,16 +115,17 @@ def _has_globally(formula: Formula) -> bool:
 def show(
     sets: StateSets[States], formula: Formula, value: bool, found: Mapping[Formula, States]
 ) -> tuple[Run, str]:
-    """Return a run that shows the value of a `basic` formula in the initial state, and what it means.
+    """Return a run that shows the value of a `basic` formula in the initial state, and its description.
 
-    Only existential operators that are true have one; for the others all is empty.
+    There is a run only for existential operators that are true; for the others, the result is empty.
     """
     match formula:
         case Not(operand):
             return show(sets, operand, not value, found)
         case And(operands) | Or(operands):
             for operand in operands:
-                # One operand decides if it is true in a disjunction or false in a conjunction; else all do.
+                # One operand is sufficient if it is true in a disjunction or false in a conjunction; else all
+                # are needed.
                 if sets.initially(found[operand]) == value:
                     shown = show(sets, operand, value, found)
                     if shown[1]:

@@ -1,12 +1,12 @@
-"""Formulas of nets without bounds, on nets in which the places that grow hold no more than a limit.
+"""Formulas on unbounded nets, decided on nets in which the growing places are limited.
 
-In the *open* net a full place stands for any number of tokens from the limit on. It can do all that the net
-can, and more: what it never reaches, the net never reaches. Without the firings by which a full place stays
-full though tokens are taken from it, it is *lossy*: what comes on top of the limit is lost. Each run of the
-lossy net is one of the net, with more tokens there, if no inhibitor arc looks at what grows.
+In the *open* net, a full place represents any number of tokens from the limit on. It can do everything that
+the net can, and more: markings that it never reaches, the net never reaches. Without the firings in which a
+full place stays full although tokens are taken from it, it is *lossy*: tokens above the limit are lost. Each
+run of the lossy net is a run of the net, with more tokens there, if no inhibitor arc tests a growing place.
 
-So a marking stays within reach (``AG EF``) if the lossy net reaches it from all that the open net reaches. It
-does not if some run of the net leads to where the open net cannot reach it any more.
+So a condition can always become true again (``AG EF``) if the lossy net reaches it from all markings that the
+open net reaches. It cannot if some run of the net leads to a marking from which the open net cannot reach it.
 
 References
 ----------
@@ -49,33 +49,33 @@ from dineros.analysis.symbolic.saturation import DiagramMemoryError
 BY = "decision diagrams of a net with limits"
 
 ROOM = 1
-"""Tokens that a place may hold beyond the largest weight with which a transition looks at it."""
+"""Number of tokens of a place beyond the largest weight of an input or inhibitor arc at it."""
 
 
 def decide_with_limits(
     net: CompiledNet, tree: Formula, names: Names, budget: Budget, most_work: int | None = None
 ) -> Outcome | None:
-    """Decide ``EF p``, ``AG p`` or ``AG EF p`` of a net without proved bounds; None where that fails.
+    """Decide ``EF p``, ``AG p`` or ``AG EF p`` on a net without proved bounds; None: that failed.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
     tree : Formula
-        A formula of CTL, whose conditions are comparisons of places with proved bounds.
+        A CTL formula whose conditions are comparisons of places with proved bounds.
     names : Names
-        What names stand for.
+        The elements that names refer to.
     budget : Budget
-        What it may cost.
+        Budget of the decision.
     most_work : int, optional
-        Cache misses of saturation after which it gives up, about three millions a second.
+        Cache misses of saturation after which it gives up; about three million per second.
 
     Raises
     ------
     FormulaError
-        The formula names something unknown.
+        The formula has an unknown name.
     BudgetExceededError
-        Time ran out.
+        The time is over.
     """
     asked = _asked(tree)
     growing = set() if asked is None else unbounded_places(net)
@@ -95,7 +95,7 @@ def decide_with_limits(
 
 
 def _asked(tree: Formula) -> tuple[Formula, bool] | None:
-    """Return the condition that is to be reached, and whether from everywhere."""
+    """Return the condition to be reached, and whether from every marking."""
     match tree:
         case Exists(Finally(condition)):
             found, is_everywhere = condition, False
@@ -116,7 +116,7 @@ def _is_of_comparisons(condition: Formula) -> bool:
 
 
 def _is_about_others(condition: Formula, names: Names, growing: set[int]) -> bool:
-    """Whether no comparison adds up tokens of places that grow."""
+    """Whether no comparison includes tokens of growing places."""
     return all(
         growing.isdisjoint(names.places(name.text))
         for part in condition.subformulas()
@@ -126,7 +126,7 @@ def _is_about_others(condition: Formula, names: Names, growing: set[int]) -> boo
 
 
 class _TooMuchWorkError(Exception):
-    """The state space costs more than was allowed."""
+    """The state space needs more work than allowed."""
 
 
 @dataclass(frozen=True)
@@ -183,14 +183,14 @@ class _Work:
         return states
 
     def is_reached(self) -> Outcome | None:
-        """Decide whether the condition is ever true."""
+        """Decide whether the condition is true in some reachable marking."""
         if self.goal == 0:
             return self.answer("violated")
         way = None if self.is_inhibited else self._way_to(self.goal)
         return None if way is None else self.answer("holds", way)
 
     def stays_possible(self) -> Outcome | None:
-        """Decide whether the condition can become true from every marking that is reached."""
+        """Decide whether the condition can become true from every reachable marking."""
         if self.is_inhibited:
             return None
         sets, lossy = self.sets.sets, self.sets.sets.restricted(self.lossy)
@@ -208,7 +208,7 @@ class _Work:
 
     @property
     def _full(self) -> int:
-        """Where as many tokens as the limits say are at the places that grow: the net may have more there."""
+        """The markings in which growing places are full: the net may have more tokens there."""
         sets, found = self.sets.sets, self.sets.everything
         for place, limit in self.limits.items():
             if limit:
@@ -218,7 +218,7 @@ class _Work:
         return found
 
     def _seen(self, marking: Sequence[int]) -> tuple[int, ...]:
-        """Return what the open net sees of a marking."""
+        """Return the marking of the open net for a marking."""
         tokens = [0] * len(self.open.net.places)
         complements = iter(range(len(self.open.place), len(tokens)))
         for place, here in self.open.place.items():
@@ -229,7 +229,7 @@ class _Work:
         return tuple(tokens)
 
     def _way_to(self, wanted: int) -> tuple[int, ...] | None:
-        """Return a run of the net that leads the lossy one to some of these markings; None without one."""
+        """Return a run of the net that leads the lossy net to some of these markings; None: there is none."""
         sets, lossy = self.sets.sets, self.sets.sets.restricted(self.lossy)
         start = self._held(self.sets.single(tuple(self.open.net.initial.tolist())))
         reached = self._held(lossy.closure(start, self.sets.everything, backwards=False))
@@ -243,7 +243,7 @@ class _Work:
             raise DiagramMemoryError
         ways = SymbolicSets(space, budget=self.budget)
         way = net.back(ways.way_to(ways.single(marking)))
-        replay(self.net, way)  # it is one of the net
+        replay(self.net, way)  # it is a run of the net
         return way
 
     def answer(self, status: str, trace: Sequence[int] | None = None) -> Outcome:

@@ -1,4 +1,4 @@
-"""What CTL asks of sets of states, however they are stored."""
+"""The operations on sets of states that CTL needs, for all representations."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from dineros.analysis.logic.language.syntax import Atom, Formula
 States = TypeVar("States")
 
 Run = tuple[tuple[int, ...], tuple[int, ...]]
-"""Transitions of a stem, and of a loop, which is empty for a finite path and in a deadlock."""
+"""Transitions of a stem and of a loop; the loop is empty for a finite path and in a deadlock."""
 
 
 class StateSets(Protocol[States]):
-    """What an engine offers to CTL: sets of reachable states and the three basic operators."""
+    """The interface of an engine for CTL: sets of reachable states and the three basic operators."""
 
     def constant(self, value: bool) -> States:
         """Return all states or none."""
@@ -29,7 +29,7 @@ class StateSets(Protocol[States]):
         """Return the states in both sets."""
 
     def union(self, left: States, right: States) -> States:
-        """Return the states in one of the sets."""
+        """Return the states in at least one of the sets."""
 
     def some_next(self, states: States) -> States:
         """EX: return the states with a successor in a set."""

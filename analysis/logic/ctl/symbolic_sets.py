@@ -1,7 +1,7 @@
 """CTL's sets of states as decision diagrams, and runs that show why a formula is true.
 
-"Until" is one constrained saturation. "Globally" is what can reach, inside the set, a marking that stays as
-it is or one from which repeatable transitions continue forever.
+"Until" is one constrained saturation. "Globally" is the set of markings that can reach, inside the set, a
+marking that is its own successor, or one from which repeatable transitions continue forever.
 
 References
 ----------
@@ -37,11 +37,11 @@ class SymbolicSets:
     Parameters
     ----------
     space : SymbolicStateSpace
-        Complete.
+        The complete state space.
     atoms : BoundAtoms, optional
-        The atoms that may be asked for; without it there are none.
+        The atoms that may be evaluated; without it, there are none.
     budget : Budget, optional
-        Told now and then how far it is; when its time is up, the computation ends.
+        Its progress is reported periodically; when its time is over, the computation ends.
     """
 
     def __init__(
@@ -51,7 +51,8 @@ class SymbolicSets:
         self._conditions = {} if atoms is None else atoms.conditions
         self.sets = VectorSets(space.diagram, budget)
         self.everything = space.diagram.root
-        #: By what lasts: markings where it ends, which stay as they are or take repeatable steps forever.
+        #: For each set, the markings in which its infinite runs end: own successors, or infinite repeatable
+        #: steps.
         self._ends: dict[int, int] = {}
 
     def constant(self, value: bool) -> int:
@@ -79,7 +80,7 @@ class SymbolicSets:
         return self._pinned(self.sets.intersection(left, right))
 
     def union(self, left: int, right: int) -> int:
-        """Return the states in one of the sets."""
+        """Return the states in at least one of the sets."""
         return self._pinned(self.sets.union(left, right))
 
     def some_next(self, states: int) -> int:
@@ -98,7 +99,7 @@ class SymbolicSets:
         with Scope(self.space.diagram) as scope:
             still = sets.intersection(states, unchanged)
             scope.hold(still)
-            # Whatever lasts ends with repeatable transitions only.
+            # Every infinite run ends with repeatable transitions only.
             ends = sets.union(self._going_on(states), still)
             scope.hold(ends)
             lasting = sets.closure(ends, states, backwards=True)
@@ -106,10 +107,10 @@ class SymbolicSets:
         return self._pinned(lasting)
 
     def _going_on(self, states: int) -> int:
-        """Markings from which some run of repeatable transitions never ends and never leaves a set.
+        """Markings from which some infinite run of repeatable transitions never leaves a set.
 
-        Few rounds of trimming do where repeatable transitions are few; where they are many, strongly
-        connected parts are looked for as well.
+        Few rounds of trimming are sufficient if there are few repeatable transitions; otherwise, strongly
+        connected components are computed as well.
         """
         sets = self._repeating
         lasting, rounds = 0, 1
@@ -171,7 +172,7 @@ class SymbolicSets:
         return route
 
     def way_between(self, start: Marking, goal: int) -> tuple[int, ...]:
-        """Return transitions that lead from a marking into a set that it can reach; none can be left out."""
+        """Return transitions that lead from a marking into a set that it can reach; none is redundant."""
         net = self.space.net
         initial = np.array(start, dtype=np.int64)
         route = self._route(self.sets, start, self.everything, goal)
@@ -200,7 +201,7 @@ class SymbolicSets:
 
     @cached_property
     def _positions(self) -> list[tuple[Callable[[Marking], Any], dict[Any, int]]]:
-        """By level: what picks a local state out of a marking, and its number. One place gives no tuple."""
+        """For each level, a function that gets its local state from a marking, and the states' numbers."""
         return [
             (itemgetter(*level.places), {s if s[1:] else s[0]: i for i, s in enumerate(level.states)})
             for level in self.space.encoding.levels
@@ -208,7 +209,7 @@ class SymbolicSets:
 
     @cached_property
     def _repeating(self) -> VectorSets:
-        """The same sets, with the steps that can be on cycles."""
+        """The same sets, with only the steps that may be on cycles."""
         return self.sets.restricted(self._repeatable)
 
     @cached_property
@@ -221,7 +222,7 @@ class SymbolicSets:
 
     @cached_property
     def _unchanged(self) -> int:
-        """Markings that are their own successors: deadlocks, and where a firing changes nothing."""
+        """Markings that are their own successors: deadlocks, and markings with an ineffective firing."""
         boxes = [
             {k: [j >= 0 for j in table] for k, table in event.tables.items()}
             for event in self.space.encoding.events
@@ -245,7 +246,7 @@ class SymbolicSets:
         return self.sets.difference(self.everything, found) if symbol == "!=" else found
 
     def _trimmed(self, states: int, rounds: int) -> tuple[int, bool]:
-        """A set without markings that no repeatable step keeps in it, some times; whether that is all."""
+        """Remove markings that no repeatable step keeps in a set, several times; whether this is complete."""
         with Scope(self.space.diagram) as scope:
             for _ in range(rounds):
                 scope.hold(states)
@@ -286,7 +287,7 @@ class SymbolicSets:
             return stem, (first, *self._route(sets, after, part, home))
 
     def _way(self, start: Marking, stay: int, goal: int, near: int) -> tuple[int, ...]:
-        """Transitions from the initial marking to a set over another; `near` is what can go such a way."""
+        """Transitions from a marking to a set through another one; `near`: markings that can reach it so."""
         net = self.space.net
         is_goal = cache(partial(self.contains, goal))
         route = climb(net, start, partial(self.contains, near), is_goal, self._repeatable)
@@ -297,10 +298,10 @@ class SymbolicSets:
         return shortened(net, route, lambda marking: is_goal(tuple(marking)))
 
     def _route(self, sets: VectorSets, start: Marking, stay: int, goal: int) -> tuple[int, ...]:
-        """Transitions from a marking to a set over another one; of no more steps than layers were needed.
+        """Transitions from a marking to a set through another one, with at most as many steps as layers.
 
-        A layer is what can reach the goal by firing events in turn, so that a step always leads to an earlier
-        layer.
+        A layer is the set of markings that can reach the goal by firing the events in turn, so that a step
+        always leads to an earlier layer.
         """
         diagram = self.space.diagram
         with Scope(diagram) as scope:
@@ -314,7 +315,8 @@ class SymbolicSets:
             queue: dict[int, None] = {}
             vector = self._vector(start)
             while not self.sets.contains(layers[-1], vector):
-                # An event that added markings makes its neighbours worth trying; when they are done, all are.
+                # An event that added markings makes its neighbours worth trying; if none is left, all events
+                # are done.
                 queue = queue or dict.fromkeys(range(sets.events))
                 event = next(iter(queue))
                 del queue[event]

@@ -43,18 +43,18 @@ class Product:
     net : CompiledNet
     automaton : Automaton
     conditions : sequence of Condition or Combined
-        What the automaton's atoms ask, in their order.
+        The conditions of the automaton's atoms, in order.
     weak, strong : sequence of int
         Weakly and strongly fair transitions.
     budget : Budget
-        Watches the memory.
+        Limits the memory.
     cells : Layout, optional
-        How to write the net's markings, where that is known.
+        The layout of the net's markings, if it is known.
 
     Raises
     ------
     BudgetExceededError
-        When a place may hold more tokens than fit into a word.
+        A place may have more tokens than fit into a word.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Product:
         self._build_tables()
         transitions, words = len(net.transitions), self.layout.words
         degree = max(1, *map(len, automaton.edges))
-        #: Most successors of one state.
+        #: Maximum number of successors of one state.
         self.room = (transitions + 1) * degree
         self.scratch = Scratch(
             np.zeros(transitions + 1, dtype=np.int64),
@@ -105,7 +105,7 @@ class Product:
 
     @property
     def parts(self) -> tuple[NetTables, Conditions, Edges, Store, Scratch]:
-        """What kernels read and write, in their order."""
+        """The arguments of kernels, in order."""
         return self.tables, self.conditions, self.edges, self.store, self.scratch
 
     @property
@@ -119,7 +119,7 @@ class Product:
         return self.store.words.nbytes + self.store.table.nbytes
 
     def progress(self, memory_bytes: int) -> Progress:
-        """Return how far a search is whose tables take so many bytes."""
+        """Return the progress of a search whose tables have this size."""
         return Progress("states", self.states, memory_bytes, self.states / max(self.budget.spent, 1e-9))
 
     def marking(self, state: int) -> tuple[int, ...]:
@@ -127,23 +127,23 @@ class Product:
         return tuple(self.layout.unpack(self.store.words[state]))
 
     def grow(self, others: int = 0) -> None:
-        """Make room for more states.
+        """Allocate memory for more states.
 
         Parameters
         ----------
         others : int
-            Bytes of tables elsewhere, counted against the memory budget too.
+            Size of other tables in bytes, which count against the memory budget, too.
 
         Raises
         ------
         BudgetExceededError
-            When there is no memory left for it.
+            The memory is not sufficient.
         """
         capacity = len(self.store.words)
         larger = capacity * 2 if capacity < 1 << 20 else capacity * 3 // 2
         limit = self.budget.states
         if limit is not None:
-            # A little more than the limit, so that hitting it is seen as such.
+            # Slightly more than the limit, so that exceeding it is noticed.
             larger = min(larger, max(capacity + self.room, limit + 2 * self.room))
         if larger >= 2**31:
             raise BudgetExceededError("states: more than 2147483647")
@@ -162,12 +162,12 @@ class Product:
             self._fill_table()
 
     def widen(self, others: int = 0) -> None:
-        """Widen the cells that a successor of the state noted by the last expansion did not fit into.
+        """Widen the cells that are too small for a successor of the state recorded by the last expansion.
 
         Raises
         ------
         BudgetExceededError
-            When there is no memory left for it, or tokens grow beyond any cell.
+            The memory is not sufficient, or tokens exceed any cell.
         """
         old, before, counters = self.layout, self.tables, self.store.counters
         marking = self.marking(int(counters[OVERFLOW_STATE]))
@@ -260,9 +260,9 @@ class Product:
 def _bits_of(
     conditions: Sequence[Condition | Combined],
 ) -> tuple[list[Condition | Combined], dict[int, list[int]]]:
-    """Return what each bit of a letter means, and programs over bits by the bit of each combination.
+    """Return the condition of each bit of a letter, and the program of each combination, by its bit.
 
-    The automaton's atoms come first, then what combinations are made of, in which there are no others.
+    The automaton's atoms come first, then the parts of combinations, which are not combinations themselves.
     """
     bits = list(conditions)
     programs: dict[int, list[int]] = {}

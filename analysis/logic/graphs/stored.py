@@ -1,4 +1,4 @@
-"""Stored reachability graphs: the states of a net and their successors, for questions about all of them."""
+"""Stored reachability graphs: the states of a net with their successors, for questions about all states."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Arcs(NamedTuple):
         return arcs
 
     def tails(self) -> Int32Array:
-        """Return by arc the state that it leads from."""
+        """Return the source state of each arc."""
         return np.repeat(np.arange(self.pointer.size - 1, dtype=np.int32), np.diff(self.pointer))
 
     def some_next(self, states: StateSet) -> StateSet:
@@ -74,7 +74,7 @@ class Arcs(NamedTuple):
         return result
 
     def path(self, start: int, allowed: StateSet, goal: StateSet) -> list[int]:
-        """Return the states of a shortest path of at least one edge over allowed states to a goal, or []."""
+        """Return the states of a shortest non-empty path over allowed states to a goal, or []."""
         parents = np.full(allowed.size, -1, dtype=np.int32)
         queue = np.empty(allowed.size, dtype=np.int32)
         state, end = kernels.path_states(self.pointer, self.targets, start, allowed, goal, parents, queue)
@@ -94,27 +94,27 @@ class Exploration:
     ----------
     net : CompiledNet
     atoms : mapping of Atom to Condition
-        Conditions that may be evaluated in every state.
+        Conditions that may be evaluated in each state.
     budget : Budget
     cells : Layout, optional
-        How to write markings, where that is known.
+        The layout of markings, if it is known.
 
     Attributes
     ----------
     expanded : int
-        The first so many states have their successors.
+        Number of states, from the first on, whose successors are stored.
     """
 
-    #: States expanded between looks at the clock.
+    #: Number of states expanded between checks of the clock.
     visits: ClassVar[int] = 100_000
-    #: Tables of arcs that are there together at the end.
+    #: Number of tables of arcs that exist at the same time at the end.
     copies: ClassVar[int] = 1
 
     def __init__(
         self, net: CompiledNet, atoms: Mapping[Atom, Condition], budget: Budget, cells: Layout | None = None
     ) -> None:
         self.net, self.budget = net, budget
-        # An automaton that reads everything: its product with the net is the reachability graph.
+        # The product with an automaton that reads every word is the reachability graph.
         everything = Automaton(tuple(atoms), 0, 0, ((Edge(0, 0, 0, 0),),))
         self.product = Product(net, everything, list(atoms.values()), (), (), budget, cells)
         self.pointer: Int64Array = np.zeros(len(self.product.store.words) + 1, dtype=np.int64)
@@ -127,7 +127,7 @@ class Exploration:
         Raises
         ------
         BudgetExceededError
-            When a limit is hit before.
+            A limit was exceeded before.
         """
         product = self.product
         labels = np.empty(product.room, dtype=np.int32)
@@ -151,7 +151,7 @@ class Exploration:
 
 
 class StateGraph(Exploration):
-    """All reachable markings of a net, and for each its successors.
+    """All reachable markings of a net, each with its successors.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ class StateGraph(Exploration):
     Attributes
     ----------
     arcs : Arcs
-        There once it is explored.
+        Available after the exploration.
     """
 
     arcs: Arcs
@@ -174,11 +174,11 @@ class StateGraph(Exploration):
         Raises
         ------
         BudgetExceededError
-            When a limit is hit before the graph is complete.
+            A limit was exceeded before the graph was complete.
         """
         self.expand()
         size, arcs = self.size, int(self.pointer[self.size])
-        # Predecessors, letters, and room for the sets of a few subformulas.
+        # Predecessors, letters, and memory for the sets of a few subformulas.
         words = self.product.scratch.letter.size
         self.budget.check_memory(self.memory_bytes + 4 * arcs + (32 + 8 * words) * size)
         self.arcs = Arcs.of(self.pointer[: size + 1], self.targets[:arcs])
@@ -193,7 +193,7 @@ class StateGraph(Exploration):
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes of the tables."""
+        """Size of the tables in bytes."""
         return self.product.memory_bytes + self.pointer.nbytes + self.targets.nbytes
 
     def where(self, atom: Atom) -> StateSet:
@@ -203,7 +203,7 @@ class StateGraph(Exploration):
         return result
 
     def transitions(self, states: Sequence[int]) -> tuple[int, ...]:
-        """Return transitions that lead along a path of states; staying in a deadlock is none."""
+        """Return the transitions along a path of states; staying in a deadlock is no transition."""
         found = []
         for source, target in pairwise(states):
             here, there = self.product.marking(source), list(self.product.marking(target))

@@ -18,7 +18,7 @@ Matrix = np.ndarray[tuple[int, int], np.dtype[np.int64]]
 
 
 def step_tables(net: CompiledNet, layout: Layout) -> NetTables:
-    """Return the steps of a net for a layout, in the net's own order; the last adds nothing: a deadlock's."""
+    """Return the steps of a net for a layout, in the net's order; the last one is staying in a deadlock."""
     tables = net_tables(net, layout, range(len(net.transitions)))
     nothing = np.zeros((1, layout.words), dtype=np.int64)
     return tables._replace(delta=np.concatenate([tables.delta, nothing]))
@@ -32,7 +32,7 @@ def bit_words(values: Sequence[int], words: int) -> Matrix:
 
 
 def edge_tables(automaton: Automaton, layout: Layout, letter_words: int, mark_words: int) -> Edges:
-    """Edges sorted so that those towards components where acceptance is decided are tried first."""
+    """Sort edges such that those to components in which acceptance is decided are tried first."""
     depth = {state: number for number, component in enumerate(automaton.components()) for state in component}
     rows = [sorted(edges, key=lambda edge: -depth[edge.target]) for edges in automaton.edges]
     flat = [edge for row in rows for edge in row]

@@ -1,7 +1,7 @@
-"""Kernels on the stored part of a product: shortest paths, and the edges between some states.
+"""Kernels on the stored part of a product: shortest paths, and the edges between given states.
 
-Nothing is stored by them: edges to states that are new are left out, so that the part looked at is the one
-that a search has stored.
+They store nothing: edges to new states are ignored, so that they examine exactly the part that a search has
+stored.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def shortest_path(  # type: ignore[no-untyped-def]
 def inner_edges(  # type: ignore[no-untyped-def]
     steps, conditions, edges, store, scratch, states, first, number, sources, targets, labels, weak, strong
 ):  # fmt: skip
-    """List the edges between the given states, from position `first` of them on, as far as there is room.
+    """List the edges between the given states, from position `first` on, as far as there is room.
 
     `number` has the position of each state in `states`, or -1. Returns the position to continue from and the
     number of edges written.

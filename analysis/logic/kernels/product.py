@@ -1,8 +1,8 @@
 """Kernels on the product of a net and an automaton: the table of states, and successors.
 
-A state of the product is a marking as the explicit engine packs it, with the automaton's state in one more
-cell. The net is the explicit engine's tables (`NetTables`), with one more step, the last: staying in a
-deadlock. An edge is a step read by an edge of the automaton; its label is ``step * automaton edges +
+A state of the product is a packed marking of the explicit engine, with the automaton's state in an additional
+cell. The net is given by the explicit engine's tables (`NetTables`), with an additional last step: staying in
+a deadlock. An edge is a step read by an edge of the automaton; its label is ``step * automaton edges +
 automaton edge``.
 """
 
@@ -59,7 +59,7 @@ class Conditions(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """The automaton's edges in CSR form, and where its state stands in the words.
+    """The automaton's edges in CSR form, and the position of its state in the words.
 
     `positive` and `negative` have the words of a letter, `marks` those of the marks, by edge.
     """
@@ -75,7 +75,7 @@ class Edges(NamedTuple):
 
 
 class Store(NamedTuple):
-    """States found so far, and the table that finds them again: open addressing, tag and row plus one."""
+    """The states found so far, and their hash table: open addressing, tag and row plus one."""
 
     words: Int64Array
     table: Int64Array
@@ -83,10 +83,10 @@ class Store(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for the successors of one state.
+    """Memory for the successors of one state.
 
-    `box` and `codes` hold all of them and their hashes before the first is looked up: what that needs from
-    memory is asked for in time, and the waits for it overlap.
+    `box` and `codes` contain all of them with their hashes before the first is looked up: so the memory for
+    the lookups can be prefetched, and waits overlap.
     """
 
     enabled: Int64Array
@@ -100,8 +100,8 @@ class Scratch(NamedTuple):
     codes: Int64Array
 
 
-#: counters: states stored, the source whose successor had no room in its cell, and whether states may be
-#: added (no argument of `expand`: Numba would compile it for each value).
+#: counters: states stored, the source of the successor that did not fit into its cell, and whether states
+#: may be added (no argument of `expand`: Numba would compile it for each value).
 STATES, OVERFLOW_STATE, MAY_ADD = range(3)
 CELL_OVERFLOW = -1
 
@@ -113,7 +113,7 @@ NOT, AND, OR, TRUE, FALSE = Combined.NOT, Combined.AND, Combined.OR, Combined.TR
 
 @kernel(inline="always")
 def find(store, box, at, code):  # type: ignore[no-untyped-def]
-    """Return the index of the state in a row of a box, added if that is allowed; -1 if it is not there."""
+    """Return the index of the state in a row of a box, added if that is allowed; -1: it is not stored."""
     table, words = store.table, store.words
     mask = table.size - 1
     slot, tag = code & mask, code >> TAG_SHIFT
@@ -139,7 +139,7 @@ def find(store, box, at, code):  # type: ignore[no-untyped-def]
 
 @kernel(inline="always")
 def find_enabled(steps, store, scratch, state):  # type: ignore[no-untyped-def]
-    """List the transitions enabled in a state; return how many there are."""
+    """List the transitions enabled in a state; return their number."""
     count = 0
     enabled_in(steps, store.words, state, scratch.enabled_set)
     for s in range(scratch.enabled_set.size):
@@ -182,7 +182,7 @@ def read_letter(steps, conditions, store, scratch, state, count):  # type: ignor
 
 @kernel()
 def combination(conditions, scratch, c):  # type: ignore[no-untyped-def]
-    """Evaluate a boolean combination of bits that are known."""
+    """Evaluate a Boolean combination of known bits."""
     stack = scratch.stack
     top = 0
     for k in range(conditions.combined_pointer[c], conditions.combined_pointer[c + 1]):

@@ -1,9 +1,9 @@
 """On-the-fly emptiness check of a product by strongly connected components, as a machine that can stop.
 
 Depth-first search with a stack of roots of components; a closing edge joins the components above its target
-and adds their marks. A component with all marks is an accepting run's loop, and the search stops there. A
-search that pauses, for room or for the clock, continues where it was. It knows of the net what `expand` tells
-of it.
+and adds their marks. A component with all marks contains the loop of an accepting run, and the search stops
+there. A search that pauses, for memory or for the clock, can be continued. The net is accessed only by
+`expand`.
 
 References
 ----------
@@ -87,7 +87,7 @@ def close_cycle(search, conditions, edges, number, label):  # type: ignore[no-un
 
 @kernel()
 def explore(steps, conditions, edges, store, scratch, search, visits):  # type: ignore[no-untyped-def]
-    """Go on with the search until it is decided, something is needed, or `visits` more states are visited."""
+    """Continue the search until it is decided, needs something, or has visited `visits` more states."""
     store.counters[MAY_ADD] = 1
     control, number = search.control, search.number
     width = edges.target.size
@@ -142,7 +142,7 @@ def explore(steps, conditions, edges, store, scratch, search, visits):  # type: 
             or control[ROOTS] + 1 > search.root_number.size
         ):
             return SEARCH_FULL
-        # Successors go on top of the edge taken; only when all have room is it removed and the state visited.
+        # Successors are put above the edge taken; only if all have room, it is removed and the state visited.
         end = expand(
             steps, conditions, edges, store, scratch, state, search.pool_target, search.pool_label, top
         )
@@ -167,7 +167,8 @@ def explore(steps, conditions, edges, store, scratch, search, visits):  # type: 
         search.frame_state[frames] = state
         search.frame_pool[frames] = top - 1
         control[FRAMES] = frames + 1
-        # Edges to live states close cycles at once, so that loops are found early; edges to dead ones go.
+        # Edges to live states close cycles at once, so that loops are found early; those to dead states are
+        # dropped.
         kept = top - 1
         for k in range(top, end):
             target, way = np.int64(search.pool_target[k]), np.int64(search.pool_label[k])

@@ -1,7 +1,7 @@
 """Kernels on stored reachability graphs: building them, and the fixpoints of CTL over predecessor lists.
 
-A graph is that of the markings a `Product` stores; its edges are kept, where the search of LTL forgets them.
-Branching questions look at each of them more than once.
+A graph consists of the markings stored by a `Product`; its edges are stored, too, while the LTL search
+discards them: branching-time questions use each of them several times.
 
 References
 ----------
@@ -24,7 +24,7 @@ COMPLETE, STORE_FULL, ARCS_FULL, OVERFLOW, PAUSED = range(5)
 def build(  # type: ignore[no-untyped-def]
     steps, conditions, edges, store, scratch, pointer, targets, labels, first, visits
 ):  # fmt: skip
-    """Expand states in the order they were found, from `first` on; write their successors in CSR form.
+    """Expand states in order of discovery, from `first` on; write their successors in CSR form.
 
     Returns a status and the state to continue from.
     """

@@ -1,1 +1,1 @@
-"""Formulas: their text, their meaning, and what their names and atoms stand for in a net."""
+"""Formulas: their syntax and semantics, and the elements of a net that their names and atoms refer to."""

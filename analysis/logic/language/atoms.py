@@ -1,4 +1,4 @@
-"""Atoms bound to a net: names resolved, and evaluated by the plain definition."""
+"""Atoms bound to a net: names resolved, and evaluated by definition."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Linear:
 
 @dataclass(frozen=True)
 class SomeEnabled:
-    """Some of these transitions is enabled."""
+    """At least one of these transitions is enabled."""
 
     transitions: frozenset[int]
 
@@ -50,7 +50,7 @@ class NoneEnabled:
 
 
 Condition = Linear | SomeEnabled | SomeFired | NoneEnabled
-"""What an atom asks of a marking and the step taken from it."""
+"""The condition of an atom on a marking and the step taken from it."""
 
 
 @dataclass(frozen=True)

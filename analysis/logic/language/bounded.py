@@ -1,11 +1,11 @@
-"""Formulas that bound times: ``G (a -> F[<=d] b)`` and what is written like it.
+"""Formulas with time bounds: ``G (a -> F[<=d] b)`` and formulas of similar form.
 
 =========================  =========================================================
 ``F[<=5] b``               b comes within 5 from the start
 ``G[<=5] b``               b holds during 5 from the start
 ``G (a -> F[<=5] b)``      whenever a holds, b holds or comes within 5
 ``G (a -> G[<=5] b)``      whenever a holds, b holds for 5
-``G (a -> X F[<=5] b)``    the same after the step that a is about
+``G (a -> X F[<=5] b)``    the same, not counting the step at which a holds
 =========================  =========================================================
 
 A window is ``[<=d]``, ``[<d]``, ``[a,b]``, or with a parenthesis for a bound that is left out: ``[a,b)``.
@@ -36,18 +36,18 @@ _NO_WINDOW = re.compile(r"\b[FG]\s*(?P<window>\[[^\[\]()]*[<>=,][^\[\]()]*[\])[]
 _TRIGGER = re.compile(r"\s*(?:G|\[\])\s*\((?P<trigger>.*?)->\s*(?P<next>X\s*)?", re.DOTALL)
 _OPAQUE = re.compile(r'"(?:[^"\\]|\\.)*"|\{(?:[^{}\\]|\\.)*\}')
 _LONGEST = 40
-"""Digits of a bound."""
+"""Maximum number of digits of a bound."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch of time, counted from a moment.
+    """An interval of time, counted from a moment.
 
     Attributes
     ----------
     earliest, latest : Fraction
     is_open_below, is_open_above : bool
-        Whether the bound itself is left out.
+        Whether the bound itself is excluded.
     """
 
     earliest: Fraction
@@ -57,7 +57,7 @@ class Window:
 
     @property
     def begins_at_once(self) -> bool:
-        """Whether the moment itself is in it."""
+        """Whether it contains the moment itself."""
         return not self.earliest and not self.is_open_below
 
     def __str__(self) -> str:
@@ -69,19 +69,19 @@ class Window:
 
 @dataclass(frozen=True)
 class Bounded(Formula):
-    """A formula that bounds times.
+    """A formula with time bounds.
 
     Attributes
     ----------
     window : Window
     condition : Formula
-        What is to hold in it.
+        The condition required in the window.
     always : bool
-        Whether it is to hold at every moment of the window, or at some moment.
+        Whether it is required at every moment of the window, or at some moment.
     trigger : Formula or None
-        When the window begins: whenever this holds, or at the start.
+        The beginning of the window: whenever this holds; None: the start.
     is_after_step : bool
-        Whether what holds at the step that begins the window does not count.
+        Whether the step that begins the window does not count.
     """
 
     window: Window
@@ -109,17 +109,17 @@ def is_step(condition: Formula) -> bool:
 
 
 def bounds_times(text: str) -> bool:
-    """Whether a formula has a temporal operator with a window."""
+    """Return whether a formula has a temporal operator with a window."""
     return _WINDOW.search(_hidden(text)) is not None
 
 
 def read_bounded(text: str) -> Bounded | None:
-    """Read a formula that bounds times; None for one without a window.
+    """Read a formula with time bounds; None: it has no window.
 
     Raises
     ------
     FormulaError
-        The window is empty, or stands where it cannot be decided.
+        The window is empty, or its position is not supported.
     """
     hidden = _hidden(text)
     found = _WINDOW.search(hidden)
@@ -182,7 +182,7 @@ def _window(found: re.Match[str], column: int) -> Window:
 
 
 def number(text: str, column: int) -> Fraction:
-    """Read a bound by its decimal text.
+    """Read a bound from its decimal text.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Boolean combinations of conditions on a marking taken together, so that an automaton sees one atom.
+"""Combines Boolean combinations of conditions on a marking, so that an automaton has one atom for each.
 
-An automaton would spell ``G !(a & (b | c) & ...)`` out as a disjunction of conjunctions, of which there may
-be exponentially many; the kernels evaluate it as it stands.
+An automaton would expand ``G !(a & (b | c) & ...)`` to a disjunction of possibly exponentially many
+conjunctions; the kernels evaluate it directly.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from dineros.analysis.logic.language.syntax import (
 )
 
 MOST_FREE = 4
-"""Atoms of a combination up to which the automaton sees each: it can then tell what excludes what."""
+"""Maximum number of atoms of a combination that the automaton gets separately, to detect exclusions."""
 
 _BOOLEAN = (Not, And, Or, Implies, Equivalent)
 
@@ -57,7 +57,7 @@ def combined(formula: Formula) -> Formula:
 
 
 def condition_of(atom: Atom, conditions: Mapping[Atom, Condition]) -> Condition | Combined:
-    """Return what an atom of a `combined` formula asks, from the conditions of the atoms in it."""
+    """Return the condition of an atom of a `combined` formula, from the conditions of its parts."""
     if not isinstance(atom, Combination):
         return conditions[atom]
     parts = [part for part in atom.formula.subformulas() if isinstance(part, Atom)]
@@ -77,7 +77,7 @@ def _atoms_of(part: Formula, atoms: Mapping[Formula, frozenset[Atom] | None]) ->
 def _operands(
     part: And | Or, atoms: Mapping[Formula, frozenset[Atom] | None], made: Mapping[Formula, Formula]
 ) -> tuple[Formula, ...]:
-    """Take the conditions on the marking among the operands together."""
+    """Combine the conditions on the marking among the operands."""
     conditions = [operand for operand in part.operands if atoms[operand] is not None]
     others = [made[operand] for operand in part.operands if atoms[operand] is None]
     many = frozenset[Atom]().union(*(atoms[operand] or () for operand in conditions))
@@ -94,7 +94,7 @@ def _as_atom(
 
 
 def _program(formula: Formula, index: Mapping[Atom, int]) -> tuple[int, ...]:
-    """Return a formula in postfix form, without recursion and with what is shared written out."""
+    """Return a formula in postfix form, without recursion and with shared parts duplicated."""
     code: list[int] = []
     todo: list[Formula | int] = [formula]
     while todo:

@@ -1,8 +1,8 @@
 """Conditions on the marking of a running application, such as ``Shown >= 4 & !signal(Danger)``.
 
 The engines bind a formula to the indices of a compiled net; a running application has no such net, only
-tokens by the ids of places. Names mean what they mean to the engines: a replicated element's name is the
-sum over its instances, ``Pick[2].PickRun`` is that of server instance 2.
+tokens by place id. Names have the same meaning as in the engines: the name of a replicated element is the sum
+over its instances, ``Pick[2].PickRun`` belongs to server instance 2.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ class Condition:
     text : str
         The condition, in the language of goals.
     places, signals : iterable of str
-        Ids that are known, those of replicated places with their instance.
+        Known ids, those of replicated places with their instance.
 
     Raises
     ------
     FormulaError
-        The text is not a condition on a marking and signals, or names something unknown.
+        The text is not a condition on a marking and signals, or has an unknown name.
 
     Examples
     --------

@@ -11,7 +11,7 @@ from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.logic.language.syntax import And, Atom, Constant, Formula, Not, Or
 from dineros.analysis.nets.compiled import CompiledNet
 
-#: Conjunctions up to which a condition is searched for directly.
+#: Maximum number of conjunctions of a condition for a direct search.
 MOST_CONJUNCTIONS = 256
 
 _RELATIONS: dict[str, Relation] = {"<": "<", "<=": "<=", "==": "=", "!=": "!=", ">=": ">=", ">": ">"}
@@ -21,13 +21,13 @@ _Conjunction = tuple[Comparison, ...]
 
 
 class _TooManyError(Exception):
-    """More conjunctions than are searched for, or a deadlock as a part of one."""
+    """There are too many conjunctions, or a deadlock is a part of one."""
 
 
 def goals_of(net: CompiledNet, condition: Formula, names: Names) -> list[Goal] | None:
-    """Goals one of which is met exactly where a condition holds: none for what is never true.
+    """Return goals one of which is fulfilled exactly if a condition holds; empty if it is never true.
 
-    None where these would be too many.
+    None if there are too many.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def _of_condition(net: CompiledNet, condition: Condition, is_positive: bool) -> 
             rows = [_enabling(net, t) for t in sorted(transitions)]
             if is_positive:
                 return rows
-            # Of each transition, one condition fails.
+            # For each transition, one condition is violated.
             return _product([[(_negated(c),) for c in row] for row in rows])
         case NoneEnabled() if not is_positive:
             return [_enabling(net, t) for t in range(len(net.transitions))]
@@ -101,7 +101,7 @@ def _negated(comparison: Comparison) -> Comparison:
 
 
 def _enabling(net: CompiledNet, transition: int) -> _Conjunction:
-    """What enables a transition."""
+    """Return the condition that enables a transition."""
     needs = [Comparison({place: 1}, ">=", weight) for place, weight in net.pre.row(transition)]
     return (
         *needs,

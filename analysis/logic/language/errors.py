@@ -1,4 +1,4 @@
-"""Errors of the temporal logic: what a user wrote cannot be read, or cannot be meant."""
+"""Errors of temporal logic: an invalid formula, or one that refers to unknown elements."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from dineros.metamodel.errors import DinerosError
 
 
 class FormulaError(DinerosError):
-    """The text of a formula is none, or names something that is not there.
+    """The text is not a formula, or has an unknown name.
 
     Parameters
     ----------
     message : str
-        What is wrong, in one line.
+        The error, in one line.
     column : int, optional
-        Where in the text, counted from 1.
+        Position in the text, from 1.
     hint : str, optional
-        What would mend it.
+        How to fix it.
     """
 
     def __init__(self, message: str, *, column: int | None = None, hint: str | None = None) -> None:
@@ -23,7 +23,7 @@ class FormulaError(DinerosError):
         self.column = column
 
     def at(self, column: int | None) -> FormulaError:
-        """Return the same error with a column, where it has none yet."""
+        """Return the same error with a column, if it has none yet."""
         return FormulaError(self.message, column=self.column or column, hint=self.hint)
 
     def __str__(self) -> str:

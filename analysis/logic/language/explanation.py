@@ -1,8 +1,8 @@
-"""Why a run violates a formula of LTL: the literals, each with its positions, that the violation rests on.
+"""Explains why a run violates an LTL formula: the literals, with their positions, that cause the violation.
 
-If one of them were different, the formula would not fail in the way it does. Positions that come after the
-first failure of a part are not looked at. The approximation is that of the paper, on lassos instead of
-finite prefixes; it takes time in proportion to formula and run.
+If one of them were different, the formula would not fail in this way. Positions after the first failure of a
+part are ignored. The approximation is that of the paper, on lassos instead of finite prefixes; its time is
+proportional to the sizes of formula and run.
 
 References
 ----------
@@ -40,7 +40,7 @@ Occurrence = tuple[int, Atom, bool]
 def explanation(
     formula: Formula, stem: Sequence[Letter], loop: Sequence[Letter], is_true: Callable[[Atom, Letter], bool]
 ) -> list[Occurrence] | None:
-    """Return what a violation rests on, by position; None where the run satisfies the formula.
+    """Return the causes of a violation, by position; None: the run satisfies the formula.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class _Word:
         return part, position + 1 if position + 1 < len(self._values[part]) else self._back
 
     def explain(self, formula: Formula) -> list[Occurrence]:
-        """Return what it rests on that a formula is false at the first position."""
+        """Return the causes for a formula being false at the first position."""
         found: dict[Occurrence, None] = {}
         seen: set[tuple[Formula, int]] = set()
         todo: list[tuple[Formula, int]] = [(formula, 0)]

@@ -1,4 +1,4 @@
-"""What names in formulas stand for; the caller decides, since it knows the model behind a net."""
+"""The elements that names in formulas refer to; the caller decides, since it knows the model of a net."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ class Names(Protocol):
     """Resolves names to indices of a compiled net. Each method raises `FormulaError` for an unknown name."""
 
     def places(self, name: str) -> Sequence[int]:
-        """Return the places whose tokens are added up for the name; one that occurs twice counts twice."""
+        """Return the places whose tokens are added for the name; a place that occurs twice counts twice."""
 
     def transitions(self, name: str) -> Sequence[int]:
-        """Return the transitions that the name stands for, any of them."""
+        """Return the transitions with the name; any of them is meant."""
 
     def signal(self, name: str) -> int:
         """Return the place that is marked exactly while the input signal is true."""
 
 
 class TableNames:
-    """Names that stand in tables.
+    """Names given by tables.
 
     Parameters
     ----------
     places, transitions : mapping of str to sequence of int
         By name.
     signals : mapping of str to int
-        By name, the place that is marked while it is true.
+        For each name, the place that is marked while the signal is true.
     signal : str
-        What errors call one.
+        Name of signals in errors.
     """
 
     def __init__(
@@ -51,11 +51,11 @@ class TableNames:
         self._signal = signal
 
     def places(self, name: str) -> Sequence[int]:
-        """Return the places whose tokens are added up for the name."""
+        """Return the places whose tokens are added for the name."""
         return look_up(self._places, "place", name)
 
     def transitions(self, name: str) -> Sequence[int]:
-        """Return the transitions that the name stands for, any of them."""
+        """Return the transitions with the name; any of them is meant."""
         return look_up(self._transitions, "transition", name)
 
     def signal(self, name: str) -> int:
@@ -64,7 +64,7 @@ class TableNames:
 
 
 class NetNames(TableNames):
-    """Names of a place/transition net, each exactly itself. A signal is a place that may hold one token.
+    """Names of a place/transition net, unchanged. A signal is a place that may hold one token.
 
     Parameters
     ----------
@@ -80,16 +80,16 @@ class NetNames(TableNames):
 
 @dataclass(frozen=True)
 class LimitedNames:
-    """Names of a net on one in which places left, and transitions became several.
+    """Names of a net for a derived net, in which places were removed and transitions were split.
 
     Attributes
     ----------
     original : Names
         Names of the net.
     place : mapping of int to int
-        By place of the net: the one that stands for it; places that left have none.
+        For each place of the net, the place that represents it; removed places have none.
     images : mapping of int to sequence of int
-        By transition of the net: those that fire it.
+        For each transition of the net, those that fire it.
     """
 
     original: Names
@@ -97,15 +97,15 @@ class LimitedNames:
     images: Mapping[int, Sequence[int]]
 
     def places(self, name: str) -> Sequence[int]:
-        """Return the places that stand for those of the name."""
+        """Return the places that represent those with the name."""
         return [self._there(place, name) for place in self.original.places(name)]
 
     def transitions(self, name: str) -> Sequence[int]:
-        """Return the transitions that fire those of the name."""
+        """Return the transitions that fire those with the name."""
         return [image for t in self.original.transitions(name) for image in self.images.get(t, ())]
 
     def signal(self, name: str) -> int:
-        """Return the place that stands for the signal."""
+        """Return the place that represents the signal."""
         return self._there(self.original.signal(name), name)
 
     def _there(self, place: int, name: str) -> int:
@@ -115,14 +115,14 @@ class LimitedNames:
 
 
 def look_up(known: Mapping[str, Found], kind: str, name: str) -> Found:
-    """Return what a name stands for; `FormulaError` where it is unknown."""
+    """Return the elements with a name; raises `FormulaError` for an unknown one."""
     if name not in known:
         raise FormulaError(f"no {kind} is named {name!r}", hint=near_matches(name, known))
     return known[name]
 
 
 def resolved(resolve: Callable[[str], Found], name: Name) -> Found:
-    """Return what a name in a formula stands for; an error gets its column."""
+    """Return the elements with a name in a formula; an error gets its column."""
     try:
         return resolve(name.text)
     except FormulaError as error:

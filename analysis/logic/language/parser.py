@@ -1,4 +1,4 @@
-"""From text to a formula (grammar: ``formula.lark``), with bounds and columns for what is wrong.
+"""Parses formulas (grammar: ``formula.lark``), with limits, and columns in errors.
 
 Precedence, tightest first: ``! G F X AG AF AX EG EF EX``; ``U R W`` (group to the right); ``&``; ``|``;
 ``->`` (groups to the right); ``<->`` (groups to the left). So ``G a -> b`` is ``(G a) -> b`` and ``a & b U
@@ -49,16 +49,16 @@ if TYPE_CHECKING:
 Logic = Literal["ltl", "ctl", "state"]
 
 MAX_LENGTH = 65_536
-"""Longest text of a formula, in characters."""
+"""Maximum length of a formula, in characters."""
 
 MAX_DEPTH = 100
-"""Deepest nesting of operators."""
+"""Maximum nesting of operators."""
 
 LARGEST_FACTOR = 2**40
-"""Largest factor of a place in a comparison."""
+"""Maximum factor of a place in a comparison."""
 
 LARGEST_BOUND = 2**60
-"""Largest number that a sum is compared with."""
+"""Maximum number with which a sum is compared."""
 
 _UNARY: dict[str, type[Next | Finally | Globally]] = {"X": Next, "F": Finally, "G": Globally}
 _QUANTIFIERS: dict[str, type[ForAll | Exists]] = {"A": ForAll, "E": Exists}
@@ -83,8 +83,7 @@ def parse(text: str, logic: Logic = "ltl") -> Formula:
     Raises
     ------
     FormulaError
-        The text is no such formula (`column` tells where), or is longer than `MAX_LENGTH` or nested deeper
-        than `MAX_DEPTH`.
+        The text is not such a formula (`column` is the position), or exceeds `MAX_LENGTH` or `MAX_DEPTH`.
     """
     if len(text) > MAX_LENGTH:
         raise FormulaError(
@@ -123,9 +122,9 @@ class _Sum(NamedTuple):
 
 
 class _Builder:
-    """Builds the tree while the text is parsed: bottom-up, so that no nesting can exhaust the stack.
+    """Builds the tree during parsing: bottom-up, so that no nesting can exhaust the stack.
 
-    Its methods are called as the rules of the grammar are.
+    Its methods are called by the names of the grammar's rules.
     """
 
     def equivalent(self, children: list[Formula]) -> Formula:
@@ -251,7 +250,7 @@ def _check_depth(formula: Formula) -> None:
 
 
 def _check_logic(formula: Formula, logic: Logic) -> None:
-    # Every occurrence is looked at: equal parts may stand rightly here and wrongly there.
+    # Every occurrence is checked: equal parts may be allowed here and not there.
     todo = [(formula, False)]
     while todo:
         part, is_quantified = todo.pop()

@@ -1,4 +1,4 @@
-"""Formulas of linear time that steps which are not observed cannot change."""
+"""LTL formulas whose values unobserved steps cannot change."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from dineros.analysis.logic.language.syntax import (
 
 
 def is_patient(formula: Formula) -> bool:
-    """Whether steps that are not observed never change a formula's value, wherever they come.
+    """Whether unobserved steps never change a formula's value, wherever they are inserted.
 
-    Conditions on the marking are the same before such a step and after it, and nothing observed is fired in
-    it. So ``fired(t)`` may be waited for, and ``!fired(t)`` may be asked of every step, and no more.
+    Conditions on the marking are the same before and after such a step, and it fires no observed transition.
+    So a formula may wait for ``fired(t)``, or require ``!fired(t)`` at every step, but nothing else.
     """
     return _kind(simplified(formula)) == "patient"
 
 
 def _kind(formula: Formula) -> str | None:
-    """Tell ``patient`` formulas, those that other steps make ``false``, and those they make ``true``."""
+    """Classify formulas: ``patient``, or made ``false`` or ``true`` by unobserved steps."""
     match formula:
         case Fired():
             return "false"
@@ -40,7 +40,7 @@ def _kind(formula: Formula) -> str | None:
             if kinds == {"patient"}:
                 return "patient"
             decisive = "false" if isinstance(formula, And) else "true"
-            # A condition may stand beside what such a step decides anyway.
+            # A condition may be combined with a part that such a step decides anyway.
             return decisive if decisive in kinds else (kinds.pop() if len(kinds) == 1 else None)
         case Finally(operand):
             return "patient" if _kind(operand) in ("patient", "false") else None

@@ -1,4 +1,4 @@
-"""LTL in negation normal form, made smaller by equivalences.
+"""LTL in negation normal form, simplified by equivalences.
 
 The result uses constants, atoms, negated atoms, conjunction, disjunction, ``X F G U R`` only. Rules are
 applied by the constructors below, bottom-up: propositional ones, pure eventuality and universality (Etessami
@@ -44,7 +44,7 @@ DUAL: dict[type[Formula], Callable[..., Formula]] = {
     Release: Until,
     Next: Next,
 }
-"""By operator: the one that the negation of its operands, negated, makes of it."""
+"""For each operator, its dual: the negation of the operator applied to negated operands."""
 
 
 def simplified(formula: Formula) -> Formula:
@@ -193,7 +193,7 @@ def opposite(formula: Formula) -> Formula:
 
 @lru_cache(maxsize=65536)
 def implies(a: Formula, b: Formula) -> bool:
-    """Return True where a simple look at two formulas in normal form shows an implication."""
+    """Return whether a simple syntactic check of two formulas in normal form shows an implication."""
     if a in (b, FALSE) or b == TRUE:
         return True
     if isinstance(a, Or):
@@ -272,7 +272,7 @@ def _is_universal(formula: Formula) -> bool:
 def _without_implied(parts: list[Formula]) -> list[Formula]:
     kept: list[Formula] = []
     for i, part in enumerate(parts):
-        # Of two that imply each other the later one stays.
+        # Of two parts that imply each other, the later one is kept.
         if not any(
             implies(other, part) and (j > i or not implies(part, other))
             for j, other in enumerate(parts)

@@ -1,6 +1,6 @@
-"""The meaning of LTL on ultimately periodic words, evaluated directly: the check that no verdict bypasses.
+"""The meaning of LTL on ultimately periodic words, evaluated directly: it verifies every verdict.
 
-It shares nothing with the automata: subformulas are evaluated bottom-up on the finitely many suffixes of the
+It is independent of the automata: subformulas are evaluated bottom-up on the finitely many suffixes of the
 word, least fixpoints from false and greatest ones from true.
 
 References
@@ -59,7 +59,8 @@ def values_on_lasso(
     values: dict[Formula, list[bool]] = {}
 
     def fixpoint(start: bool, here: Sequence[bool], stay: Sequence[bool]) -> list[bool]:
-        # At each position: here, or stay and the value at the next position. Twice around the loop is enough.
+        # At each position: here, or stay and the value at the next position. Two rounds of the loop are
+        # sufficient.
         row, later = [start] * size, start
         for _ in range(2):
             for i in reversed(range(size)):

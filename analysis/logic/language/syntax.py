@@ -1,6 +1,6 @@
 """Formulas as immutable trees: marking expressions, LTL and CTL.
 
-A path quantifier is a node of its own (``AG f`` is ``ForAll(Globally(f))``), as in CTL*, so that both logics
+A path quantifier is a separate node (``AG f`` is ``ForAll(Globally(f))``), as in CTL*, so that both logics
 share their temporal operators. `str` of a tree is text that parses to an equal tree.
 
 References
@@ -28,7 +28,7 @@ OPERATORS: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt,
     ">": operator.gt,
 }
-"""What comparisons mean."""
+"""Functions of the comparison operators."""
 
 PLAIN_NAME = re.compile(r"[^\W\d]\w*(?:\[\d+\])?(?:\.\w+(?:\[\d+\])?)*")
 RESERVED = frozenset(
@@ -48,11 +48,12 @@ class Formula:
     """
 
     operands: tuple[Formula, ...]
-    #: Computed once when a formula is made, from those of its parts, so that no nesting exhausts the stack.
+    #: Computed once when a formula is made, from the hashes of its parts, so that no nesting exhausts the
+    #: stack.
     _hash: int
 
     def subformulas(self) -> list[Formula]:
-        """Every part once, parts before what they are part of; the formula itself last."""
+        """Return every part once, parts before the formulas that contain them; the formula itself last."""
         found: dict[Formula, None] = {}
         todo: list[tuple[Formula, bool]] = [(self, False)]
         while todo:
@@ -65,7 +66,7 @@ class Formula:
         return list(found)
 
     def with_operands(self, operands: tuple[Formula, ...]) -> Formula:
-        """Return the same operator on other operands."""
+        """Return the same operator with other operands."""
         if not operands:
             return self
         if isinstance(self, And | Or):
@@ -75,7 +76,7 @@ class Formula:
 
 @dataclass(frozen=True)
 class Name:
-    """A name in a formula. `column` (from 1, 0: unknown) tells where; names compare by their text."""
+    """A name in a formula. `column` is its position (from 1, 0: unknown); names compare by their text."""
 
     text: str
     column: int = field(default=0, compare=False)
@@ -174,7 +175,7 @@ class Deadlock(Atom):
 @dataclass(frozen=True)
 class _Unary(Formula):
     operand: Formula
-    #: Where in the text the operator stands, from 1; 0 where it comes from no text.
+    #: Position of the operator in the text, from 1; 0: there is no text.
     column: int = field(default=0, compare=False, kw_only=True)
     symbol: ClassVar[str]
 

@@ -1,1 +1,1 @@
-"""LTL with fairness: whether a product has an accepting run, and a short one of them."""
+"""LTL with fairness: decides whether a product has an accepting run, and finds a short one."""

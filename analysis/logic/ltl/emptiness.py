@@ -1,4 +1,4 @@
-"""Whether a product has an accepting run: the search driven, its tables grown, and a short run shown."""
+"""Decides whether a product has an accepting run: drives the search, grows its tables, finds a short run."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from dineros.analysis.logic.ltl.fairness import InnerGraph
 from dineros.analysis.logic.ltl.lassos import ProductRun, find_run
 
 VISITS = 100_000
-"""States visited between looks at the clock."""
+"""Number of states visited between checks of the clock."""
 
 
 @dataclass
@@ -39,7 +39,7 @@ class Emptiness:
     product : Product
     budget : Budget
     edges_seen : int
-        Edges of the product followed so far.
+        Number of edges of the product followed so far.
     """
 
     product: Product
@@ -54,7 +54,7 @@ class Emptiness:
         Raises
         ------
         BudgetExceededError
-            When a limit is hit first.
+            A limit was exceeded before.
         """
         product = self.product
         while True:
@@ -93,7 +93,7 @@ class Emptiness:
         search = self.search
         first = search.root_number[search.control[ROOTS] - 1]
         live = search.live[: search.control[LIVE]]
-        # Numbers ascend along the stack.
+        # Numbers increase along the stack.
         start = int(np.searchsorted(search.number[live], first))
         return live[start:].copy()
 
@@ -138,7 +138,7 @@ def _new_search(product: Product) -> Search:
         np.zeros((size, marks), dtype=np.int64),
         np.zeros(6, dtype=np.int64),
     )
-    # The first state is reached by no edge.
+    # No edge leads to the first state.
     search.pool_target[0], search.pool_label[0] = 0, -1
     search.control[POOL] = 1
     return search

@@ -1,8 +1,8 @@
 """Accepting runs inside a component when some transitions are strongly fair: emptiness of Streett automata.
 
-In a strongly connected set of states where a strongly fair transition is enabled somewhere but fired nowhere,
-a fair run must avoid the states that enable it. Those states are removed and the parts that remain are looked
-at again.
+In a strongly connected set of states in which a strongly fair transition is enabled somewhere but fired
+nowhere, a fair run must avoid the states that enable it. These states are removed, and the remaining
+components are examined again.
 
 References
 ----------
@@ -55,7 +55,7 @@ class InnerGraph:
 
     @classmethod
     def of(cls, product: Product, states: States) -> InnerGraph:
-        """Return the graph of some states, all of them expanded before."""
+        """Return the graph of some states, all of which must have been expanded."""
         number = np.full(len(product.store.words), -1, dtype=np.int32)
         number[states] = np.arange(states.size, dtype=np.int32)
         words = product.conditions.required.size
@@ -89,7 +89,7 @@ class InnerGraph:
         return cls(states, sources, targets, edge_marks, disabled, asked)
 
     def part(self, kept: NDArray[np.bool_]) -> InnerGraph:
-        """Return the graph of those states that are kept."""
+        """Return the graph restricted to the kept states."""
         number = np.cumsum(kept, dtype=np.int32) - 1
         edges = kept[self.sources] & kept[self.targets]
         return InnerGraph(
@@ -102,7 +102,7 @@ class InnerGraph:
         )
 
     def components(self, required: Int64Array) -> Iterator[InnerGraph]:
-        """Yield the strongly connected parts that have an edge and all required marks, first states first."""
+        """Yield the strongly connected components with an edge and all required marks, in order of states."""
         size = self.states.size
         count, component = numbered_parts(size, self.sources, self.targets)
         inside = np.flatnonzero(component[self.sources] == component[self.targets])
@@ -110,7 +110,7 @@ class InnerGraph:
         marks = np.zeros((count, required.size), dtype=np.int64)
         np.bitwise_or.at(marks, home, self.edge_marks[inside])
         np.bitwise_or.at(marks, component, self.disabled)
-        # Sorted by component, each part is a slice.
+        # Sorted by component, each component is a slice.
         by_state, by_edge = np.argsort(component, kind="stable"), inside[np.argsort(home, kind="stable")]
         state_start = np.concatenate([[0], np.cumsum(np.bincount(component, minlength=count))])
         edge_start = np.concatenate([[0], np.cumsum(np.bincount(home, minlength=count))])
@@ -130,7 +130,7 @@ class InnerGraph:
             )
 
     def accepting_part(self, required: Int64Array) -> States | None:
-        """Return some strongly connected states whose run through all of them is accepting and fair."""
+        """Return a strongly connected set of states; a run through all of them is accepting and fair."""
         todo = [self.components(required)]
         while todo:
             graph = next(todo[-1], None)

@@ -1,16 +1,18 @@
-"""LTL without the places that the outside may change at will, such as input signals nobody owes fairness.
+"""Removes environment-controlled places (such as signals without fairness) before an LTL check.
 
-A *free part* is a set of places that some transitions, its *movers*, change, and change nothing else. All
-others only test it, and whenever such a one has all else that it needs, the movers can drive the part to
-where it is enabled, and to where it is not. Nothing that is observed, and no mover that is fair, belongs to
-it, and nothing that is strongly fair tests it. Without the part, what tested it is free of the test, and
-there is a transition *idle*, which changes nothing, for each condition that movers need.
+A *free part* is a set of places that some transitions, its *movers*, change, and nothing else changes; movers
+change no other places. All other transitions only test it, and whenever such a transition has all its other
+conditions, the movers can drive the part to markings in which it is enabled, and in which it is not. No
+observed transition and no fair mover belongs to it, and no strongly fair transition tests it. In the net
+without the part, the tests are removed, and a transition *idle*, which changes nothing, is added for each
+condition that movers need.
 
-*Proof.* A run of the net becomes one of the smaller net by leaving movers out, or by *idle* forever where it
-ends with them. A run of the smaller net becomes one of the net by firing movers before what tests the part.
-Both have the same observed steps in the same order, up to steps that are not observed; formulas that such
-steps may change are refused. What is weakly fair and tests no free part is enabled at the same times. What
-tests one can be disabled again and again by movers, so that the run is weakly fair to it whatever it fires.
+*Proof.* A run of the net becomes one of the smaller net by removing movers, or by *idle* forever if it ends
+with movers only. A run of the smaller net becomes one of the net by firing movers before transitions that
+test the part. Both have the same observed steps in the same order, up to unobserved steps; formulas that such
+steps may change are refused. Weakly fair transitions that test no free part are enabled at the same times.
+Those that test one can be disabled infinitely often by movers, so that the run is weakly fair to them in any
+case.
 """
 
 from __future__ import annotations
@@ -26,13 +28,13 @@ from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 
 LARGEST_PART = 64
-"""Markings of a free part."""
+"""Maximum number of markings of a free part."""
 
 MOST_PASSES = 256
-"""Of a loop, until free parts are again as they were at its beginning."""
+"""Maximum number of rounds of a loop until the free parts are as at its beginning."""
 
 EXACTLY = "\0"
-"""Before the number of one transition: what no model calls anything."""
+"""Prefix for the number of one transition, which no name in a model has."""
 
 #: Tokens of a part's places.
 Local = tuple[int, ...]
@@ -42,7 +44,7 @@ Arcs = Mapping[int, int]
 
 @dataclass(frozen=True)
 class _Needs:
-    """What a transition asks of some places."""
+    """The conditions of a transition on some places."""
 
     inputs: Arcs
     inhibitors: Arcs
@@ -55,7 +57,7 @@ class _Needs:
         )
 
     def implies(self, other: _Needs) -> bool:
-        """Whether all of another one's needs are met where these are."""
+        """Whether these conditions imply all of another object's conditions."""
         return all(self.inputs.get(p, 0) >= w for p, w in other.inputs.items()) and all(
             self.inhibitors.get(p, w + 1) <= w for p, w in other.inhibitors.items()
         )
@@ -72,15 +74,15 @@ class _Needs:
 
 @dataclass(frozen=True, eq=False)
 class FreePart:
-    """A set of places that its movers change, and only they.
+    """A set of places that only its movers change.
 
     Attributes
     ----------
     places, movers : tuple of int
     outside : mapping
-        Mover -> what it needs of other places.
+        Mover -> its conditions on other places.
     graph : mapping
-        Tokens of the places -> mover -> tokens after it, where the mover needs nothing else.
+        Tokens of the places -> mover -> tokens after it, if its other conditions hold.
     """
 
     places: tuple[int, ...]
@@ -91,7 +93,7 @@ class FreePart:
     def way(
         self, start: Local, allowed: _Needs, is_goal: Callable[[Mapping[int, int]], bool]
     ) -> list[int] | None:
-        """Return movers that lead to a goal while `allowed` holds; None without a way."""
+        """Return movers that lead to a goal while `allowed` holds; None: there is no such sequence."""
         found: dict[Local, list[int]] = {start: []}
         queue = deque([start])
         while queue:
@@ -112,21 +114,21 @@ class Smaller:
     Attributes
     ----------
     original : CompiledNet
-        The net before.
+        The net with its free parts.
     parts : tuple of FreePart
-        What is left out.
+        The removed parts.
     net : CompiledNet
-        The smaller one.
+        The smaller net.
     names : Names
-        What names stand for in it.
+        The elements of the smaller net that names refer to.
     weak, strong : tuple of str
         Names of its fair transitions.
     back : tuple of int or None
-        By its transitions: those of the original net; None where it is idle.
+        For each of its transitions, the one of the original net; None for an idle transition.
     idles : mapping
-        Idle transition -> the part that moves, and what its movers need of the rest.
+        Idle transition -> the part that moves, and the movers' conditions on the rest.
     disabled : tuple of int
-        Weakly fair transitions of the original net that movers disable again and again.
+        Weakly fair transitions of the original net that movers disable infinitely often.
     """
 
     original: CompiledNet
@@ -142,7 +144,7 @@ class Smaller:
     def lift(
         self, stem: Sequence[int], loop: Sequence[int]
     ) -> tuple[tuple[int, ...], tuple[int, ...]] | None:
-        """Return a fair lasso of the original net that looks like one of the smaller; None without one."""
+        """Return a fair lasso of the original net for one of the smaller net; None: there is none."""
         walk = _Walk(self)
         for transition in stem:
             walk.fire(transition)
@@ -165,7 +167,7 @@ class Smaller:
 
 
 class _Walk:
-    """A run of the smaller net, fired in the original one."""
+    """A run of the smaller net, executed in the original net."""
 
     def __init__(self, smaller: Smaller) -> None:
         self._smaller, self._net = smaller, smaller.original
@@ -176,7 +178,7 @@ class _Walk:
         self._free = {p for part in smaller.parts for p in part.places}
 
     def fire(self, transition: int) -> None:
-        """Fire a transition of the smaller net, after what the free parts need for it."""
+        """Fire a transition of the smaller net, after the movers that enable it."""
         original = self._smaller.back[transition]
         if original is None:
             part, needs = self._smaller.idles[transition]
@@ -188,7 +190,7 @@ class _Walk:
         self._fire(original)
 
     def disable(self, transition: int) -> None:
-        """Let free parts keep a transition from firing, where nothing else does."""
+        """Let free parts disable a transition that nothing else disables."""
         if self._net.is_enabled(transition, self.marking):
             self._drive(self._tested(transition)[0], transition, False)
 
@@ -217,7 +219,7 @@ def without_free_parts(
     weakly: Collection[int],
     strongly: Collection[int],
 ) -> Smaller | None:
-    """Return the net without its free parts; None where it has none, or where the formula counts steps."""
+    """Return the net without its free parts; None: it has none, or the formula counts steps."""
     if not is_patient(formula):
         return None
     parts = _free_parts(net, bound, weakly, strongly)
@@ -237,7 +239,7 @@ def _free_parts(
 
 
 def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> Iterable[FreePart | None]:
-    """Yield sets of places that change together, where nothing observed or fair does so."""
+    """Yield sets of places that are changed together, by unobserved transitions without fairness."""
     leader = list(range(len(net.places)))
 
     def find(place: int) -> int:
@@ -274,12 +276,12 @@ def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> I
 
 
 def _looked_at(net: CompiledNet, transition: int) -> set[int]:
-    """Return the places whose tokens decide whether a transition is enabled."""
+    """Return the places that affect whether a transition is enabled."""
     return {place for arcs in (net.pre, net.inhibitor) for place, _ in arcs.row(transition)}
 
 
 def _part(net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) -> FreePart | None:
-    """Return a part with its markings; None where these are too many."""
+    """Return a part with its markings; None: there are too many."""
     position = {place: at for at, place in enumerate(places)}
     inner = {t: _Needs.of(net, t, position.__contains__) for t in movers}
     outside = {t: _Needs.of(net, t, lambda p: p not in position) for t in movers}
@@ -311,7 +313,7 @@ def _is_free(
     for needs in part.outside.values():
         if any(place in free for place in (*needs.inputs, *needs.inhibitors)):
             return False
-        # Whatever the part's tokens are, some mover must be able to continue.
+        # In each marking of the part, some mover must be able to continue.
         if any(
             all(not needs.implies(part.outside[mover]) for mover in movers) for movers in part.graph.values()
         ):
@@ -331,7 +333,7 @@ def _is_free(
 def _driving(
     net: CompiledNet, part: FreePart, transition: int, start: Local, free: Collection[int], is_to_hold: bool
 ) -> list[int] | None:
-    """Movers that make a part meet what a transition asks of it, or not, while its other needs are met."""
+    """Return movers after which a part fulfils, or violates, a transition's conditions; other ones hold."""
     test = _Needs.of(net, transition, part.places.__contains__)
     others = _Needs.of(net, transition, lambda p: p not in free)
     return part.way(start, others, lambda tokens: test.are_met(tokens) is is_to_hold)
@@ -368,7 +370,7 @@ def _smaller(
             if needs.key not in known:
                 known.add(needs.key)
                 idles[len(back)] = part, needs
-                # The mover's name, which stands for nothing else now.
+                # The mover's name, which is free now.
                 add(net.transitions[mover], needs, needs.inputs, None)
     smaller = CompiledNet.build({net.places[p]: int(net.initial[p]) for p in kept}, transitions)
     tested = {t for t in range(len(net.transitions)) if not free.isdisjoint(_looked_at(net, t))}
@@ -390,10 +392,10 @@ def _smaller(
 
 
 class _Named(LimitedNames):
-    """Names of a net in one without its free parts; `EXACTLY` and a number name one transition of the net."""
+    """Names of a net without its free parts; `EXACTLY` and a number name one transition of the net."""
 
     def transitions(self, name: str) -> Sequence[int]:
-        """Return the transitions of a name."""
+        """Return the transitions with a name."""
         if name.startswith(EXACTLY):
             return self.images[int(name.removeprefix(EXACTLY))]
         return super().transitions(name)

@@ -1,11 +1,11 @@
-"""LTL on nets whose markings have no end: runs that repeat a loop although tokens grow.
+"""LTL on nets with an infinite state space: runs that repeat a loop although tokens grow.
 
-Such a net is asked through three smaller ones. Where places that nothing takes from are all that grows, they
-stop where the formula cannot tell more apart, and the answer is exact. Where places with no bound lose what
-is too much, a counterexample has a loop that takes nothing in the net itself, as has a loop that is met at
-once when the net itself is searched: it can be repeated forever, and after some rounds every atom is what it
-stays, which is computed, so that the formula is evaluated on the run by its definition. Where places without
-a bound are left out, more runs are possible: what holds of all of them holds.
+Such a net is examined by three derived nets. If only places grow from which no transition takes tokens, these
+are limited as far as the formula cannot distinguish, and the answer is exact. If unbounded places are limited
+with loss of tokens, a counterexample has a loop that takes nothing in the net itself; so has a loop found at
+once by a search of the net itself. It can be repeated forever, and after some rounds every atom keeps its
+value, which is computed, so that the formula is evaluated on the run by its definition. If unbounded places
+are removed, more runs are possible: a formula that holds for all of them holds for the net.
 
 References
 ----------
@@ -44,26 +44,26 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, coverability
 
 MANY_STATES = 300_000
-"""States of a product from which on it is asked whether there is an end of them."""
+"""Number of states of a product from which on boundedness is checked."""
 
 NODES = 2_000
-"""Nodes of the tree that tells."""
+"""Maximum number of nodes of the tree for this check."""
 
 ROOM = (0, 1, 3)
-"""Tokens more than a formula can tell apart that places without a bound may hold."""
+"""Tokens of an unbounded place beyond the number that a formula can distinguish."""
 
 MOST_STATES = 300_000
-"""States of the product with a smaller net."""
+"""Maximum number of states of the product with a derived net."""
 
 NEAR_MARKINGS = 2_000
-"""Markings among which loops are looked for that refute the formula as they are."""
+"""Number of markings in which loops are searched that refute the formula directly."""
 
 Verify = Callable[[CompiledNet, Formula, Names, Iterable[str], Iterable[str], Budget], Outcome]
 """`verify_ltl`."""
 
 
 class EndlessError(Exception):
-    """There is no end of markings."""
+    """There are infinitely many markings."""
 
     def __init__(self, pumping: Pumping) -> None:
         super().__init__()
@@ -91,7 +91,7 @@ def watching(budget: Budget, net: CompiledNet) -> Budget:
 
 
 def endless_text(net: CompiledNet, pumping: Pumping) -> str:
-    """Say what grows, and how."""
+    """Describe which places grow, and how."""
     grown = ", ".join(net.places[place] for place in pumping.places)
     loop = ", ".join(net.transitions[t] for t in pumping.suffix)
     return f"there is no end of them, since {grown} grows whenever this is fired again: {loop}"
@@ -99,7 +99,7 @@ def endless_text(net: CompiledNet, pumping: Pumping) -> str:
 
 @dataclass(frozen=True)
 class EndlessRuns:
-    """A formula and a net without bounds.
+    """A formula and an unbounded net.
 
     Attributes
     ----------
@@ -110,11 +110,11 @@ class EndlessRuns:
     atoms : BoundAtoms
         Its atoms.
     names : Names
-        What names stand for.
+        The elements that names refer to.
     weak, strong : tuple of str
         Names of fair transitions.
     verify : callable
-        Decides the formula of a net with bounds.
+        Decides the formula on a bounded net.
     """
 
     net: CompiledNet
@@ -127,11 +127,11 @@ class EndlessRuns:
 
     @property
     def _fair(self) -> tuple[list[int], list[int]]:
-        """Transitions that are weakly, and strongly fair."""
+        """Transitions that are weakly fair, and those that are strongly fair."""
         return all_resolved(self.names, self.weak), all_resolved(self.names, self.strong)
 
     def decide(self, budget: Budget) -> Outcome | None:
-        """Return the answer; None where it is not known."""
+        """Return the answer; None: it is unknown."""
         budget = budget.begun()
         return (
             self._without_counters(budget)
@@ -184,7 +184,7 @@ class EndlessRuns:
                 return None
         if not free.issuperset(chain(*self._fair)) or len(left_out) == len(self.net.places):
             return None
-        # A run that ends in a deadlock would be no run of what is left.
+        # A run that ends in a deadlock would not be a run of the remaining net.
         if not bounded_part(self.net, budget.share(0.5)).has_no_deadlock:
             return None
         kept = [place for place in range(len(self.net.places)) if place not in left_out]
@@ -198,7 +198,7 @@ class EndlessRuns:
         return self.verify(small.net, self.formula, names, self.weak, self.strong, budget)
 
     def _shown(self, stem: tuple[int, ...], loop: tuple[int, ...], answer: Outcome) -> Outcome | None:
-        """Return a counterexample that stands on the net itself; None where it does not."""
+        """Return a counterexample that is valid in the net itself; None: it is not."""
         try:
             first, again = settled(self.net, self.atoms, stem, loop)
         except ReplayError:
@@ -210,7 +210,7 @@ class EndlessRuns:
 
 
 def compared_tokens(net: CompiledNet, atoms: BoundAtoms) -> Mapping[int, int] | None:
-    """By place: the number of tokens from which on no atom tells more apart; None where there is none."""
+    """For each place, the number of tokens from which on no atom distinguishes more; None: there is none."""
     compared: dict[int, int] = {}
     growing = set(growing_places(net))
     for condition in atoms.conditions.values():

@@ -22,7 +22,7 @@ class ProductRun:
     stem : tuple of int
         Transitions fired first.
     loop : tuple of int
-        Transitions fired again and again; empty when the run ends in a deadlock.
+        Transitions fired repeatedly; empty if the run ends in a deadlock.
     """
 
     stem: tuple[int, ...]
@@ -33,7 +33,7 @@ def find_run(product: Product, component: States) -> ProductRun:
     """Return an accepting run whose loop stays in a component.
 
     The stem is a shortest one over the states found so far. The loop goes to the nearest state or edge with a
-    mark still missing, until none is, and back.
+    missing mark, until no mark is missing, and back.
     """
     finder = _Finder(product)
     members = np.zeros(len(product.store.words), dtype=np.bool_)
@@ -131,7 +131,7 @@ class _Finder:
         return wanted
 
     def transitions(self, labels: list[int]) -> tuple[int, ...]:
-        """Return the transitions of labels; staying in a deadlock is none."""
+        """Return the transitions of labels; staying in a deadlock is no transition."""
         width = self.product.edges.target.size
         found = (label // width for label in labels)
         return tuple(t for t in found if t < len(self.product.net.transitions))

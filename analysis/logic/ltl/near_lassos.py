@@ -1,4 +1,4 @@
-"""Runs that repeat a loop forever, met breadth first: a marking covers one on the way to it."""
+"""Runs that repeat a loop forever, found breadth first: a marking covers one on the path to it."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ Lasso = tuple[tuple[int, ...], tuple[int, ...]]
 
 
 def near_lassos(net: CompiledNet, most: int, budget: Budget) -> Iterator[Lasso]:
-    """Yield a lasso for each set of transitions that a loop fires, of those met among the first markings.
+    """Yield a lasso for each set of transitions of a loop, found among the first markings.
 
-    The loop leaves at least the tokens that it finds. Inhibitor arcs at places that grow are not looked at.
+    The loop leaves at least its initial tokens. Inhibitor arcs at growing places are ignored.
 
     Parameters
     ----------
     most : int
-        Markings looked at.
+        Maximum number of markings.
     budget : Budget
-        Whose time ends the search, too.
+        Its time also ends the search.
     """
     first: Marking = tuple(net.initial.tolist())
     came: dict[Marking, tuple[Marking, int] | None] = {first: None}
@@ -49,7 +49,7 @@ def near_lassos(net: CompiledNet, most: int, budget: Budget) -> Iterator[Lasso]:
 def _way(
     came: dict[Marking, tuple[Marking, int] | None], marking: Marking
 ) -> tuple[list[Marking], list[int]]:
-    """Return the markings on the way to one, itself included, and the transitions fired in between."""
+    """Return the markings on the path to a marking, including it, and the transitions fired in between."""
     way, fired = [marking], []
     while (last := came[way[-1]]) is not None:
         way.append(last[0])

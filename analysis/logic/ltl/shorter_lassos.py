@@ -1,7 +1,7 @@
 """Shorter counterexamples: the part of a product near its initial state, searched in order of distance.
 
-Depth-first search finds some accepting run soon, but often far away. A second, small search in order of
-distance pays for itself when a person has to read the result.
+Depth-first search often finds an accepting run soon, but far away. A second, small search in order of
+distance is worth its time if a person has to read the result.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dineros.analysis.logic.ltl.fairness import InnerGraph
 from dineros.analysis.logic.ltl.lassos import ProductRun, find_run
 
 CHOICES = 3
-"""Accepting components, the nearest ones, for which a run is made."""
+"""Number of nearest accepting components for which a run is made."""
 
 
 def shortened(run: ProductRun, product: Product, most_states: int) -> ProductRun:
@@ -30,7 +30,7 @@ def shortened(run: ProductRun, product: Product, most_states: int) -> ProductRun
     product : Product
         The same product, with only its initial state stored.
     most_states : int
-        States to look at.
+        Maximum number of states.
     """
     try:
         expanded = _explore(product, most_states)
@@ -47,13 +47,13 @@ def shortened(run: ProductRun, product: Product, most_states: int) -> ProductRun
 
 
 def _explore(product: Product, limit: int) -> int:
-    """Expand states breadth-first up to a limit; return how many."""
+    """Expand states breadth first up to a limit; return their number."""
     pointer = np.zeros(limit + 2, dtype=np.int64)
     targets = np.empty(1 << 16 | 2 * product.room, dtype=np.int32)
     labels = np.empty(product.room, dtype=np.int32)
     state, status = 0, PAUSED
     while status != COMPLETE and state < limit:
-        # Only the states count here, not their arcs: each call starts writing again.
+        # Only the states are needed here, not their arcs: each call overwrites them.
         pointer[state] = 0
         status, state = build(
             *product.parts,

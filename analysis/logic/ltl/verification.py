@@ -1,7 +1,7 @@
-"""LTL on nets: every run from the initial marking satisfies a formula, or here is one that does not.
+"""LTL on nets: decides whether every run satisfies a formula, or finds a counterexample.
 
-The negation becomes an automaton, and its product with the net is searched on the fly for an accepting run.
-Runs are infinite; one that ends in a deadlock stays there forever, firing nothing.
+The negation is translated to an automaton, and its product with the net is searched on the fly for an
+accepting run. Runs are infinite; a run that ends in a deadlock stays there forever, without firings.
 
 References
 ----------
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from dineros.analysis.logic.ltl.lassos import ProductRun
 
 FEWEST_NEARBY = 20_000
-"""States looked at for a shorter counterexample however few the search needed."""
+"""Minimum number of states examined for a shorter counterexample."""
 
 MOST_NEARBY = 150_000
-"""States looked at for a shorter counterexample at most."""
+"""Maximum number of states examined for a shorter counterexample."""
 
 
 def verify_ltl(
@@ -50,28 +50,28 @@ def verify_ltl(
     Parameters
     ----------
     net : CompiledNet
-        The net. It may be unbounded; then the search may end in ``unknown``.
+        The net. It may be unbounded; then the result may be ``unknown``.
     formula : str or Formula
         The formula.
     names : Names, optional
-        What names stand for; by default places and transitions of the net.
+        The elements that names refer to; by default places and transitions of the net.
     weak, strong : iterable of str
-        Names of fair transitions, each transition of a name on its own. A run is weakly fair to a transition
-        that is not enabled forever from some time on without being fired again, and strongly fair to one
-        that is not enabled again and again without being fired again and again.
+        Names of fair transitions; each transition of a name is fair separately. A run is weakly fair to a
+        transition that is not enabled forever from some point on without being fired again, and strongly fair
+        to one that is not enabled infinitely often without being fired infinitely often.
     budget : Budget, optional
         Limits; by default there are none.
 
     Returns
     -------
     Outcome
-        ``violated`` comes with a run that was replayed by the plain firing rule, and on which the formula was
-        found false (and the run fair) by definition.
+        ``violated`` has a run that was replayed by the firing rule, and on which the formula was evaluated to
+        false (and the run found fair) by definition.
 
     Raises
     ------
     FormulaError
-        If the formula is none, names something unknown, or is too large.
+        It is not a formula, has an unknown name, or is too large.
 
     Examples
     --------

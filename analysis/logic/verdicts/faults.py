@@ -1,7 +1,7 @@
-"""Where a run violates a formula whatever follows: the end of a witness that need not continue forever.
+"""The point where a run violates a formula regardless of its continuation: the end of a finite witness.
 
-A formula is rewritten step by step into what the rest of the run has to satisfy. Where nothing does, the
-beginning alone is a counterexample, and every fair run that continues from it is one.
+A formula is rewritten step by step to the condition on the rest of the run. If nothing can satisfy it, the
+beginning alone is a counterexample, and so is every fair run that continues it.
 
 References
 ----------
@@ -37,14 +37,14 @@ from dineros.analysis.logic.verdicts.verdict import ReplayError, fired
 from dineros.analysis.nets.compiled import CompiledNet
 
 MOST_PARTS = 200
-"""Parts of the rewritten formula from which on the end is not looked for."""
+"""Size of the rewritten formula above which the end is not searched."""
 
 _Truth = Callable[[Atom], bool | None]
-"""The value of an atom; None: either may be."""
+"""The value of an atom; None: it may be either."""
 
 
 def faulty_beginning(net: CompiledNet, formula: Formula, names: Names, firings: Sequence[int]) -> int | None:
-    """Return after how many firings a run violates an LTL formula whatever follows; None where it need not.
+    """Return the number of firings after which a run violates an LTL formula in any case; None: it need not.
 
     Raises
     ------
@@ -72,21 +72,21 @@ def faulty_beginning(net: CompiledNet, formula: Formula, names: Names, firings: 
 
 
 def check_fault(net: CompiledNet, formula: Formula, names: Names, firings: Sequence[int]) -> None:
-    """Check that a run violates an LTL formula whatever follows its firings.
+    """Check that a run violates an LTL formula regardless of its continuation.
 
     Raises
     ------
     ReplayError
-        It cannot be fired, or does not.
+        It cannot be fired, or does not violate the formula.
     """
     if faulty_beginning(net, formula, names, firings) is None:
         raise ReplayError(f"what the witness begins with does not violate {formula}")
 
 
 def _rest(formula: Formula, truth: _Truth) -> Formula:
-    """Return what the run after a step has to satisfy, of a formula in negation normal form.
+    """Return the condition on the run after a step, for a formula in negation normal form.
 
-    Where an atom may be either, it is what is best for the formula.
+    If an atom may have either value, it has the one that is better for the formula.
     """
 
     def value(part: Formula) -> Formula:

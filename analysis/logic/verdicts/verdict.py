@@ -1,4 +1,4 @@
-"""Runs that show the answer to a temporal question, replayed by the plain firing rule before that."""
+"""Runs that show the answer to a temporal question, after a replay by the firing rule."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 Marking = tuple[int, ...]
 
 MOST_FIRINGS = 10_000
-"""Firings of a loop that are replayed at most until atoms stay as they are."""
+"""Maximum number of firings of a loop that are replayed until atoms keep their values."""
 
 __all__ = [
     "ReplayError",
@@ -28,22 +28,22 @@ __all__ = [
 
 
 class ReplayError(AssertionError):
-    """A witness does not replay: an error of this program, never of its user."""
+    """A witness cannot be replayed: an error of this program, not of the user."""
 
 
 def replayed(
     net: CompiledNet, stem: Sequence[int], loop: Sequence[int], must_loop: bool = True
 ) -> tuple[list[Step], list[Step]]:
-    """Fire a lasso transition by transition and return its steps: those of the stem and those of the loop.
+    """Fire a lasso transition by transition and return the steps of the stem and those of the loop.
 
-    Without a loop the run must end in a deadlock, which becomes the loop, unless it need not loop: then the
-    last marking is a step that fires nothing.
+    Without a loop, the run must end in a deadlock, which becomes the loop. If no loop is required, the last
+    marking may instead be a step without a firing.
 
     Raises
     ------
     ReplayError
-        If a transition is not enabled, or the loop does not return to where it began, or does not loop but
-        must.
+        A transition is not enabled, or the loop does not return to its beginning, or a required loop is
+        missing.
     """
     first, start = fired(net, tuple(net.initial.tolist()), stem)
     again, end = fired(net, start, loop)
@@ -83,10 +83,10 @@ def moves(net: CompiledNet, marking: Marking) -> Iterator[tuple[int, Marking]]:
 def settled(
     net: CompiledNet, atoms: BoundAtoms, stem: Sequence[int], loop: Sequence[int]
 ) -> tuple[list[Step], list[Step]]:
-    """Return the steps of a run until its atoms stay what they are, and those of one more round of its loop.
+    """Return the steps of a run until its atoms keep their values, and those of one more round of its loop.
 
-    The loop may leave more tokens than it found. Then every comparison, and whether a transition is enabled,
-    is the same from some round on.
+    The loop may leave more tokens than it had initially. Then every comparison, and whether a transition is
+    enabled, has a constant value from some round on.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def settled(
 
 
 def _rounds(net: CompiledNet, atoms: BoundAtoms, largest: int) -> int:
-    """Rounds after which no atom changes any more; at most so many tokens are in a place in the first."""
+    """Number of rounds after which atoms are constant; `largest`: the most tokens on a place in the first."""
     least = max((*net.pre.weight.tolist(), *net.inhibitor.weight.tolist(), 1))
     for condition in atoms.conditions.values():
         if isinstance(condition, Linear):
@@ -135,12 +135,12 @@ def check_counterexample(
 ) -> None:
     """Check by definition that a lasso is a fair run of the net on which an LTL formula is false.
 
-    The loop may leave more tokens than it found, as `settled` allows.
+    The loop may leave more tokens than it had initially, as for `settled`.
 
     Raises
     ------
     ReplayError
-        If it is not.
+        It is not.
     """
     first, again = settled(net, atoms, stem, loop)
     if holds_on_lasso(formula, first, again, atoms.is_true):
@@ -153,7 +153,7 @@ def check_counterexample(
 def unfair_to(
     net: CompiledNet, again: Sequence[Step], weak: Sequence[int], strong: Sequence[int]
 ) -> list[int]:
-    """Return the weakly and strongly fair transitions that a run neglects, as it repeats these steps."""
+    """Return the weakly and strongly fair transitions that a run neglects when it repeats these steps."""
     fired = {step.transition for step in again}
     enabled = {t: [net.is_enabled(t, step.marking) for step in again] for t in {*weak, *strong} - fired}
     return [t for t in (*weak, *strong) if t in enabled and (any if t in strong else all)(enabled[t])]

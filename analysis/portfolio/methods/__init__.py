@@ -1,1 +1,1 @@
-"""The methods of deciding, a class in each module; `portfolio.plans` says when each is asked."""
+"""The decision methods, one class per module; `portfolio.plans` defines when each is used."""

@@ -10,10 +10,10 @@ from dineros.analysis.portfolio.sheet import Sheet
 
 
 class PlaceBounds(Method):
-    """Decide what the bounds of places decide: atoms that are constant, sums from above, the whole net."""
+    """Apply bounds of places: to constant atoms, to upper bounds of sums, to the whole net."""
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
-        """Ask the bounds, and the coverability tree if it is small."""
+        """Apply the bounds, and the coverability tree if it is small."""
         proved = place_bounds(known.net)
         bounds = [None if bound is None else bound.value for bound in proved]
         sheet.whole.by_bounds(bounds)

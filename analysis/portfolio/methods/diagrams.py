@@ -20,10 +20,10 @@ DIAGRAMS = "decision diagrams"
 
 
 class DecisionDiagrams(Method):
-    """Make the diagram of all markings, and look for one that fulfils the condition."""
+    """Build the diagram of all markings, and search it for one that fulfils the condition."""
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Ask whether some marking fulfils it, and for a way there."""
+        """Decide whether some marking fulfils the condition, and find a trace to it."""
         from dineros.analysis.logic.ctl.checking import symbolically
 
         net, bound = question.net, question.bound
@@ -40,9 +40,9 @@ class DecisionDiagrams(Method):
         return None
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
-        """Decide bounds, questions about the whole net, and parts of branching time on one diagram.
+        """Decide bounds, questions about the whole net, and CTL subformulas on one diagram.
 
-        A diagram that is there already has been asked once: then parts have all the time that is left.
+        If the diagram existed before, its first use is over: then subformulas get all the remaining time.
         """
         from dineros.analysis.properties.normal_form import is_linear
 
@@ -76,7 +76,7 @@ def _made(known: Known, budget: Budget) -> SymbolicStateSpace | None:
 
 
 def _branch(sheet: Sheet, space: SymbolicStateSpace, is_first: bool) -> None:
-    """Decide parts of branching time on a diagram, as far as each has time."""
+    """Decide CTL subformulas on a diagram, each within its time."""
     from dineros.analysis.logic.ctl.fixpoints import basic, initially
     from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
     from dineros.analysis.logic.language.atoms import BoundAtoms
@@ -88,11 +88,11 @@ def _branch(sheet: Sheet, space: SymbolicStateSpace, is_first: bool) -> None:
     atoms = BoundAtoms(sheet.net, And((TRUE, *parts)), sheet.names)
     pinned, sets = len(space.diagram.pinned), None
     for number, part in enumerate(parts):
-        # The first time round, none takes more than its own.
+        # In the first round, none takes more than its own share.
         share = sheet.budget.share(1 / (len(parts) - number))
         own = told(share.at_most(sheet.patience) if is_first else share).begun()
         try:
-            # What one part has made, others use; if it takes too much memory, it is made again.
+            # Subformulas share intermediate results; if these take too much memory, they are computed again.
             if sets is None:
                 sets = SymbolicSets(space, atoms, own)
             sets.sets.budget = own
@@ -107,14 +107,14 @@ def _branch(sheet: Sheet, space: SymbolicStateSpace, is_first: bool) -> None:
 
 
 class LedByDiagram(Method):
-    """Follow the diagram of all markings, which is there already, to one that enables a transition.
+    """Follow the existing diagram of all markings to one that enables a transition.
 
-    So it is found however far away it is; the way need not be a shortest one. Of the markings that enable the
-    transition one is chosen: what leads to any of them can take far more nodes.
+    So distant markings are found; the trace may not be a shortest one. One of the markings that enable the
+    transition is chosen: the predecessors of all of them could take far more nodes.
     """
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Return a way, if the question is about one transition and memory suffices."""
+        """Return a trace, if the question is about one transition and memory suffices."""
         from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
         from dineros.analysis.symbolic.saturation import DiagramMemoryError
         from dineros.analysis.symbolic.vector_sets import Scope

@@ -1,4 +1,4 @@
-"""Directed search for a firing that is far off: first where the state equation sees it near."""
+"""Directed search for a distant firing, guided by the state equation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dineros.analysis.portfolio.satisfies import Question
 
 
 class DirectedSearch(Method):
-    """Search a few markings for one that enables a transition."""
+    """Search few markings for one that enables a transition."""
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Search for it, if the question is about one transition."""

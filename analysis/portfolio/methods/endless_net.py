@@ -1,4 +1,4 @@
-"""CTL of nets whose markings have no end: what can be decided of them."""
+"""CTL on nets with an infinite state space, as far as it can be decided."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class EndlessNet(Method):
-    """Decide a formula of a net without bounds, or say what grows.
+    """Decide a formula on an unbounded net, or report what grows.
 
     Attributes
     ----------
     check : callable
-        Decides a formula of a net with bounds.
+        Decides a formula on a bounded net.
     """
 
     check: Check
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Decide it, if it is proved that the net has no bounds."""
+        """Decide it, if the net is proved to be unbounded."""
         if not isinstance(question, Satisfies):
             return None
         from dineros.analysis.logic.ctl.endless import decide_endless

@@ -1,4 +1,4 @@
-"""Explicit search, on the fly: one marking after another, until one fulfils the condition."""
+"""Explicit search on the fly: one marking after another, until one fulfils the condition."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from dineros.analysis.portfolio.reach import EXPLICIT, INTERRUPTED, Reach
 from dineros.analysis.portfolio.satisfies import Question
 
 QUICK = 256 << 20
-"""Bytes for the search for a shortest trace, before the net is reduced."""
+"""Memory for the search for a shortest trace before the net is reduced, in bytes."""
 
 NEAR_IF_UNBOUNDED = 1_000_000
-"""Markings of a search for a shortest trace in a net that is seen to have no end of them."""
+"""Number of markings of a search for a shortest trace in a net found to be unbounded."""
 
 _REASONS = {
     "memory": "memory ran out",
@@ -41,10 +41,10 @@ class ExplicitSearch(Method):
     Attributes
     ----------
     is_near : bool
-        Whether only what is near is asked for: then the way is a shortest one, and nothing more is tried
-        of an unbounded net.
+        Whether only near markings are searched: then the trace is a shortest one, and nothing more is tried
+        on an unbounded net.
     order : {"breadth-first", "depth-first"}, optional
-        How it goes, if not as the question says.
+        Order of the search, if it differs from that of the question.
     """
 
     is_near: bool = False
@@ -66,7 +66,7 @@ class ExplicitSearch(Method):
 
 
 def _by_temporal_logic(question: Reach, budget: Budget) -> Outcome:
-    """Ask for a run on which the condition never holds: a counterexample leads to it."""
+    """Search for a run on which the condition never holds: a counterexample leads to it."""
     from dineros.analysis.logic.ltl.verification import verify_ltl
 
     never = Globally(Not(question.condition))
@@ -77,7 +77,7 @@ def _by_temporal_logic(question: Reach, budget: Budget) -> Outcome:
 
 
 def nearest(answers: Iterable[Outcome], by: str) -> Outcome:
-    """Return the best of the answers for some goals, each of which will do."""
+    """Return the best of the answers for several goals, any of which suffices."""
     known: list[Outcome] = []
     for answer in answers:
         known.append(answer)
@@ -104,8 +104,8 @@ def search(
 ) -> Outcome:
     """Search for a goal: for a shortest trace first, on an unbounded net also for a proof.
 
-    If a shortest one is not asked for, any that the search meets first will do. If only what is near is asked
-    for (`is_near`), that is all.
+    If no shortest trace is required, the first one found is returned. With `is_near`, only near markings are
+    searched.
     """
 
     def explore(share: Budget) -> Outcome:
@@ -122,7 +122,7 @@ def search(
 
     most_if_unbounded = NEAR_IF_UNBOUNDED
     answer = explore(budget.share(most_bytes=QUICK))
-    # Of an unbounded net, more markings would prove nothing; the largest ones may.
+    # In an unbounded net, more markings would prove nothing; the maximal ones may.
     if answer.reason == "unbounded" and not is_near:
         from dineros.analysis.covering.goals import decide_goal
         from dineros.analysis.nets.coverability import coverability
@@ -141,7 +141,7 @@ def search(
 
 
 def way_without_detours(net: CompiledNet, goal: Goal, trace: Sequence[int]) -> tuple[int, ...]:
-    """Leave out of a trace what the goal does not need."""
+    """Remove firings from a trace that the goal does not need."""
     if len(goal.transitions) == 1:
         needs, inhibitors = net.pre.row(goal.transitions[0]), net.inhibitor.row(goal.transitions[0])
 

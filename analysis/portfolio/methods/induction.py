@@ -1,4 +1,4 @@
-"""Satisfiability solvers: k-induction with bounded model checking, and property directed reachability."""
+"""Satisfiability solvers: k-induction with bounded model checking, and property-directed reachability."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from dineros.analysis.portfolio.satisfies import Question
 
 
 class Solver(Method):
-    """Ask a solver for a way, or for a proof that there is none; of nets with few tokens in a place.
+    """Let a solver find a trace, or a proof that there is none; for nets with few tokens on each place.
 
-    A subclass names the function that asks, `_asks`.
+    A subclass defines the function that calls the solver, `_asks`.
     """
 
     _asks: ClassVar[Callable[[], Callable[..., Outcome]]]
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Ask the solver."""
+        """Call the solver."""
         if not isinstance(question, Reach) or known.sums is None:
             return None
         ask = type(self)._asks()
@@ -33,7 +33,7 @@ class Solver(Method):
 
 
 def _induction() -> Callable[..., Outcome]:
-    # The solver is imported when it is asked: most questions are answered without it.
+    # The solver is imported at its first use: most questions are answered without it.
     from dineros.analysis.proofs.induction import by_induction
 
     return by_induction
@@ -46,12 +46,12 @@ def _clauses() -> Callable[..., Outcome]:
 
 
 class Induction(Solver):
-    """Look for a way, or for a proof that there is none, at growing depth."""
+    """Search for a trace, or for a proof that there is none, at increasing depth."""
 
     _asks = staticmethod(_induction)
 
 
 class Clauses(Solver):
-    """Learn clauses that exclude the condition, or find a way."""
+    """Learn clauses that exclude the condition, or find a trace."""
 
     _asks = staticmethod(_clauses)

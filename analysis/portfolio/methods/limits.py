@@ -1,4 +1,4 @@
-"""Decision diagrams of a net in which places without bounds hold no more than a limit."""
+"""Decision diagrams of a net in which unbounded places are limited."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from dineros.analysis.portfolio.satisfies import Question, Satisfies
 
 @dataclass(frozen=True)
 class NetWithLimits(Method):
-    """Decide nets whose markings may have no end.
+    """Decide questions on nets with an infinite state space.
 
     Attributes
     ----------
     most_work : int, optional
-        Cache misses of saturation after which it gives up, about three millions a second.
+        Cache misses of saturation after which it gives up; about three million per second.
     """
 
     most_work: int | None = None
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Ask the diagram of the net with limits."""
+        """Use the diagram of the net with limits."""
         from dineros.analysis.logic.ctl.limits import decide_with_limits
 
         net, names = question.net, question.names

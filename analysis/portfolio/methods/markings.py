@@ -1,4 +1,4 @@
-"""Markings stored with their successors: all of them, the first ones, or those far away.
+"""Markings stored with their successors: all markings, the first ones, or distant ones.
 
 On a part of the graph, questions have three truth values (`dineros.analysis.properties.part_of_graph`).
 """
@@ -32,32 +32,32 @@ if TYPE_CHECKING:
     from dineros.analysis.portfolio.sheet import Sheet
 
 PROBE_STATES = 2_000
-"""Markings looked at from the end of a random walk on."""
+"""Number of markings evaluated from the end of a random walk on."""
 
 WALKS_TRIED = 5
-"""Walks from whose ends a formula is looked at."""
+"""Number of walks from whose ends a formula is evaluated."""
 
 KEPT = ("delta", "changing")
-"""What is derived of a net that does not depend on its initial marking."""
+"""Derived data of a net that does not depend on its initial marking."""
 
 
 @dataclass(frozen=True)
 class StoredMarkings(Method):
-    """Store markings breadth first, and decide what they decide.
+    """Store markings breadth first, and decide questions on them.
 
     Attributes
     ----------
     most_states : int, optional
-        How many at most.
+        Maximum number of markings.
     memory : float
-        Part of the memory that they may take.
+        Share of the memory for them.
     """
 
     most_states: int | None = None
     memory: float = 1.0
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Decide a formula of CTL on all markings."""
+        """Decide a CTL formula on all markings."""
         from dineros.analysis.logic.ctl.checking import explicitly
 
         if not isinstance(question, Satisfies):
@@ -65,25 +65,25 @@ class StoredMarkings(Method):
         return explicitly(question.net, question.formula, question.bound, budget)
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
-        """Store them, if not all are stored already, and look at each open question."""
+        """Store markings, unless all are stored already, and evaluate each open question."""
         graph = known.graph
         if graph is None or not graph.is_complete:
-            known.graph = None  # its memory is for the next one
+            known.graph = None  # release its memory for the next graph
             graph = known.graph = _part(known, budget.share(0.5, self.memory), self.most_states)
             if graph is None:
                 return
             known.cells = graph.layout
-            # What is stored is worth some time, also if storing took all of it.
+            # Stored markings are worth some time, even if storing took all of it.
             left = max(budget.left or 0.0, sheet.patience / 2)
             budget = replace(budget, started=None, seconds=left).begun()
         _look_at(sheet, graph, budget)
 
 
 class FarMarkings(Method):
-    """Look for markings far away that refute ``AG f`` or show ``EF f``, if f is more than a condition."""
+    """Search distant markings that refute ``AG f`` or show ``EF f``, if f is not just a condition."""
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Walk to markings where what ``AG`` asks, such as ``EF p``, is surely false."""
+        """Walk to markings in which the operand of ``AG``, such as ``EF p``, is certainly false."""
         if not isinstance(question, Satisfies):
             return None
         formula = question.formula
@@ -119,12 +119,12 @@ class FarMarkings(Method):
 
 
 def _way_against(question: Satisfies, inner: Formula, known: Known, budget: Budget) -> tuple[int, ...] | None:
-    """Return a walk that ends where a formula is surely false, by the markings that follow there."""
+    """Return a walk to a marking in which a formula is certainly false, by the markings that follow it."""
     from dineros.analysis.walks.scouting import Scout
 
     net, wanted, conditions = known.net, basic(inner), question.bound.conditions
     scout = Scout(net)
-    known.cells = known.cells or net.once(layout)  # else each graph would find its own
+    known.cells = known.cells or net.once(layout)  # else each graph would compute its own
     for _ in range(WALKS_TRIED):
         budget.check_time()
         scout.walk()
@@ -140,7 +140,7 @@ def _way_against(question: Satisfies, inner: Formula, known: Known, budget: Budg
 
 
 def _end(net: CompiledNet, firings: Int64Array) -> list[int]:
-    """Return where firings lead, whatever their order."""
+    """Return the marking after some firings, regardless of their order."""
     end: list[int] = net.initial.tolist()
     counts = np.bincount(firings, minlength=len(net.transitions))
     for t in counts.nonzero()[0].tolist():
@@ -150,7 +150,7 @@ def _end(net: CompiledNet, firings: Int64Array) -> list[int]:
 
 
 def _way_to(net: CompiledNet, way: Sequence[int], end: list[int]) -> tuple[int, ...]:
-    """Return a way to a marking without what it does not need, replayed."""
+    """Return a replayed trace to a marking without unnecessary firings."""
     found = shortened(net, way, lambda marking: marking == end)
     replay(net, found)
     return found
@@ -159,7 +159,7 @@ def _way_to(net: CompiledNet, way: Sequence[int], end: list[int]) -> tuple[int, 
 def _part(
     known: Known, budget: Budget, states: int | None, start: Sequence[int] | None = None
 ) -> PartOfGraph | None:
-    """Return the first markings of a net, all if they are few; from another marking if one is given."""
+    """Return the first markings of a net, all if there are few; from another marking if one is given."""
     net: CompiledNet = known.net
     if start is not None:
         derived: dict[str, Any] = {name: net.__dict__[name] for name in KEPT if name in net.__dict__}
@@ -172,7 +172,7 @@ def _part(
 
 
 def _look_at(sheet: Sheet, graph: PartOfGraph, budget: Budget) -> None:
-    """Decide what a part of the graph decides, as far as time goes."""
+    """Decide questions on a part of the graph, as far as time allows."""
     for limits in sheet.open_limits().values():
         limits.least = max(limits.least, int(total(graph, limits.factors).max()))
         if graph.is_complete:
@@ -182,7 +182,7 @@ def _look_at(sheet: Sheet, graph: PartOfGraph, budget: Budget) -> None:
         sheet.whole.by_graph(graph)
     sets = PartialSets(graph, sheet.conditions, budget.check_time)
     parts = [part for part in sheet.open_parts() if not is_linear(part)]
-    # Goals first: they need the least.
+    # Goals first: they are the cheapest.
     for part in sorted(parts, key=lambda part: goal_of(part) is None):
         wanted = basic(part)
         value = sets.value(satisfying(wanted, sets)[wanted])

@@ -1,4 +1,4 @@
-"""Linear time, by an automaton on the fly."""
+"""LTL model checking with an automaton, on the fly."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from dineros.analysis.properties.normal_form import is_linear, linear_equal
 
 
 class AutomatonOnTheFly(Method):
-    """Search the product with an automaton: of the net reduced for the formula, or of the net itself."""
+    """Search the product with an automaton, with the net reduced for the formula or the net itself."""
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
-        """Decide parts of linear time, and parts of branching time that have an equal one there."""
+        """Decide LTL subformulas, and CTL subformulas that have an equivalent in LTL."""
         linear = [(part, (part.operands[0], True)) for part in sheet.open_parts() if is_linear(part)]
         branching = [(part, linear_equal(part)) for part in sheet.open_parts() if not is_linear(part)]
         parts = [*linear, *((part, equal) for part, equal in branching if equal is not None)]
@@ -50,14 +50,14 @@ def _holds(known: Known, path: Formula, names: Names, budget: Budget) -> bool | 
 def holds_always(
     net: CompiledNet, formula: Formula, names: Names, budget: Budget, cells: Layout | None = None
 ) -> bool | None:
-    """Decide whether all runs satisfy an LTL formula; a run that does not is checked, but not made short."""
+    """Decide whether all runs satisfy an LTL formula; a counterexample is checked, but not shortened."""
     budget = budget.begun()
     atoms = BoundAtoms(net, formula, names)
     try:
         automaton = translate(negated(combined(formula)))
         conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
         run = Emptiness(Product(net, automaton, conditions, (), (), budget, cells), budget).run()
-    except (*GIVEN_UP, FormulaError):  # of which its automaton is too large
+    except (*GIVEN_UP, FormulaError):  # includes too large automata
         return None
     if run is not None:
         check_counterexample(net, formula, atoms, run.stem, run.loop)

@@ -1,4 +1,4 @@
-"""A smaller net: what the condition does not speak of is reduced."""
+"""A smaller net: parts that do not affect the condition are reduced."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ REDUCED = "explicit search of the reduced net"
 
 @dataclass(frozen=True)
 class ReducedNet(Method):
-    """Ask the same of the net reduced for the condition; a way of it leads back to one of the net.
+    """Decide the question on the net reduced for it; its trace is translated to a trace of the net.
 
     Attributes
     ----------
     plan : Plan
-        How it is asked there.
+        Plan for the reduced net.
     by : str
-        Who answers then.
+        Name of the method in the answer.
     """
 
     plan: Plan
     by: str = REDUCED
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Ask it of the reduced net."""
+        """Decide the question on the reduced net."""
         if not isinstance(question, Reach):
             return None
         smaller = _reduced(question, known)
         if smaller is None or budget.is_over:
             return None
         reduction, asked = smaller
-        # What it rests on speaks of the places of the reduced net.
+        # Its evidence is about the places of the reduced net.
         found = replace(answered(asked, self.plan, budget), by=self.by, evidence=None)
         if found.trace is None or not question.is_shown:
             return replace(found, trace=None)
@@ -57,7 +57,7 @@ class ReducedNet(Method):
 
 
 def _reduced(question: Reach, known: Known) -> tuple[Reduction, Reach] | None:
-    """Return how the net becomes smaller, and what is asked then."""
+    """Return the reduction of the net, and the question about the reduced net."""
     order, is_shown = question.order, question.is_shown
     if question.transition is not None:
         name = known.net.transitions[question.transition]

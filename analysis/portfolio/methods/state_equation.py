@@ -1,4 +1,4 @@
-"""The state equation and traps: proofs that a condition is never met, without a state space."""
+"""The state equation and traps: proofs that no marking fulfils a condition, without a state space."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class StateEquationAndTraps(Method):
     """Exclude each alternative of the condition by a weighting of the places."""
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Return that the condition is never met; nothing else follows from structure."""
+        """Return that no marking fulfils the condition, or None; structure proves nothing else."""
         from dineros.analysis.proofs.exclusion import excluded
 
         if not isinstance(question, Reach):
@@ -38,7 +38,7 @@ class StateEquationAndTraps(Method):
         return Outcome("unreachable", by=TRAPS if found.traps else STATE_EQUATION, evidence=found)
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
-        """Bound sums from above, exclude goals, and walk as solutions of the equation say."""
+        """Compute upper bounds of sums, exclude goals, and walk along solutions of the equation."""
         _bound_sums(sheet, known, budget)
         if sheet.open_globals():
             sheet.whole.by_state_equation(known.equation, budget)
@@ -69,7 +69,7 @@ def _bound_sums(sheet: Sheet, known: Known, budget: Budget) -> None:
 def _follow(
     sheet: Sheet, known: Known, budget: Budget, rows: Sequence[Row], gains: Int64Array | None = None
 ) -> None:
-    """Walk as a solution of the state equation says, and see what that decides."""
+    """Walk along a solution of the state equation, and evaluate the markings."""
     from dineros.analysis.portfolio.walker import TRIES, follow
     from dineros.analysis.walks.firing_counts import firings
 
@@ -103,7 +103,7 @@ def _exclude_goals(sheet: Sheet, known: Known, budget: Budget) -> None:
 
 
 def _exclude_conditions(sheet: Sheet, known: Known, budget: Budget) -> None:
-    """Find conditions that are constant: they make formulas smaller whatever these say."""
+    """Find constant conditions, which simplify any formula that contains them."""
     from dineros.analysis.logic.language.syntax import Atom, Constant, Not
     from dineros.analysis.proofs.exclusion import excluded
     from dineros.analysis.properties.predicates import is_condition
@@ -114,7 +114,7 @@ def _exclude_conditions(sheet: Sheet, known: Known, budget: Budget) -> None:
         for part in formula.subformulas()
         if part not in sheet.always and is_condition(part) and not isinstance(part, Constant)
     ]
-    # Larger conditions first: what they decide needs no atoms.
+    # Larger conditions first: their atoms need not be decided then.
     for part in sorted(dict.fromkeys(found), key=lambda part: isinstance(part, Atom)):
         if budget.is_over:
             break

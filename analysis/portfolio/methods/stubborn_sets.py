@@ -1,4 +1,4 @@
-"""Search for a deadlock that leaves out interleavings, by stubborn sets."""
+"""Search for a deadlock without redundant interleavings, by stubborn sets."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from dineros.analysis.portfolio.sheet import DEADLOCK, Sheet
 
 
 class StubbornSets(Method):
-    """Decide whether a marking is reachable that enables nothing."""
+    """Decide whether a deadlock is reachable."""
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
-        """Search for one if that is asked."""
+        """Search for one if that is in question."""
         if not (sheet.open_globals() and sheet.whole.is_open(DEADLOCK)):
             return
         share = budget.share(memory=0.5).at_most(sheet.patience)

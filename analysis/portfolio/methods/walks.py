@@ -1,4 +1,4 @@
-"""Walks: at random, and along solutions of the state equation; they meet what is far away, but not rare."""
+"""Walks: at random, and along solutions of the state equation; they find distant, but not rare, markings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Walks(Method):
     """Walk to one of the goals."""
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Return a way that was walked; that none was proves nothing."""
+        """Return the trace of a successful walk; without one, nothing is proved."""
         if not isinstance(question, Reach):
             return None
         goals = question.goals
@@ -40,10 +40,10 @@ class Walks(Method):
 
 
 class RandomWalks(Method):
-    """Walk at random until all that walks can meet is met, or time is up; the way is not kept."""
+    """Walk at random until all reachable answers are found or the time is over; traces are not kept."""
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Look at the markings of random walks, if the question does not ask for a way."""
+        """Evaluate the markings of random walks, if the question needs no trace."""
         from dineros.analysis.properties.predicates import satisfied
 
         if not isinstance(question, Reach):
@@ -56,7 +56,7 @@ class RandomWalks(Method):
         return None
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
-        """Let all questions look at the markings of the same walks."""
+        """Evaluate all questions on the markings of the same walks."""
         while not budget.is_over and not sheet.is_done:
             rows = known.walker.walk()
             sheet.look(rows, "random walk")

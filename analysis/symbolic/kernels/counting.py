@@ -1,7 +1,7 @@
 """Kernels that count on finished decision diagrams, modulo several primes at once.
 
 Counts of markings have hundreds of bits. Rows of residues keep the arithmetic in machine words, also for
-products, and the Chinese remainder theorem gives the exact numbers back (module `counting`).
+products; the Chinese remainder theorem then gives the exact numbers (module `counting`).
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def child_indices(mem, ids, order, rank, level_start, first, child):  # type: ig
 
 @kernel()
 def count_below(start, child, primes, below):  # type: ignore[no-untyped-def]
-    """Row n: number of vectors node n stands for."""
+    """Row n: number of vectors below node n."""
     below[0, :] = 1
     for n in range(1, start.size - 1):
         for i in range(start[n], start[n + 1]):
@@ -93,9 +93,9 @@ def count_box(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Add to `answer` the number of vectors whose local states all lie in the masks.
 
-    ``masks[mask_start[k] + i]`` tells whether local state i of level k is allowed (``mask_start[k] < 0``:
-    all are); levels above `top` and below `bottom` are free. ``levels[k]:levels[k + 1]`` are the nodes of
-    level k; `ways` is room for one row per node, all zero before and after.
+    ``masks[mask_start[k] + i]`` states whether local state i of level k is allowed (``mask_start[k] < 0``:
+    all are allowed); levels above `top` and below `bottom` are free. ``levels[k]:levels[k + 1]`` are the
+    nodes of level k; `ways` is a buffer with one row per node, all zero before and after.
     """
     for n in range(levels[top], levels[top + 1]):
         for q in range(primes.size):
@@ -126,7 +126,7 @@ def count_box(  # type: ignore[no-untyped-def]
 def heaviest(start, first, child, weights, weight_start, level_of, low, middle, high, best):  # type: ignore[no-untyped-def]
     """Largest sum of weights of local states over the levels of nodes ``low`` to ``high - 1``.
 
-    Those from ``middle`` on are the highest of these levels. `best` is room for a number by node.
+    Levels from that of ``middle`` on are the highest of these. `best` is a buffer with a number per node.
     """
     largest = 0
     for n in range(low, high):

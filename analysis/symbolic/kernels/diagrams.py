@@ -17,14 +17,14 @@ from __future__ import annotations
 from dineros.analysis.nets.kernel_cache import kernel
 
 POOL_TOP, POOL_LIMIT, NODES, CREATED, BUCKET_MASK, CACHE_MASK, FAILED, STACK, HAVE, RESULT, MISSES = range(11)
-#: Children of a node that are as much work as one operation whose result is not known: where nodes are wide,
-#: the work between two looks at the time, the memory and an interrupt must not grow with them.
+#: Number of children of a node that count as one cache miss: with wide nodes, the work between two checks of
+#: the time, the memory and an interrupt must not grow with the width.
 WIDE = 1024
-#: Values of FAILED: the store was found full when a node was to be made, or within an operation on sets,
-#: whose buffer then holds what was made and nothing else; a set of boxes was met that is not known yet.
+#: Values of FAILED: the store was full when a node was needed; the store was full within an operation on
+#: sets, whose buffer then contains only finished nodes; a set of boxes was met whose row is not known yet.
 NO_ROOM, UNFINISHED, UNKNOWN = 1, 2, 3
-#: Of a saturation run: what tells its results apart in the cache, whether it fires one event only, and the
-#: node whose image is to be computed next.
+#: For a saturation run: two keys that separate its results from others in the cache, a flag for runs that
+#: fire only one event, and the node whose image is computed next.
 FIRED_KEY, CLOSED_KEY, STILL, PUSHED = range(11, 15)
 CONTROL_SIZE = 16
 
@@ -40,9 +40,9 @@ UNION, INTERSECTION, DIFFERENCE, EXCLUSION = -1, -2, -3, -4
 
 @kernel()
 def make_node(mem, heads, control, free, level, buffer, start, low, high):  # type: ignore[no-untyped-def]
-    """The node of `level` whose children are ``buffer[start + low:start + high]``: found or made.
+    """Return the node of `level` with the children ``buffer[start + low:start + high]``, existing or new.
 
-    Returns 0 for no children, and sets FAILED when the store is full.
+    Returns 0 if all children are empty; sets FAILED if the store is full.
     """
     while low < high and buffer[start + low] == 0:
         low += 1
@@ -109,13 +109,13 @@ def remember(a, b, c, result, cache, control):  # type: ignore[no-untyped-def]
 def combine(  # type: ignore[no-untyped-def]
     a, b, operation, mem, heads, cache, control, free, base, buffer, pending
 ):  # fmt: skip
-    """Union, intersection or difference of two sets; 0 with FAILED set when the store is full.
+    """Union, intersection or difference of two sets; 0 with FAILED set if the store is full.
 
-    ``pending[k]`` holds the pair of level k under way, the local state reached and the lowest one; the
-    recursion is unrolled because Numba loads self-recursive functions from its cache broken.
+    ``pending[k]`` holds the current pair of level k, the current local state and the lowest one; the
+    recursion is unrolled because Numba breaks self-recursive functions when it loads them from its cache.
 
-    All nodes made belong to the result. So that another try continues from them, they must survive garbage
-    collection when the store is full: they hang on the buffer, from which all else is removed then.
+    All new nodes belong to the result. To let a second call continue from them, they must survive garbage
+    collection when the store is full: the buffer keeps them, and all else is removed from it.
     """
     if a == b:
         return 0 if operation == DIFFERENCE else a
@@ -188,14 +188,14 @@ def combine(  # type: ignore[no-untyped-def]
 def exclude(  # type: ignore[no-untyped-def]
     a, boxes, mem, heads, cache, control, free, base, buffer, pending, state_class, row, following, offset
 ):  # fmt: skip
-    """What of a set is in none of the boxes; with FAILED set, 0 or a set of boxes (see `box_sets`).
+    """Remove all boxes from a set; with FAILED set, the result is 0 or a set of boxes (see `box_sets`).
 
-    Going down, the set of boxes that may still hold the vector changes with each local state: entry
-    ``row[boxes] + state_class[...]`` of `following` is the set one level down, 0 where no box is left, -1
-    where a box holds the vector whatever is below. With FAILED = UNKNOWN the result is a set without a row.
-    `offset` tells the sets of one call from those of another in the cache.
+    On the way down, the set of boxes that may still contain the vector changes with each local state: entry
+    ``row[boxes] + state_class[...]`` of `following` is the set one level down, 0 if no box is left, -1 if
+    a box contains the vector for all states below. With FAILED = UNKNOWN the result is a set without a row.
+    `offset` separates the sets of one call from those of another call in the cache.
 
-    ``pending[k]`` holds node and set of level k under way, the local state reached and the lowest one.
+    ``pending[k]`` holds the current node and set of level k, the current local state and the lowest one.
     """
     if row[boxes] < 0:
         control[FAILED] = UNKNOWN
@@ -252,7 +252,7 @@ def exclude(  # type: ignore[no-untyped-def]
 
 @kernel()
 def _keep_made(base, buffer, pending, level, low, high, top):  # type: ignore[no-untyped-def]
-    """Remove all from the buffer but the children of nodes under way, from `level` up to `top`."""
+    """Remove all from the buffer except the children of unfinished nodes, from `level` up to `top`."""
     buffer[: base[level] + low] = 0
     done = base[level] + high
     for k in range(level + 1, top + 1):
@@ -263,7 +263,7 @@ def _keep_made(base, buffer, pending, level, low, high, top):  # type: ignore[no
 
 @kernel()
 def mark(mem, node, stack):  # type: ignore[no-untyped-def]
-    """Mark every node below `node`, itself included."""
+    """Mark every node below `node`, and `node` itself."""
     if node < FIRST_NODE or mem[node + 1] & MARK:
         return
     mem[node + 1] |= MARK
@@ -282,7 +282,7 @@ def mark(mem, node, stack):  # type: ignore[no-untyped-def]
 
 @kernel()
 def sweep(mem, heads, cache, control, free):  # type: ignore[no-untyped-def]
-    """Free all unmarked nodes, forget cache entries that name one, unmark the rest."""
+    """Free all unmarked nodes, remove cache entries that refer to them, and unmark the rest."""
     for slot in range(0, (control[CACHE_MASK] + 1) << 2, 4):
         a, b, result = cache[slot], cache[slot + 1], cache[slot + 3]
         if a == 0:

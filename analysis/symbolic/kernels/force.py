@@ -1,4 +1,4 @@
-"""The FORCE heuristic: a kernel that looks at spans, and the rounds that sort levels by what it found."""
+"""The FORCE heuristic: a kernel that measures spans, and rounds that sort the levels by its results."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dineros.analysis.nets.kernel_cache import kernel
 def force(
     order: NDArray[np.int64], span_start: NDArray[np.int64], span_level: NDArray[np.int64], rounds: int
 ) -> None:
-    """Improve `order` in place by moving levels to the mean centre of their spans; the best order stays.
+    """Improve `order` in place by moving levels to the mean centre of their spans; keep the best order.
 
     Span s holds the levels ``span_level[span_start[s]:span_start[s + 1]]``.
     """
@@ -22,13 +22,13 @@ def force(
         if best < 0 or cost < best:
             best = cost
             order[:] = current
-        # Sorted here and not by the kernel: compiling a sort takes longer than all rounds.
+        # NumPy sorts here instead of the kernel: compiling a sort takes longer than all rounds.
         current = np.argsort(goal)
 
 
 @kernel()
 def centre(order, span_start, span_level, goal, uses):  # type: ignore[no-untyped-def]
-    """Write where each level wants to be, the mean centre of its spans; return how long all spans are."""
+    """Write the target of each level, the mean centre of its spans; return the total length of the spans."""
     size = order.size
     position = np.empty(size, dtype=np.int64)
     for i in range(size):

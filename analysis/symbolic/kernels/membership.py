@@ -1,4 +1,4 @@
-"""Kernels that look for single vectors of local states in decision diagrams, and for steps from one."""
+"""Kernels that look up vectors of local states in decision diagrams, and steps from a vector."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dineros.analysis.symbolic.kernels.diagrams import HEADER
 
 @kernel()
 def holds(mem, states, order, vector):  # type: ignore[no-untyped-def]
-    """Whether a set has a vector, given by encoding level; ``order[k]`` is the level of height k + 1."""
+    """Whether a set contains a vector, by encoding level; ``order[k]`` is the level of height k + 1."""
     for at in range(order.size - 1, -1, -1):
         if states == 0:
             return False
@@ -21,7 +21,7 @@ def holds(mem, states, order, vector):  # type: ignore[no-untyped-def]
 
 @kernel()
 def first_with(mem, growing, below, order, vector):  # type: ignore[no-untyped-def]
-    """The first of sets, each a part of the next one, that has a vector; `below` where none before it has."""
+    """Return the first set, of sets that grow, that contains a vector; `below` if no earlier one does."""
     low, high = 0, below
     while low < high:
         middle = (low + high) // 2
@@ -36,7 +36,7 @@ def first_with(mem, growing, below, order, vector):  # type: ignore[no-untyped-d
 def earliest_step(  # type: ignore[no-untyped-def]
     mem, growing, at, order, vector, event_start, event_level, event_table, tables
 ):
-    """The first event that leads to the earliest of growing sets, and which that is; none before `at`: -1.
+    """Return the first event into the earliest of growing sets, and that set; -1 if none is before `at`.
 
     Event e applies the table that begins at ``tables[event_table[i]]`` to the level ``event_level[i]``, for i
     from ``event_start[e]`` to ``event_start[e + 1]``.

@@ -1,4 +1,4 @@
-"""Kernel that chains local tables to events, equal tails shared."""
+"""Kernel that chains local tables to events; equal tails are shared."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""Saturation: fixed points of events on decision diagrams, as a machine that can stop and continue.
+"""Saturation: fixed points of events on decision diagrams, as a machine that can pause and continue.
 
-The recursion of the algorithm goes one level down at a time, and at any moment each level has at most one
-unfinished node. So the recursion's stack is an array indexed by level, and the kernel can return to Python
-(for garbage collection, progress, an interrupt) and be called again.
+The recursion of the algorithm descends one level at a time, and each level has at most one unfinished node at
+any time. Therefore the stack of the recursion is an array indexed by level, and the kernel can return to
+Python (for garbage collection, progress or an interrupt) and be called again.
 
-A run may be *constrained*: then only vectors of a given set are ever reached. Events run backwards under the
-constraint that markings are reachable, which is what CTL needs.
+A run may be *constrained*: then it only reaches vectors of a given set. CTL needs this: events run backwards
+under the constraint that markings are reachable.
 
 References
 ----------
@@ -41,11 +41,11 @@ from dineros.analysis.symbolic.kernels.diagrams import (
 )
 
 DONE, STORE_FULL, PAUSED = range(3)
-#: What a level is doing: images of the children of a node under a relation, the fixed point of its own
+#: Current work of a level: images of the children of a node under a relation, the fixed point of its own
 #: events, or the closure of the children of a node.
 FIRING, SATURATING, CLOSING = range(3)
 
-#: Columns of the frame of a level: what is under way there. No constraint (0) allows everything.
+#: Columns of the frame of a level, which holds its current work. The constraint 0 allows everything.
 PHASE, NODE, RELATION, INDEX, TARGET, EVENT, IDLE, CLOCK, CONSTRAINT, OPENED = range(10)
 FRAME_SIZE = 10
 
@@ -62,7 +62,7 @@ def saturate(  # type: ignore[no-untyped-def]
     table ``tables[relation_table[r]:]`` at level ``relation_level[r]``, then relation ``relation_next[r]``
     below (0: nothing).
 
-    Returns DONE, STORE_FULL (collect garbage, call again; what `combine` has made so far hangs on `scratch`)
+    Returns DONE, STORE_FULL (collect garbage and call again; `scratch` keeps the nodes of `combine` so far)
     or PAUSED (at `effort_limit` cache misses or `node_limit` nodes).
     """
     while True:
@@ -127,13 +127,12 @@ def saturate(  # type: ignore[no-untyped-def]
                 last_pair = pair_start[event + 1]
             while not finished:
                 if pair == last_pair:
-                    # A sweep over the event's pairs follows its own direction, so it never has to be
-                    # repeated for what it changed itself; the level is closed once every event had nothing
-                    # to do in turn.
+                    # A sweep over the event's pairs follows its own direction and need not be repeated for
+                    # its own changes; the level is closed once every event in turn had nothing to do.
                     event += 1
                     if event == last_event:
                         event = first_event
-                    # What is stored must be fit to continue from, also when the store is found full below.
+                    # The stored state must allow continuing, also if the store turns out full below.
                     pair, last_pair = pair_start[event], pair_start[event + 1]
                     below = relation_next[event_relation[event]]
                     idle += 1
@@ -196,7 +195,7 @@ def saturate(  # type: ignore[no-untyped-def]
 
 @kernel()
 def _allowed(mem, constraint, state):  # type: ignore[no-untyped-def]
-    """What a constraint allows below a local state of its level; 0 where it has none."""
+    """Return the part of a constraint below a local state of its level; 0 if there is none."""
     if constraint == 0:
         return 0
     at = state - mem[constraint + 2]
@@ -207,14 +206,14 @@ def _allowed(mem, constraint, state):  # type: ignore[no-untyped-def]
 def _known_image(  # type: ignore[no-untyped-def]
     child, relation, allowed, k, mem, heads, cache, control, free, base, scratch, pending
 ):  # fmt: skip
-    """Closed image of a node below level k under a relation, 0 being the identity.
+    """Closed image of a node below level k under a relation; relation 0 is the identity.
 
-    Where it is not known yet, -1, with the node to compute it from in ``control[PUSHED]``; -1 with FAILED set
-    when the store is full.
+    If it is not known yet, -1, with the node to compute it from in ``control[PUSHED]``; -1 with FAILED
+    set if the store is full.
     """
     if relation == 0:
         if allowed == 0:
-            return child  # without a constraint, all that is here is closed
+            return child  # without a constraint, all nodes are closed
         part = combine(child, allowed, INTERSECTION, mem, heads, cache, control, free, base, scratch, pending)
         if control[FAILED]:
             return -1
@@ -232,7 +231,7 @@ def _known_image(  # type: ignore[no-untyped-def]
 
 @kernel()
 def _known_closure(node, constraint, cache, control):  # type: ignore[no-untyped-def]
-    """Closure of a node whose children are closed; -1 where it is not known yet."""
+    """Closure of a node whose children are closed; -1 if it is not known yet."""
     if node == 0:
         return 0
     slot = slot_of(node, constraint, control[CLOSED_KEY], control[CACHE_MASK])
@@ -243,7 +242,7 @@ def _known_closure(node, constraint, cache, control):  # type: ignore[no-untyped
 
 @kernel()
 def _finish(k, result, frame, cache, control):  # type: ignore[no-untyped-def]
-    """Give the result of a level to the level above, and remember what it is the image of."""
+    """Pass the result of a level to the level above, and cache it under its source."""
     node, relation, constraint = frame[k, NODE], frame[k, RELATION], frame[k, CONSTRAINT]
     if frame[k, OPENED] != 0:
         remember(frame[k, OPENED], constraint, control[CLOSED_KEY], result, cache, control)
@@ -259,7 +258,7 @@ def _finish(k, result, frame, cache, control):  # type: ignore[no-untyped-def]
 
 @kernel()
 def begin(k, frame, event_start, pair_start, fired):  # type: ignore[no-untyped-def]
-    """Set the frame of level k to the beginning of its fixed point: nothing fired, all changed at time 1."""
+    """Set the frame of level k to the start of its fixed point: no event fired, all changed at time 1."""
     event = event_start[k]
     frame[k, EVENT] = event
     frame[k, INDEX] = pair_start[event]
@@ -271,7 +270,7 @@ def begin(k, frame, event_start, pair_start, fired):  # type: ignore[no-untyped-
 
 @kernel()
 def transfer(old, new, control):  # type: ignore[no-untyped-def]
-    """Put the entries of a cache into a larger one."""
+    """Copy the entries of a cache into a larger one."""
     for slot in range(0, old.size, 4):
         if old[slot] != 0:
             target = slot_of(old[slot], old[slot + 1], old[slot + 2], control[CACHE_MASK])

@@ -1,6 +1,6 @@
-"""Larger steps of drawing, composed of commands: copies, pages of what is drawn, templates, data of tokens.
+"""Larger editing steps composed of commands: copies, pages from selected elements, templates, token data.
 
-`compose` returns the commands that such a step is; they are done as one group, which has one inverse.
+`compose` returns the commands of such a step; they are executed as one group with one inverse.
 """
 
 from dineros.metamodel.editing.composed.composing import compose

@@ -1,4 +1,4 @@
-"""From what somebody wants to the commands that do it."""
+"""Translates an editing operation to commands."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from dineros.metamodel.errors import near_matches
 
 
 def compose(root: pn.Net, handles: Handles, operation: o.Operation) -> list[c.Command]:
-    """Return the commands that an operation is, for the model as it is now.
+    """Return the commands of an operation, for the current state of the model.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def compose(root: pn.Net, handles: Handles, operation: o.Operation) -> list[c.Co
     handles : Handles
         Its handles.
     operation : Operation
-        What is wanted.
+        The operation.
 
     Raises
     ------

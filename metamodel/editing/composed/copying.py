@@ -1,4 +1,4 @@
-"""Copies of elements, of this model or of another one, as commands."""
+"""Copies elements of this model or of another one, by commands."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from dineros.metamodel.elements import label, node_net_of
 from dineros.metamodel.files.schema import Kind, class_of
 
 _NAMES = ("topic", "service", "action")
-"""Attributes of channels that no two of a model share."""
+"""Attributes of channels that must be unique in a model."""
 
 
 class Copier:
@@ -27,13 +27,13 @@ class Copier:
     Parameters
     ----------
     root : pn.Net
-        The model that gets them.
+        The model that gets the copies.
     handles : Handles
         Its handles.
     owner : EObject
-        The page, or the model, that gets them; channels go into the model.
+        The page, or the model, that contains the copies; channels are put into the model.
     shift : pair of float
-        How far from the originals they stand.
+        Distance of the copies from the originals.
     """
 
     def __init__(self, root: pn.Net, handles: Handles, owner: EObject, shift: tuple[float, float]) -> None:
@@ -47,12 +47,12 @@ class Copier:
         self._shifted: set[EObject] = set()
 
     def copied(self, elements: Sequence[EObject]) -> list[c.Command]:
-        """Return what copies elements, the arcs between them included.
+        """Return the commands that copy elements, including the arcs between them.
 
         Raises
         ------
         CommandError
-            The owner cannot hold one of them.
+            The owner cannot contain one of them.
         """
         chosen = _outermost(elements)
         inside = {part for element in chosen for part in subtree(element)}
@@ -71,7 +71,7 @@ class Copier:
         return [*self._commands, *self._later]
 
     def _home(self, element: EObject) -> tuple[str, str]:
-        """Return what gets the copy of an element, and in which feature."""
+        """Return the container of an element's copy, and the containment feature."""
         owners = [self._owner, self._root] if isinstance(element, sym.Channel) else [self._owner]
         former = element.eContainmentFeature()
         for owner in owners:
@@ -96,7 +96,7 @@ class Copier:
         return new_id(self._used, part.id)
 
     def _make(self, element: EObject, owner: str, feature: str) -> None:
-        """Make a copy, its parts, and later what refers to what may not be there yet."""
+        """Make a copy with its parts; references to objects that may not exist yet are made later."""
         cls = type(element)
         if isinstance(element, sym.InputClause):
             self._clause(element, owner)
@@ -126,7 +126,7 @@ class Copier:
         if name == "id":
             return self._ids[value]
         if name == "name" and isinstance(element, pn.Element) and value == element.id:
-            return self._ids[value]  # who reads the one for the other continues doing so
+            return self._ids[value]  # the copies refer to each other as the originals do
         if isinstance(element, pn.Point) and name in ("x", "y") and self._is_shifted(element):
             return float(value) + self._shift[name == "y"]
         if isinstance(element, sym.Channel) and name in _NAMES:
@@ -137,7 +137,7 @@ class Copier:
         return list(self._root.channels) if isinstance(self._root, sym.SystemModel) else []
 
     def _is_shifted(self, point: EObject) -> bool:
-        """Tell whether a point says where something stands on the sheet, or a bend there."""
+        """Return whether a point is a position on the page, or a bend point."""
         graphics = point.eContainer()
         return (
             graphics is not None
@@ -150,7 +150,7 @@ class Copier:
         if handle is None:
             handle = self._handles.of(target) if is_within(target, self._root) else None
         if handle is None:
-            return  # it is gone, or of another model; what cannot be without it is refused
+            return  # deleted, or of another model; an object that requires it is refused
         self._later.append(c.Add(called, name, handle) if many else c.Set(called, name, handle))
 
     def _clause(self, clause: sym.InputClause, transition: str) -> None:
@@ -167,7 +167,7 @@ class Copier:
         self._later.append(c.Clause(transition, replaced(clause.text, names)))
 
     def _name_here(self, signal: sym.InputSignal) -> str:
-        """Return what the copy of a signal is called, or the signal that stands for it here."""
+        """Return the name of a signal's copy, or of the signal that replaces it here."""
         name = label(signal)
         if signal in self._called:
             return name if signal.name and signal.name != signal.id else self._ids[signal.id]
@@ -185,7 +185,7 @@ class Copier:
 
 
 def _led(element: EObject, name: str) -> object:
-    """Return where a reference leads; of what was deleted, even a mandatory one may lead nowhere."""
+    """Return the target of a reference; for a deleted object, even a required one may have none."""
     return getattr(element, name)
 
 

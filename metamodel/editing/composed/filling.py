@@ -1,4 +1,4 @@
-"""What balloon tokens carry, field by field, by their token type."""
+"""Data of balloon tokens, by the fields of their token type."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def fields_of(root: pn.Net, token: sym.BalloonToken) -> dict[str, FieldType]:
     Raises
     ------
     CommandError
-        Its token type cannot be told.
+        Its token type is unknown.
     """
     place = token.eContainer()
     if not isinstance(place, sym.Place):
@@ -33,13 +33,12 @@ def fields_of(root: pn.Net, token: sym.BalloonToken) -> dict[str, FieldType]:
 
 
 def filled(root: pn.Net, token: EObject, handle: str, field: str, text: str | None) -> list[c.Command]:
-    """Return what gives a balloon token a value in a field; all other fields stay as they are written.
+    """Return the commands that set a field of a balloon token; the text of other fields is unchanged.
 
     Raises
     ------
     CommandError
-        There is no such token or field, the value does not fit it, or what the token carries is not an
-        object.
+        There is no such token or field, the value does not fit, or the token's data is not an object.
     """
     if not isinstance(token, sym.BalloonToken):
         raise c.CommandError(f"{describe(token)} carries no data")
@@ -63,7 +62,7 @@ def filled(root: pn.Net, token: EObject, handle: str, field: str, text: str | No
 
 def _value(field: FieldType, text: str) -> Any:
     try:
-        named = field.range.value_of(text)  # the data keeps the name, which is easier to read
+        named = field.range.value_of(text)  # the data has the name, which is easier to read
         value: Any = text if field.kind == "text" or named is not None else read_json(text)
         field_value(field, value)
     except DinerosError as error:

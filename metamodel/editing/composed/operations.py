@@ -1,4 +1,4 @@
-"""What can be composed of commands, and how it is read from what a stranger may have sent."""
+"""Operations composed of commands, and how they are read from untrusted data."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from dineros.metamodel.editing.commands import decode, kind_of
 class Copy:
     """Copy elements, with their parts and the arcs between them, shifted by `dx` and `dy`.
 
-    Signals that their clauses speak of come along where the ROS node they are copied into lacks them. The
-    copies are called `$copy1`, `$copy2`, and so on, in the order of `elements`.
+    Signals in their clauses are copied, too, if the target ROS node lacks them. The copies are named
+    `$copy1`, `$copy2`, and so on, in the order of `elements`.
 
     Attributes
     ----------
     elements : tuple of str
-        What to copy; deleted elements too.
+        The elements to copy, which may be deleted ones.
     owner : str
-        The page, or the model, that gets the copies.
+        The page, or the model, that contains the copies.
     dx, dy : float
-        How far from the originals they stand.
+        Distance of the copies from the originals.
     """
 
     elements: tuple[str, ...]
@@ -35,8 +35,8 @@ class Copy:
 class Into:
     """Move elements of one page into another page of the same ROS node.
 
-    Arcs that would leave a page lead to reference places instead, and references that come to stand beside
-    their places become these.
+    Arcs that would cross pages are connected to reference places instead. References on the same page as
+    their places are replaced by these.
     """
 
     elements: tuple[str, ...]
@@ -45,12 +45,12 @@ class Into:
 
 @dataclass(frozen=True)
 class Group:
-    """Make a page of elements of a page, as `Into` does; it is called `$page`.
+    """Make a page from elements of a page, like `Into`; the page is named `$page`.
 
     Attributes
     ----------
     elements : tuple of str
-        What goes into it.
+        The elements of the new page.
     type : str
         ``pn.Page`` or ``sym.CallbackPage``.
     """
@@ -61,14 +61,14 @@ class Group:
 
 @dataclass(frozen=True)
 class Split:
-    """Put what stands on a page onto the page around it, and take the page away."""
+    """Move the contents of a page to the page around it, and delete the page."""
 
     page: str
 
 
 @dataclass(frozen=True)
 class Fill:
-    """Let a balloon token carry a value in a field of its token type.
+    """Set a field of a balloon token.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Fill:
     field : str
         The name of a field.
     text : str or None
-        The value: as it is for texts, else as JSON. None: the default of the field.
+        The value: literally for texts, else as JSON. None: the default of the field.
     """
 
     token: str
@@ -87,7 +87,7 @@ class Fill:
 
 @dataclass(frozen=True)
 class Insert:
-    """Put a template into a system model, its upper left corner at a point; see `templates`."""
+    """Insert a template into a system model, with its upper left corner at a point; see `templates`."""
 
     template: str
     x: float
@@ -96,14 +96,14 @@ class Insert:
 
 @dataclass(frozen=True)
 class Join:
-    """Draw an arc between two pages of a ROS node; a reference stands for the place beside the other end.
+    """Draw an arc between two pages of a ROS node; a reference represents the place on the other page.
 
     Attributes
     ----------
     source, target : str
-        What the arc leads from and to.
+        The ends of the arc.
     x, y : float
-        Where the reference stands, on the page of the other end, where none stands for the place there.
+        Position of the reference, on the page of the other end, if the place has none there.
     """
 
     source: str
@@ -115,7 +115,7 @@ class Join:
 Operation: TypeAlias = Copy | Into | Group | Split | Join | Fill | Insert
 
 OPERATIONS: dict[str, type[Operation]] = {kind_of(each): each for each in get_args(Operation)}
-"""All operations, by what they are called in messages."""
+"""All operations, by their names in messages."""
 
 
 def decode_operation(found: object) -> Operation:
@@ -124,6 +124,6 @@ def decode_operation(found: object) -> Operation:
     Raises
     ------
     CommandError
-        It is none; the message names the field.
+        It is not an operation; the message names the field.
     """
     return decode(found, OPERATIONS, "the operation")

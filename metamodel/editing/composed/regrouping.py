@@ -1,4 +1,4 @@
-"""Moving what is drawn from page to page, as commands; arcs follow, by reference places where needed."""
+"""Moves elements between pages, by commands; arcs follow, with reference places if needed."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.schema import class_of
 
 Place = pn.Page | str
-"""A page, or the name of one that an earlier command makes."""
+"""A page, or the name of a page that an earlier command makes."""
 
 
 def moved(root: pn.Net, handles: Handles, elements: Sequence[EObject], page: pn.Page) -> list[c.Command]:
-    """Return what moves elements of one page into another.
+    """Return the commands that move elements of one page to another.
 
     Raises
     ------
     CommandError
-        They do not stand on one page, it is of another ROS node, or one of them is around the other page.
+        They are not on one page, the page is in another ROS node, or one of them contains the page.
     """
     source = _page_of(elements)
     if any(is_within(page, each) for each in elements):
@@ -37,12 +37,12 @@ def moved(root: pn.Net, handles: Handles, elements: Sequence[EObject], page: pn.
 
 
 def grouped(root: pn.Net, handles: Handles, elements: Sequence[EObject], type: str) -> list[c.Command]:
-    """Return what makes a page of elements of a page; the new one is called `$page`.
+    """Return the commands that make a page from elements of a page; the new one is named `$page`.
 
     Raises
     ------
     CommandError
-        They do not stand on one page.
+        They are not on one page.
     """
     if type not in ("pn.Page", "sym.CallbackPage"):
         raise c.CommandError("what is drawn becomes a pn.Page or a sym.CallbackPage")
@@ -56,12 +56,12 @@ def grouped(root: pn.Net, handles: Handles, elements: Sequence[EObject], type: s
 
 
 def split(root: pn.Net, handles: Handles, page: EObject) -> list[c.Command]:
-    """Return what puts the contents of a page onto the page around it, and takes the page away.
+    """Return the commands that move a page's contents to the page around it, and delete the page.
 
     Raises
     ------
     CommandError
-        It is not a page within a page, or something cannot be without it, such as the port of a server.
+        It is not inside another page, or an object requires it, such as the port of a server.
     """
     above = page.eContainer()
     if not isinstance(page, pn.Page) or not isinstance(above, pn.Page):
@@ -84,7 +84,7 @@ def split(root: pn.Net, handles: Handles, page: EObject) -> list[c.Command]:
 
 
 def joined(handles: Handles, ends: tuple[EObject, EObject], point: tuple[float, float]) -> list[c.Command]:
-    """Return what draws an arc from the one end to the other, by a reference where they stand on two pages.
+    """Return the commands that draw an arc between two ends, with a reference if they are on two pages.
 
     Parameters
     ----------
@@ -93,12 +93,12 @@ def joined(handles: Handles, ends: tuple[EObject, EObject], point: tuple[float, 
     ends : pair of EObject
         Source and target.
     point : pair of float
-        Where a new reference stands.
+        Position of a new reference.
 
     Raises
     ------
     CommandError
-        They are not place and transition, or of two ROS nodes.
+        They are not a place and a transition, or they are in two ROS nodes.
     """
     place, other = ends if isinstance(ends[0], pn.PlaceNode) else (ends[1], ends[0])
     if not isinstance(place, pn.PlaceNode) or not isinstance(other, pn.TransitionNode):
@@ -122,7 +122,7 @@ def joined(handles: Handles, ends: tuple[EObject, EObject], point: tuple[float, 
 
 
 class _NodeMove:
-    """One move; `stand` says which node stands on a page for a place."""
+    """One move; `stand` returns the node that represents a place on a page."""
 
     def __init__(
         self,
@@ -160,7 +160,7 @@ class _NodeMove:
         return [*self._made, *found]
 
     def _merging(self) -> dict[pn.Node, pn.Node]:
-        """Return which references become which nodes that come to stand beside them."""
+        """Return the references that are replaced by nodes on the same page, with these nodes."""
         leading = referrers(self._root)
         known: dict[tuple[pn.Node, Place | None], pn.Node] = {}
         merged: dict[pn.Node, pn.Node] = {}
@@ -186,7 +186,7 @@ class _NodeMove:
         if page is not pages["target"]:
             is_place = {name: isinstance(end, (pn.Place, pn.ReferencePlace)) for name, end in now.items()}
             if is_place["source"] == is_place["target"]:
-                return  # such an arc is wrong anyway, and says so
+                return  # such an arc is invalid anyway, and reported
             place, other = ("source", "target") if is_place["source"] else ("target", "source")
             page = pages[other]
             names[place] = self._stand(now[place], page)
@@ -205,7 +205,7 @@ class _NodeMove:
             yield c.Bend(self._handle(arc), tuple((x + dx, y + dy) for x, y in points))
 
     def _stand(self, place: pn.Node, page: Place | None) -> str:
-        """Return what stands on a page for a place of another one, a new reference where nothing does."""
+        """Return the node for a place of another page; a new reference if there is none."""
         base = _base(place)
         if (base, page) in self._stands:
             return self._stands[base, page]
@@ -234,7 +234,7 @@ class _NodeMove:
 
 
 def _page_of(elements: Sequence[EObject]) -> pn.Page:
-    """Return the page that elements stand on."""
+    """Return the page of elements."""
     for each in elements:
         page = each.eContainer()
         if not isinstance(each, pn.PageObject) or not isinstance(page, pn.Page):
@@ -247,7 +247,7 @@ def _page_of(elements: Sequence[EObject]) -> pn.Page:
 
 
 def _reference(page: str, base: pn.Node, handles: Handles, called: str) -> c.Create:
-    """Return what makes a reference on a page, which shows the name of its place."""
+    """Return the command that makes a reference on a page, with the name of its place."""
     values: dict[str, c.Value] = {"target": handles.of(base) or ""}
     if base.name:
         values["name"] = base.name
@@ -257,7 +257,7 @@ def _reference(page: str, base: pn.Node, handles: Handles, called: str) -> c.Cre
 def _base(node: pn.Node) -> pn.Node:
     try:
         return resolve(node)
-    except DinerosError:  # no target, or a circle
+    except DinerosError:  # no target, or a cycle
         return node
 
 

@@ -210,7 +210,6 @@ class FillMeter:
 
     Each message has the time when the middleware received it. Messages taken after that time were waiting
     when it arrived. So the fill level is known exactly, but only afterwards.
-    when it came, so that the fill is known exactly, if only in hindsight.
 
     Parameters
     ----------

@@ -19,7 +19,6 @@ def claimed_domain(first: int = 1) -> Iterator[int]:
 
     Two runs in one domain receive each other's messages. A claim is a lock on a file, which ends with its
     process. Programs that claim no domain, such as a node started by hand, are not detected.
-    does not ask, such as a node that was started by hand, is not noticed.
 
     Parameters
     ----------

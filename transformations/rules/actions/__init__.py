@@ -1,1 +1,1 @@
-"""Actions: goals, slots that work on them, requests to cancel, outcomes and feedback (rules A1 to A7)."""
+"""Actions: goals, slots that execute them, cancel requests, outcomes and feedback (rules A1 to A7)."""

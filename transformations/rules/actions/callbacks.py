@@ -1,7 +1,8 @@
-"""What executors do about goals (families A and E together), as `rclpy` was seen to do it.
+"""Executors and goals (families A and E together), as observed with `rclpy`.
 
-A server takes goals and requests to cancel in callbacks of its group. What works on a goal is in no group: it
-has a thread from when the goal is accepted until it is over, or, where it awaits, one for each of its steps.
+A server takes goals and cancel requests in callbacks of its group. The callback that executes a goal is in no
+group: it has a thread from the acceptance of the goal until the end of the goal, or, if it awaits, one for
+each of its steps.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How goals end: in time, too late to be canceled, heeding the request to cancel or not (rules A4)."""
+"""The end of goals: without a cancel request, before it arrives, after reacting to it or not (rules A4)."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class EndingGoal(Pattern):
         self.idle = Made(A7.idle, of=[self.action, self.slot])
 
     def _match_wish(self) -> None:
-        """Any client will do."""
+        """Match any client."""
 
 
 class CanceledGoal(EndingGoal):
@@ -45,18 +45,18 @@ class CanceledGoal(EndingGoal):
 
 
 class End(Fragment):
-    """A goal is over.
+    """A goal ends.
 
     Parameters
     ----------
     way : str
-        How it ends, as a part of the id of its transition.
+        How it ends, as a part of its transition's id.
     goal : EndingGoal
         The goal.
     state : Expression
-        The place of how far the slot is.
+        The place for the state of the slot.
     words : str
-        How the goal ends.
+        Description of the end.
     """
 
     roles: Mapping[str, type[EObject]] = {"move": pn.Transition}

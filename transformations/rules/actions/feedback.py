@@ -1,7 +1,7 @@
-"""Feedback of an action, for the client whose goal it is about (rule A5).
+"""Feedback of an action, for the client of the goal (rule A5).
 
-It is a topic of ROS: what comes faster than the client takes it is lost. A slot tells what it has to tell
-before its goal is over.
+It is a ROS topic: feedback that arrives faster than the client takes it is lost. A slot sends all its
+feedback before its goal ends.
 """
 
 from __future__ import annotations

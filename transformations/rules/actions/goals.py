@@ -1,7 +1,7 @@
-"""Goals of an action: sent, accepted or refused, canceled, and over (rules A1 to A4).
+"""Goals of an action: sent, accepted or refused, canceled, and ended (rules A1 to A4).
 
-Servers accept a goal only into a slot that is free. Results are kept until the client takes them, and it has
-as many goals under way as it says, one where it says nothing.
+A server accepts a goal only if a slot is free. Results are kept until the client takes them. A client has as
+many goals under way as the model allows, one by default.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from dineros.transformations.rules.phases import Phase, StandardRule
 
 
 class Known(Fragment):
-    """A transition that another rule makes, and that is known here as what it does.
+    """A transition made by another rule, classified by its effect.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Known(Fragment):
 
 
 class Taken(Known):
-    """A server takes a goal or a request to cancel that it has not to work on, between callbacks."""
+    """A server takes a goal that it refuses, or a cancel request, between callbacks."""
 
 
 class Wish(Known):
@@ -51,16 +51,16 @@ class Heard(Known):
 
 
 class Answer(Heard):
-    """A client takes what it has been waiting for, and may send another goal.
+    """A client takes the answer for which it waits, and may then send another goal.
 
     Parameters
     ----------
     id : str
-        Of its transition; may hold placeholders.
+        Id of its transition; may have placeholders.
     waiting, ready : Expression
         Places of the answer, and of the client's readiness.
     means : Meaning
-        What it is.
+        Meaning of the transition.
     """
 
     move: New

@@ -1,7 +1,7 @@
-"""Goals of managed nodes (families A and L together): nothing of them happens before it is configured.
+"""Goals of managed nodes (families A and L together): they are inactive before the node is configured.
 
-A goal for a server that is not there waits for it, as a request does; what a slot works on stays there until
-its node is configured again. While a node is inactive, it takes goals, works on them, and hears of them.
+A goal for an absent server waits for it, as a request does; a goal in a slot stays there until its node is
+configured again. While a node is inactive, it accepts and executes goals, and receives events about its own.
 """
 
 from __future__ import annotations

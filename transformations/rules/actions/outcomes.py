@@ -1,4 +1,4 @@
-"""What rules ask of the outcomes of goals: where a server puts results, and where a client gets them."""
+"""Queries about the outcomes of goals: the places of results at a server and at a client."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dineros.transformations.language.functions import Query
 
 
 class Exits(Query):
-    """The places of a server where goals end, one for each outcome that it has."""
+    """The places of a server at which goals end, one for each of its outcomes."""
 
     eclass = pn.Place
     many = True
@@ -20,7 +20,7 @@ class Exits(Query):
 
 
 class Fetched(Query):
-    """The place of a client that gets results of one outcome; absent where it fetches none."""
+    """The place of a client for results of one outcome; absent if it takes no such results."""
 
     eclass = pn.Place
     _words = "what {} does about {}"

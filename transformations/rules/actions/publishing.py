@@ -1,4 +1,4 @@
-"""What a slot's page publishes while it works on a goal (families A, R and T together)."""
+"""Publishing on the page of a slot while it executes a goal (families A, R and T together)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Slots of an action's server: a copy of its page for each, and how far it is with a goal (rules A6 and A7).
+"""Slots of an action server: a copy of its page for each, and the state of its goal (rules A6 and A7).
 
-A goal that is worked on is executing, or to be canceled; that a request to cancel it is under way is known,
-too, so that a request never meets another goal than the one it names (ROS 2, design of actions, goal states).
+A goal in a slot is executing or canceling. It is also known whether a cancel request for it is under way, so
+that a request never affects another goal than its own (ROS 2, design of actions, goal states).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dineros.transformations.rules.phases import Phase, StandardRule
 
 
 def slots(action: Node) -> Expression:
-    """Return the number of goals that a server works on at once: by default one per client."""
+    """Return the number of goals that a server executes at a time: by default one per client."""
     return either(action.instances, count(action.clients))
 
 
@@ -32,7 +32,7 @@ class Slot(Pattern):
     Parameters
     ----------
     upto : Expression or int, optional
-        The number of the last slot that matches; by default all slots do.
+        Number of the last slot that matches; by default, all slots match.
     """
 
     def __init__(self, upto: Expression | int | None = None) -> None:
@@ -82,7 +82,7 @@ class A6Client(StandardRule, phase=Phase.instances):
 
 
 class SlotPage(Slot):
-    """A slot of an action, and its copy of the server's page."""
+    """A slot of an action, with its copy of the server's page."""
 
     def __init__(self, upto: Expression | int | None = None) -> None:
         super().__init__(upto)
@@ -90,7 +90,7 @@ class SlotPage(Slot):
 
 
 class SlotCallback(SlotPage):
-    """The same where that copy is a callback page."""
+    """A slot whose copy of the page is a callback page."""
 
     def __init__(self, upto: Expression | int | None = None) -> None:
         super().__init__(upto)

@@ -1,1 +1,1 @@
-"""Rules of ROS 2 for clients that do not wait for what they ask."""
+"""Rules of ROS 2 for clients that do not wait for responses or results."""

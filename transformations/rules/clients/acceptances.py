@@ -1,6 +1,6 @@
-"""What a client of an action learns of the acceptance of its goal (rule A9).
+"""The acceptance of a goal as an action client receives it (rule A9).
 
-Only a goal that is known to be accepted has a handle by which `rclpy` and `rclcpp` cancel it.
+Only a goal whose acceptance is known has a handle with which `rclpy` and `rclcpp` can cancel it.
 """
 
 from __future__ import annotations

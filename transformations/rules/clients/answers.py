@@ -1,7 +1,7 @@
 """Answers to the goals of a client that does not wait (rules G3).
 
-Acceptances and refusals share a history, as the responses of a service do. They are of two kinds, so a full
-history may lose one of the other kind instead of the one that comes.
+Acceptances and refusals share a history, like the responses of a service. Since they are of two kinds, a full
+history may lose an answer of the other kind instead of the new one.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ANSWERS = "answer history of {client} of action {action}"
 
 
 class HearsAnswers(Query):
-    """Whether the answer to a goal changes anything at its client, except that it may ask for the result."""
+    """Whether the answer to a goal affects its client, apart from asking for the result."""
 
     datatype = TRUTH
     _words = "{} hears whether goals are accepted"

@@ -1,9 +1,9 @@
-"""Requests to cancel of a client with one goal under way are gone first (rule A8).
+"""Cancel requests of a client with one goal under way leave first (rule A8).
 
-Such a request means the goal that the client has. It waits only while that goal is sent and not answered, or
-another request to cancel it is under way. Otherwise it reaches the goal, or is gone before the client takes
-what it is told of it. A request that is made while no goal is under way is gone before the next goal is sent.
-So a request to cancel never meets a goal that is sent after it was made.
+Such a request is for the client's current goal. It waits only while that goal is sent and not answered, or
+while another cancel request for it is under way. Otherwise it reaches the goal, or is dropped before the
+client takes the next event of the goal. A request made while no goal is under way is dropped before the next
+goal is sent. So a cancel request never affects a goal that is sent after the request was made.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from dineros.transformations.rules.queries.tokens import MostPut
 
 
 def _room(wish: Node) -> Expression:
-    """Return how many requests to cancel there are at most: one that waits, and those of one firing."""
+    """Return the maximum number of cancel requests: one that waits, and those of one firing."""
     return less(greatest(1, wish.tokens, MostPut(wish)), -1)
 
 

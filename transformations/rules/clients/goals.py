@@ -1,11 +1,11 @@
-"""Clients of actions that do not wait for the end of a goal (rules G1, G2 and G4).
+"""Action clients that do not wait for the end of a goal (rules G1, G2 and G4).
 
-Such a client (`dineros.metamodel.callbacks.waiting`) sends as many goals as its node asks for. An action of
-ROS 2 is made of services, whose histories keep 10 messages. What comes to a full one is lost, or takes the
-place of a message that waits there: of a goal that waits for the server, or of an answer or a result that
-waits for the client. The histories do not say which message is the oldest, so that any of them can be the one
-that is lost. Between messages of one kind this makes no difference; results and answers are of several kinds
-(OMG, Data Distribution Service 1.4, 2015, Sect. 2.2.3.18).
+Such a client (`dineros.metamodel.callbacks.waiting`) sends as many goals as its node requests. An action of
+ROS 2 consists of services, whose histories keep 10 messages. A message that arrives at a full history is
+lost, or replaces a waiting message: a goal that waits for the server, or an answer or a result that waits for
+the client. The model's histories do not store which message is the oldest, so any message can be the lost
+one. For messages of one kind this makes no difference; but results and answers are of several kinds (OMG,
+Data Distribution Service 1.4, 2015, Sect. 2.2.3.18).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from dineros.transformations.rules.requests import Entrance, entering
 LANGUAGE.add(__name__)
 
 DEPTH = 10
-"""Messages that the histories of an action's services keep: the default of ROS 2, which none changes."""
+"""History depth of an action's services: the default of ROS 2, which cannot be changed."""
 
 GOALS = "goal history of action {action}"
 RESULTS = "result history of {client} of action {action}"
@@ -48,7 +48,7 @@ class GoalsPile(Query):
 
 
 def load_of(id: str, kind: QueueKind, called: str) -> New:
-    """Return the place that counts the messages of a history."""
+    """Return the place that counts the messages in a history."""
     return place(f"{id}.Load", means=Meaning("{queue}: load", queue=kind, called=called, part="load"))
 
 
@@ -60,20 +60,20 @@ def capacity_of(id: str, kind: QueueKind, called: str) -> New:
 
 
 class Replaced(Fragment):
-    """A message that comes to a full history takes the place of one of another kind, which is lost.
+    """A message that arrives at a full history replaces one of another kind, which is lost.
 
     Parameters
     ----------
     id : str
         Id of its transition; may hold placeholders.
     means : Meaning
-        What it does.
+        Meaning of the transition.
     source, kept : Expression
-        The places of what comes: where it arrives, and where it waits in the history.
+        The places of the new message: where it arrives, and where it waits in the history.
     lost : Expression
-        The place of the history for what is lost.
+        The place of the history for the kind of the lost message.
     load : Expression
-        The place that counts the messages of the history.
+        The place that counts the messages in the history.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class Replaced(Fragment):
 
 
 def replaces(kind: QueueKind, called: str, words: str) -> Meaning:
-    """Return the meaning of a transition by which a message takes the place of another one."""
+    """Return the meaning of a transition in which a message replaces another one."""
     return Meaning(words, step=Drop, queue=kind, called=called, part="instead")
 
 

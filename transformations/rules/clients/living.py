@@ -1,7 +1,7 @@
-"""What a full history of requests forgets where clients give up (rule R6).
+"""Which request a full history loses if clients may give up (rule R6).
 
-It forgets its oldest request. Where all that it holds are late, that is one whose client has given up, so a
-client loses its request only where the history holds one of a client that waits.
+It loses its oldest request. If all its requests are late, this is one whose client has given up. So a client
+loses its request only if the history has a request of a client that still waits.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Clients of ROS 2 that do not wait (rule R8).
+"""Service clients of ROS 2 that do not wait (rule R8).
 
-Such a client (`dineros.metamodel.callbacks.waiting`) sends as many requests as its node asks for. Sending
-never blocks: a request comes to the history of the service at once, and is lost where that is full. So is a
-response where the client has not taken as many as its own history keeps. `rclpy` 7.1.6 was seen to do both:
-of 30 responses that a server sent before the client's executor spun, the client got 10.
+Such a client (`dineros.metamodel.callbacks.waiting`) sends as many requests as its node requests. Sending
+never blocks: a request goes to the history of the service at once, and is lost if that is full. A response is
+lost if the client's own history is full of responses that it has not taken. Both was observed with `rclpy`
+7.1.6: of 30 responses that a server sent before the client's executor spun, the client got 10.
 """
 
 from __future__ import annotations

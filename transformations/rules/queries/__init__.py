@@ -1,1 +1,1 @@
-"""What rules ask of a model: callbacks, and the arcs around places."""
+"""Queries of rules about callbacks, times and the arcs around places."""

@@ -1,4 +1,4 @@
-"""What rules ask of callback pages: where callbacks begin and end, what they wait for, who is in a group."""
+"""Queries about callback pages: the begin and end of callbacks, their waits, and callback groups."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from dineros.transformations.language.functions import Query
 
 
 class Callback(Query):
-    """The callback page that a place stands on; absent where it stands on none."""
+    """The callback page of a place; absent if the place is on none."""
 
     eclass = sym.CallbackPage
     _words = "callback around {}"
@@ -31,7 +31,7 @@ class Callback(Query):
 
 
 class Beginnings(Query):
-    """The transitions by which the callback of a timer begins; others begin with what is taken."""
+    """The transitions with which a timer callback begins; other callbacks begin by taking a message."""
 
     eclass = pn.Transition
     many = True
@@ -43,7 +43,7 @@ class Beginnings(Query):
 
 
 class Ends(Query):
-    """The transitions by which a callback ends; a server's and a goal's end with what they answer."""
+    """The transitions with which a callback ends; those of servers and goals end with their responses."""
 
     eclass = pn.Transition
     many = True
@@ -55,7 +55,7 @@ class Ends(Query):
 
 
 class Steps(Query):
-    """The transitions of a callback that works on a goal and awaits at each step; others have none."""
+    """The transitions of a callback that executes a goal and awaits at each step; empty for others."""
 
     eclass = pn.Transition
     many = True
@@ -67,7 +67,7 @@ class Steps(Query):
 
 
 class Group(Query):
-    """The callback group of a callback or client; its node net where it names none."""
+    """The callback group of a callback or client; its node net if it names none."""
 
     eclass = EObject
     _words = "group of {}"
@@ -75,7 +75,7 @@ class Group(Query):
 
 
 class Members(Query):
-    """The callbacks and clients in a callback group, or in that of a node net."""
+    """The callbacks and clients in a callback group, or in the default group of a node net."""
 
     eclass = EObject
     many = True
@@ -84,7 +84,7 @@ class Members(Query):
 
 
 class Threads(Query):
-    """How many threads the executor of a node net has."""
+    """Number of threads of a node net's executor."""
 
     datatype = WHOLE
     _words = "threads of {}"
@@ -92,7 +92,7 @@ class Threads(Query):
 
 
 class HoldsThread(Query):
-    """Whether a callback has a thread while it runs."""
+    """Whether a callback holds a thread while it runs."""
 
     datatype = TRUTH
     _words = "{} holds a thread"
@@ -100,7 +100,7 @@ class HoldsThread(Query):
 
 
 class BeginsCallback(Query):
-    """Whether responses to a client begin a callback of their own."""
+    """Whether responses to a client begin a separate callback."""
 
     datatype = TRUTH
     _words = "response to {} begins a callback"
@@ -108,7 +108,7 @@ class BeginsCallback(Query):
 
 
 class Awaited(Query):
-    """Whether a client's callback gives its thread back while it waits for the response."""
+    """Whether a client's callback releases its thread while it waits for the response."""
 
     datatype = TRUTH
     _words = "response to {} is awaited"
@@ -116,7 +116,7 @@ class Awaited(Query):
 
 
 class GoalAwaited(Query):
-    """Whether the callback that sends a client's goals gives its thread back until they are over."""
+    """Whether the callback that sends a client's goals releases its thread until they end."""
 
     datatype = TRUTH
     _words = "goals of {} are awaited"
@@ -130,7 +130,7 @@ def _told(client: sym.ActionClientPort, move: pn.Transition) -> pn.Place | None:
 
 
 class Told(Query):
-    """The place where a transition tells an action's client of an answer, acceptance or feedback, if any."""
+    """The place onto which a transition puts an action client's answer, acceptance or feedback, if any."""
 
     eclass = pn.Place
     _words = "where {1} tells {0}"
@@ -138,7 +138,7 @@ class Told(Query):
 
 
 class BeginsAnswer(Query):
-    """Whether what a transition tells an action's client begins a callback of its own."""
+    """Whether the message that a transition gives to an action client begins a separate callback."""
 
     datatype = TRUTH
     _words = f"{Told._words} begins a callback"
@@ -149,7 +149,7 @@ class BeginsAnswer(Query):
 
 
 class GoesOn(Query):
-    """Whether a callback that awaits continues with what is told: an answer on its own page."""
+    """Whether a callback that awaits continues with the message: an answer on its own page."""
 
     datatype = TRUTH
     _words = f"{{0}} awaits {Told._words}"

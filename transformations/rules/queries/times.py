@@ -1,4 +1,4 @@
-"""What rules ask of times: intervals, how many clocks something needs, what waits."""
+"""Queries about times: intervals, numbers of clocks, waits."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class RunsCallbacks(Query):
 
 
 class PublishesWithoutEnd(Query):
-    """Whether a port may publish any number of messages in no time."""
+    """Whether a port may publish any number of messages in zero time."""
 
     datatype = TRUTH
     _words = "nothing bounds how many messages {0} publishes for {1} in no time"
@@ -46,7 +46,7 @@ class PublishesWithoutEnd(Query):
 
 
 class HasPeriod(Query):
-    """Whether the period of a timer is given, and not only assumed."""
+    """Whether the period of a timer is given in the model, and not only assumed."""
 
     datatype = TRUTH
     _words = "the period of {} is given"
@@ -68,7 +68,7 @@ class Period(Query):
 
 
 class Offset(Query):
-    """When a timer strikes first."""
+    """Time of the first tick of a timer, as an interval."""
 
     eclass = pn.TimeInterval
     _words = "offset of {}, or [0, its period]"
@@ -79,7 +79,7 @@ class Offset(Query):
 
 
 class Jitter(Query):
-    """How late a strike of a timer may be, as an interval from 0."""
+    """Maximum delay of a tick of a timer, as an interval from 0."""
 
     eclass = pn.TimeInterval
     _words = "[0, jitter of {}]"
@@ -90,7 +90,7 @@ class Jitter(Query):
 
 
 class GivenDuration(Query):
-    """How long a run of a callback takes; absent where that is open."""
+    """Duration of one run of a callback; absent if it is not given."""
 
     eclass = pn.TimeInterval
     _words = "duration of {}"
@@ -101,7 +101,7 @@ class GivenDuration(Query):
 
 
 class HasDuration(Query):
-    """Whether a callback says how long it works, and does so without waiting."""
+    """Whether a callback has a duration, and does not wait."""
 
     datatype = TRUTH
     _words = "{} has a duration and never waits"
@@ -123,7 +123,7 @@ class HasInterval(Query):
 
 
 class Stretch(Query):
-    """How long a callback that waits works between two waits, at most; absent where that is open."""
+    """Maximum time that a waiting callback works between two waits; absent if it is not given."""
 
     datatype = REAL
     _words = "latest duration of {}"
@@ -158,7 +158,7 @@ class Moves(Query):
 
 
 class RunsAtOnce(Query):
-    """How many runs of a callback there may be at the same time."""
+    """Maximum number of simultaneous runs of a callback."""
 
     datatype = WHOLE
     _words = "runs of {} at once"
@@ -166,7 +166,7 @@ class RunsAtOnce(Query):
 
 
 class RunsOn(Query):
-    """How many runs of the callback around a place there may be at the same time; 1 outside of callbacks."""
+    """Maximum number of simultaneous runs of the callback around a place; 1 outside of callbacks."""
 
     datatype = WHOLE
     _words = "runs of the callback around {} at once"
@@ -178,7 +178,7 @@ class RunsOn(Query):
 
 
 class Latency(Query):
-    """How long a message is on its way from a publisher to a subscriber."""
+    """Latency of a message from a publisher to a subscriber."""
 
     eclass = pn.TimeInterval
     _words = "latency from {} to {}"
@@ -189,7 +189,7 @@ class Latency(Query):
 
 
 class OnTheWay(Query):
-    """How many messages from a publisher to a subscriber have clocks of their own at once."""
+    """Number of messages from a publisher to a subscriber that have their own clocks at the same time."""
 
     datatype = WHOLE
     _words = "messages on their way from {} to {}"
@@ -197,7 +197,7 @@ class OnTheWay(Query):
 
 
 class CallLatency(Query):
-    """How long each request and each response of a client is on its way."""
+    """Latency of each request and each response of a client."""
 
     eclass = pn.TimeInterval
     _words = "latency of {}"
@@ -208,9 +208,9 @@ class CallLatency(Query):
 
 
 class CallsOnTheWay(Query):
-    """How many requests of a client have clocks; 0 if nothing bounds their latency, or their number.
+    """Number of a client's requests that have clocks; 0 if their latency or their number is unbounded.
 
-    A client that gives up has them if each of its requests has arrived by then.
+    Requests of a client that gives up have clocks if each request arrives before its time-out.
     """
 
     datatype = WHOLE
@@ -224,12 +224,12 @@ class CallsOnTheWay(Query):
         patience = client.timeout or 0.0
         if patience > 0.0 and not (gives_up_in_time(client) and latency.latest <= patience):
             return 0
-        # Flattening has filled in how many a client has under way; any number is below 0.
+        # Flattening has set the number of requests under way; a negative number means any number.
         return max(client.outstanding or 1, 0)
 
 
 class GivesUpInTime(Query):
-    """Whether the rules know when a client gives up, at the earliest."""
+    """Whether the rules model the earliest time at which a client gives up."""
 
     datatype = TRUTH
     _words = "{} gives up after its time-out"
@@ -248,7 +248,7 @@ class TimeOut(Query):
 
 
 class ReactsFrom(Query):
-    """How long the engine of a node takes to fire, at least."""
+    """Minimum time that the engine of a node takes to fire."""
 
     datatype = REAL
     _words = "earliest reaction of {}"
@@ -260,7 +260,7 @@ class ReactsFrom(Query):
 
 
 class ReactsUntil(Query):
-    """How long it takes at most; absent where that is open."""
+    """Maximum time that the engine of a node takes to fire; absent if it is not given."""
 
     datatype = REAL
     _words = "latest reaction of {}"
@@ -272,7 +272,7 @@ class ReactsUntil(Query):
 
 
 class Reacts(Query):
-    """Whether a transition fires within the reaction of its node: without an interval or a duration."""
+    """Whether a transition fires within the reaction time of its node: it has no interval or duration."""
 
     datatype = TRUTH
     _words = "{1} fires within the reaction of {0}"
@@ -288,7 +288,7 @@ class Reacts(Query):
 
 
 class Seconds(Query):
-    """A number of seconds; 0 where there is none."""
+    """A number of seconds; 0 if there is none."""
 
     datatype = REAL
     _words = "{} or 0"
@@ -299,7 +299,7 @@ class Seconds(Query):
 
 
 class KeepsOrder(Query):
-    """Whether the callbacks of a node are taken in the order that it names."""
+    """Whether the executor of a node takes callbacks in a given order."""
 
     datatype = TRUTH
     _words = "{} takes callbacks in its order"

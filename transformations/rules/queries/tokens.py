@@ -1,6 +1,6 @@
-"""What rules ask of the arcs around a place: which transitions change it, by how much, and what they need.
+"""Queries about the arcs around a place: which transitions change it, by how much, and what they need.
 
-References to places have to be resolved before, so that arcs end at the places themselves.
+References to places must be resolved before, so that arcs end at the places themselves.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dineros.transformations.language.functions import Query
 
 
 class Raising(Query):
-    """The transitions whose firing leaves more tokens in a place than there were, by its arcs."""
+    """The transitions that increase the number of tokens on a place, according to its arcs."""
 
     eclass = pn.Transition
     many = True
@@ -25,7 +25,7 @@ class Raising(Query):
 
 
 class Lowering(Query):
-    """The transitions whose firing leaves fewer tokens in a place than there were, by its arcs."""
+    """The transitions that decrease the number of tokens on a place, according to its arcs."""
 
     eclass = pn.Transition
     many = True
@@ -37,7 +37,7 @@ class Lowering(Query):
 
 
 class Change(Query):
-    """By how many tokens the firing of a transition raises a place; below 0 where it lowers it."""
+    """Change of the number of tokens on a place by the firing of a transition; may be negative."""
 
     datatype = WHOLE
     _words = "change of {} by {}"
@@ -48,7 +48,7 @@ class Change(Query):
 
 
 class MostPut(Query):
-    """The largest number of tokens that one firing puts on a place; 0 where none does."""
+    """The largest number of tokens that one firing puts on a place; 0 if none does."""
 
     datatype = WHOLE
     _words = "heaviest arc into {}"
@@ -59,7 +59,7 @@ class MostPut(Query):
 
 
 class MostNeeded(Query):
-    """The largest number of tokens that one firing needs in a place; 0 where none does."""
+    """The largest number of tokens that one firing needs on a place; 0 if none does."""
 
     datatype = WHOLE
     _words = "heaviest arc out of {}"
@@ -85,7 +85,7 @@ def _needs(place: pn.Place) -> Counter[pn.Node]:
 
 
 def _changes(place: pn.Place) -> Counter[pn.Node]:
-    """Return what each transition puts on a place, less what it takes; a read arc does neither."""
+    """Return the tokens that each transition puts on a place minus those it takes; read arcs count as 0."""
     changes = _puts(place)
     for arc in place.outgoing:
         if arc.kind == pn.ArcKind.normal:

@@ -1,1 +1,1 @@
-"""Times of ROS 2 (family D): rules that run where a question asks about time."""
+"""Times in ROS 2 (family D): rules that run if a question is about time."""

@@ -1,4 +1,4 @@
-"""Delays with clocks of their own: what takes time runs beside others of its kind."""
+"""Delays with their own clocks: several delays of one kind can run at the same time."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from dineros.transformations.rules.notation import arc, place, transition
 
 
 class Clock(Fragment):
-    """One of several clocks for tokens on their way between two places.
+    """One of several clocks for tokens under way between two places.
 
-    Tokens are alike. So which clock ends first makes no difference: what arrives first counts as what was
-    sent first, and has its latest arrival before that of the others.
+    Tokens are indistinguishable, so it makes no difference which clock ends first: the first arrival counts
+    as the token that was sent first, and its latest arrival time is before that of the others.
 
     Parameters
     ----------
     id : str
-        Prefix of the ids of its elements; may hold placeholders.
+        Prefix of the ids of its elements; may have placeholders.
     source, target : Expression
         The places.
     within : Expression
-        How long it takes.
+        The delay, as an interval.
     begins, runs, ends : str
-        What its parts are, in words.
+        Descriptions of its parts.
     """
 
     roles: Mapping[str, type[EObject]] = {

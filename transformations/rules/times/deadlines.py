@@ -1,8 +1,8 @@
-"""Deadlines of subscriptions of ROS 2 (rule D9): the node learns that no message came.
+"""Deadlines of subscriptions of ROS 2 (rule D9): the node is notified that no message arrived.
 
-The deadline runs from the first message that the node takes, and again from each further one. When it ends,
-the node gets one token, or as soon as its place has room, if no message comes before; the next token needs a
-message before it.
+The deadline runs from the first message that the node takes, and restarts at each further one. When it ends,
+the node gets one token; if the place is full, it gets the token as soon as there is room, unless a message
+arrives before. After that, a further token requires a message before it.
 """
 
 from __future__ import annotations

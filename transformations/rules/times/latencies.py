@@ -1,8 +1,8 @@
-"""Messages on their way (rules D5 and D6): each has a clock of its own.
+"""Messages under way (rules D5 and D6): each has its own clock.
 
-The clocks do not keep the order of messages. A net counts tokens, which are alike, so the counts are those
-of messages that arrive in order: if the k-th message is sent at s(k), the k-th arrival lies within s(k) plus
-the latency either way.
+The clocks do not keep the order of messages. A net counts indistinguishable tokens, so the counts are those
+of messages that arrive in order: if the k-th message is sent at time s(k), the k-th arrival is within s(k)
+plus the latency in both cases.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from dineros.transformations.rules.services import S1
 from dineros.transformations.rules.times.clocks import Clock
 
 REQUEST = "{service.id}.client.{client.client}"
-"""Prefix of ids of what a client sends and gets."""
+"""Prefix of ids for requests that a client sends and responses that it gets."""
 
 
 class D5(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
@@ -121,7 +121,7 @@ class D5Hand(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class Journey(Fragment):
-    """Where a request is sent, and where it arrives."""
+    """A request is sent at one place and arrives at another."""
 
     roles: Mapping[str, type[EObject]] = {"sent": pn.Place, "arrived": pn.Place}
 

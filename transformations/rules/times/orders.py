@@ -1,8 +1,9 @@
-"""In which order an executor takes callbacks (rule E8): from a wait result, timers before messages.
+"""The order in which an executor takes callbacks (rule E8): from a wait result, timers before messages.
 
-A wait result is a set of tokens, one for each callback that was ready when the executor looked. There are two
-sets: the executor works off one, and what gets ready meanwhile is in the other. When nothing of the first is
-left, they change places. So what was ready at one moment is one set, however many callbacks there are.
+A wait result is a set of tokens, one for each callback that was ready when the executor waited. There are two
+sets: the executor processes one, and callbacks that become ready meanwhile are in the other. When the first
+set is empty, the two are exchanged. So the callbacks that are ready at one moment form one set, for any
+number of callbacks.
 """
 
 from __future__ import annotations
@@ -55,18 +56,18 @@ class E8Result(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class Wait(Fragment):
-    """The executor looks what is ready.
+    """The executor checks which callbacks are ready.
 
     Parameters
     ----------
     id : str
-        Of its transition.
+        Id of the transition.
     now, after : Expression
-        Have a token before, and afterwards.
+        Places with a token before and after the check.
     some : Expression
-        Has a token if something is ready.
+        Place with a token if some callback is ready.
     needs, without : list of Expression
-        Places that must have a token, and that must have none.
+        Places that must have a token, and places that must have none.
     """
 
     roles: Mapping[str, type[EObject]] = {"wait": pn.Transition}
@@ -114,7 +115,7 @@ class E8Wait(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class Turn(Fragment):
-    """How far a callback is that an executor takes in order.
+    """The state of a callback that an executor takes in order.
 
     Parameters
     ----------
@@ -169,22 +170,22 @@ class E8End(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class Listing(Fragment):
-    """A callback that is ready is part of a wait result.
+    """A ready callback becomes part of a wait result.
 
     Parameters
     ----------
     id : str
         Prefix of the ids of its elements.
     turn : Made
-        How far it is.
+        The state of the callback.
     ready : Expression
-        Has a token while it is ready.
+        Place with a token while it is ready.
     now, other : Expression
-        Have a token while the executor works off this wait result, or the other one.
+        Places with a token while the executor processes this wait result, or the other one.
     listed : Expression
-        Counts callbacks of its kind in this one.
+        Place that counts the callbacks of its kind in this wait result.
     node : Made
-        Of `E8`: what its executor has.
+        Elements of `E8` for its executor.
     """
 
     roles: Mapping[str, type[EObject]] = {

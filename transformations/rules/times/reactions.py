@@ -1,4 +1,4 @@
-"""How long the engine of a node takes to fire, and to take what has arrived (rule D7)."""
+"""The time that the engine of a node needs to fire, and to take arrived messages (rule D7)."""
 
 from __future__ import annotations
 

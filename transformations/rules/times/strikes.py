@@ -1,4 +1,4 @@
-"""When timers strike (rule D1): in step, whatever their callbacks do."""
+"""Ticks of timers (rule D1): periodic, independent of their callbacks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When clients give up (rule D8): not before their time-out, and at any time from then on."""
+"""Time-outs of clients (rule D8): a client gives up at any time after its time-out, not before."""
 
 from __future__ import annotations
 

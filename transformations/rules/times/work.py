@@ -1,4 +1,4 @@
-"""How long callbacks work (rules D2 to D4)."""
+"""Durations of callbacks (rules D2 to D4)."""
 
 from __future__ import annotations
 
