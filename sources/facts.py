@@ -115,6 +115,36 @@ class Entity:
         return found
 
 
+class Item:
+    """A part of what a callback does, in its order: `dineros.sources.branches` has them."""
+
+
+Known = tuple[object, ...]
+"""A value of a variable, as `dineros.sources.branches` has them."""
+
+
+@dataclass(eq=False)
+class Variable:
+    """An attribute of an object that has few values in the whole program: a flag, a mode, a handle or None.
+
+    Attributes
+    ----------
+    name : str
+        Of the attribute.
+    at : Place
+        Where it gets its first value.
+    first : Known
+        Its value when the callbacks begin to run.
+    values : tuple of Known
+        All values that it may have.
+    """
+
+    name: str
+    at: Place
+    first: Known = ()
+    values: tuple[Known, ...] = ()
+
+
 @dataclass(eq=False)
 class Effect:
     """Something that a callback does.
@@ -188,6 +218,8 @@ class CallbackFact:
         Whether it may do more than its effects say: the reader could not follow it.
     is_apart : bool
         Whether it runs on a thread of its own, which is none of the executor's.
+    body : list of branches.Item or None
+        The effects in their branches; None where the order could not be followed.
     """
 
     name: str
@@ -197,6 +229,7 @@ class CallbackFact:
     is_async: bool = False
     is_open: bool = False
     is_apart: bool = False
+    body: list[Item] | None = field(default=None, repr=False)
 
     def to_json(self) -> dict[str, Any]:
         """Return the callback in the schema of the facts."""
@@ -267,6 +300,8 @@ class NodeFact:
         Line of the launch file that starts it.
     plugin : str
         Of a component: its class, as launch files name it.
+    variables : list of branches.Variable
+        Attributes with few values, of which all assignments are known.
     """
 
     cls: str
@@ -286,6 +321,7 @@ class NodeFact:
     remappings: dict[str, str] = field(default_factory=dict)
     started: str = ""
     plugin: str = ""
+    variables: list[Variable] = field(default_factory=list)
 
     def of(self, kind: str) -> list[Entity]:
         """Return the entities of a kind."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any
 
+from dineros.sources.branches import variables_set
 from dineros.sources.facts import CallbackFact, Facts, NodeFact, Place
 from dineros.sources.folders import SourceFolder
 from dineros.sources.language.calls import Interpreter
@@ -17,6 +18,7 @@ from dineros.sources.language.machine import Activity, TooLong
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import Callback, Class, Frame, Function
 from dineros.sources.left_out import lines
+from dineros.sources.libraries.certain import find_variables
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.left_out import calls_of
 from dineros.sources.libraries.library import RosLibrary
@@ -222,8 +224,9 @@ def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[Nod
     machine, _ = _interpreter(modules, words, reading)
     machine.home = module.path
     main = CallbackFact("main", "main", Place(module.path, 1))
+    activity = Activity(main)
     try:
-        with machine.doing(Activity(main)):
+        with machine.doing(activity):
             frame = machine.module_frame(module, is_script=program.function is None)
             function = _function(machine, frame, program.function)
             if function is not None:
@@ -237,10 +240,11 @@ def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[Nod
         reading.folder.unread.append(
             f"{program.path}: the program {words} is too large to be followed to its end"
         )
+        machine.attributes.is_wild = True
         for node in machine.nodes:
             for callback in node.callbacks:
                 callback.is_open = True
-    _finish(machine, main)
+    _finish(machine, activity)
     return machine.nodes, {(node.at.file, node.at.line) for node in machine.nodes}
 
 
@@ -266,20 +270,22 @@ def _run_class(
         return [], set()
     machine, _ = _interpreter(modules, "no program", reading)
     main = CallbackFact("main", "main", Place(path, 1))
+    activity = Activity(main)
     try:
-        with machine.doing(Activity(main)):
+        with machine.doing(activity):
             frame = machine.module_frame(module)
             cls = machine.variable(name, frame)
             if isinstance(cls, Class):
                 machine.call(cls, [], {}, cls.node, frame)
         _callbacks(machine)
     except (TooLong, RecursionError):
+        machine.attributes.is_wild = True
         reading.folder.unread.append(f"{path}: the class {name} is too large to be followed to its end")
     for node in machine.nodes:
         node.executor = node.executor or "open: no program makes it"
         if node.threads == "not spun":
             node.threads = "open"
-    _finish(machine, main)
+    _finish(machine, activity)
     return machine.nodes, set()
 
 
@@ -313,6 +319,10 @@ def _read(machine: Interpreter, callback: Callback) -> None:
     with machine.doing(activity):
         found = machine.call(callback.function, list(callback.args), {}, node, frame)
         del found
+    fact.body = activity.block
+    if activity.is_lost:
+        fact.body = None
+        machine.attributes.names |= {each.name for each in variables_set(activity.block)}
 
 
 def _target(function: object) -> object:
@@ -323,8 +333,10 @@ def _target(function: object) -> object:
     return function
 
 
-def _finish(machine: Interpreter, main: CallbackFact) -> None:
+def _finish(machine: Interpreter, activity: Activity) -> None:
     """Give what belongs to no node to those whose ports it uses, else to the first."""
+    find_variables(machine, activity.block)
+    main = activity.fact
     loose = [callback.fact for callback in machine.callbacks.values() if callback.node is None]
     if machine.nodes:
         for fact in ([main] if main.effects else []) + loose:

@@ -175,8 +175,9 @@ def _transitions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
         if isinstance(action, sym.ActionChannel) and action.server.cancel is not None
         for arc in action.server.cancel.outgoing
     }
+    read = {_line(transition) for transition in transitions(model) if alive.any(transition)}
     for transition in transitions(model):
-        if not alive.any(transition):
+        if not alive.any(transition) and (transition.sourceLine is None or _line(transition) not in read):
             node = node_net_of(transition)
             where = f" of node net {node.id}" if node is not None else ""
             action = cancels.get(transition)
@@ -186,6 +187,15 @@ def _transitions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
                 )
                 continue
             yield TRANSITION.found(transition.id, transition=transition.id, where=where)
+
+
+def _line(transition: pn.Transition) -> tuple[object, ...]:
+    """Return what alternatives of one line of code share: the line, and where a callback is before it.
+
+    A line that tests or sets a variable has a transition for each value.
+    """
+    before = {arc.source for arc in transition.incoming if not isinstance(arc.source, pn.ReferencePlace)}
+    return transition.page, transition.sourceLine, frozenset(before)
 
 
 class Use(Question):

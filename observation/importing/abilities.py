@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.observation.importing.assuming import TIMER, USUAL_DEPTH, Assumed, Marked, quoted
+from dineros.observation.importing.assuming import TIMER, USUAL_DEPTH, Assumed, Marked, of_client, quoted
 from dineros.observation.importing.channels import Channels
-from dineros.observation.importing.given import Given, GivenCallback, Step
+from dineros.observation.importing.flows.graphs import variables_of
+from dineros.observation.importing.flows.labels import Flow, Set, Step
+from dineros.observation.importing.flows.racing import races
+from dineros.observation.importing.given import Given, GivenCallback
 from dineros.observation.importing.names import flat
 from dineros.observation.systems import ALL_KEPT, ObservedNode, TopicEndpoint
 
@@ -91,6 +94,40 @@ class Abilities:
             for verb, names, word in (("wait", topics, "message_of"), ("result", actions, "result_of"))
             for step in sorted({Step(each.verb, each.name) for each in said}, key=str)
             if step.verb == verb and step.name in names
+        }
+
+    def _variables(self) -> dict[str, dict[str, pn.Place]]:
+        """Return places for the values of the variables, if the node has all callbacks that set them."""
+        said, node = self._said, self._node
+        known = {each.given_as for each in node.subscribers} | set(said.timers or ())
+        for endpoints in (node.servers, node.clients, node.action_servers, node.action_clients):
+            known |= {each.name for each in endpoints} | {of_client(each.name) for each in endpoints}
+        clients = {each.name for each in (*node.clients, *node.action_clients)}
+        clients |= {of_client(each) for each in clients}
+        served = {each.name for each in (*node.servers, *node.action_servers)}
+        answers: list[Flow] = []
+        others: list[Flow] = []
+        for name, callback in said.callbacks.items():
+            flows = [
+                each for each in (callback.flow, callback.accepted, callback.rejected) if each is not None
+            ]
+            if name not in known and any(variables_of(each, Set) for each in flows):
+                return {}
+            (answers if name in clients - served else others).extend(flows)
+        is_mixed = said.threads not in (None, 1) or any(each.awaits for each in said.callbacks.values())
+        if is_mixed and races(answers, others):
+            return {}
+        return {
+            name: {
+                value: sym.Place(
+                    id=self._ids.new(f"{self._net.id}.{flat(name)}_{flat(value)}"),
+                    page=self._net,
+                    tokens=int(value == variable.first),
+                    sourceLine=variable.at or None,
+                )
+                for value in variable.values
+            }
+            for name, variable in said.variables.items()
         }
 
     def _is_open(self) -> bool:

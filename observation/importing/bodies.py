@@ -7,12 +7,13 @@ number of times; or it ends.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
-from dineros.observation.importing.given import Step
+from dineros.observation.importing.flows.graphs import steps_of
+from dineros.observation.importing.flows.labels import Ask, Flow, Set, Step
 from dineros.observation.importing.names import Ids, flat
 
 
@@ -40,12 +41,15 @@ class Possible:
         The calls that the node can make.
     waits : mapping of Step to place
         Places from which a step takes a token: of messages and results that other callbacks have taken.
+    variables : mapping of str to mapping of str to place
+        A place for each value of each variable; one of them has a token.
     """
 
     puts: Mapping[Step, tuple[pn.Place, ...]]
     call: Callable[[sym.CallbackPage, Step, float | None], Call]
     calls: tuple[Step, ...]
     waits: Mapping[Step, pn.Place] = field(default_factory=dict)
+    variables: Mapping[str, Mapping[str, pn.Place]] = field(default_factory=dict)
 
     def steps(self) -> tuple[Step, ...]:
         """Return all that a callback may do, any number of times."""
@@ -81,7 +85,9 @@ class Body:
         """Put a transition on the page, which stands for a line of code where one is named."""
         return sym.Transition(id=self._id(word), kind=kind, page=self.page, sourceLine=at or None)
 
-    def run(self, begin: sym.Transition, steps: tuple[Step, ...] | None) -> pn.Place:
+    def run(
+        self, begin: sym.Transition, steps: tuple[Step, ...] | None, branches: Flow | None = None
+    ) -> pn.Place:
         """Let the callback do its steps, after what begins it; return the place where all is done.
 
         Parameters
@@ -90,19 +96,18 @@ class Body:
             What begins it.
         steps : tuple of Step or None
             In order; None: open.
+        branches : Flow or None
+            The same in its branches, if variables decide about them.
         """
         state: pn.Place = self.place("runs")
         flow(begin, state)
+        if branches is not None and self._possible.variables:
+            return self._follow(state, branches)
         if steps is None:
             for step in self._possible.steps():
                 self._do(step, state, state)
             return state
-        for step in steps:
-            if step.verb == "call":  # one client stands for all calls: it gives up only where all do
-                client = step.name, step.group
-                known = self._limits.get(client, step.timeout)
-                both = known is not None and step.timeout is not None
-                self._limits[client] = max(known or 0, step.timeout or 0) if both else None
+        self._limit(steps)
         for step in steps:
             if step.times == "*":
                 self._do(step, state, state)
@@ -113,6 +118,51 @@ class Body:
                 flow(state, self.transition(f"without_{flat(step.name)}", at=step.at), after)
             state = after
         return state
+
+    def _limit(self, steps: Iterable[Step]) -> None:
+        """Let one client stand for all calls of a service: it gives up only where all do."""
+        for step in steps:
+            if step.verb == "call":
+                client = step.name, step.group
+                known = self._limits.get(client, step.timeout)
+                both = known is not None and step.timeout is not None
+                self._limits[client] = max(known or 0, step.timeout or 0) if both else None
+
+    def _follow(self, first: pn.Place, branches: Flow) -> pn.Place:
+        """Add a flow after a place; return the place where it ends."""
+        self._limit(steps_of(branches))
+        states: dict[int, pn.Place] = {branches.start: first}
+        for edge in branches.edges:
+            for state in (edge.source, edge.target):
+                if state not in states:
+                    states[state] = self.place("goes_on")
+        if branches.end not in states:
+            states[branches.end] = self.place("goes_on")  # nothing leads there
+        for edge in branches.edges:
+            before, after, label = states[edge.source], states[edge.target], edge.label
+            if isinstance(label, Step):
+                self._do(label, before, after)
+            elif isinstance(label, Set):
+                self._set(label, before, after)
+            elif isinstance(label, Ask):
+                for value in sorted(label.values):
+                    asks = self.transition(f"{flat(label.variable)}_is_{flat(value)}", at=label.at)
+                    flow(before, asks, after)
+                    here = self._here(self._possible.variables[label.variable][value])
+                    flow(here, asks, here)
+            else:
+                flow(before, self.transition("continues"), after)
+        return states[branches.end]
+
+    def _set(self, label: Set, before: pn.Place, after: pn.Place) -> None:
+        """Let a variable get a value, whatever it had before."""
+        places = self._possible.variables[label.variable]
+        for value, old in places.items():
+            if label.before is not None and value not in label.before:
+                continue
+            sets = self.transition(f"sets_{flat(label.variable)}_{flat(label.value)}", at=label.at)
+            flow(before, sets, after)
+            flow(self._here(old), sets, self._here(places[label.value]))
 
     def store(self, state: pn.Place, kept: pn.Place | None) -> pn.Place:
         """Let the callback say that it was here to those that wait for that; return the place after it."""

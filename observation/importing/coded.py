@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 from dineros.metamodel.matching import Quality
 from dineros.metamodel.ros_names import snake_case
 from dineros.observation.importing.assuming import Taken, of_client
-from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
+from dineros.observation.importing.flows.deciding import Decisions
+from dineros.observation.importing.flows.labels import Step
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.observation.importing.sharing import free_name, share_executors
 from dineros.observation.importing.steps import Behaviour
 from dineros.observation.importing.timing import order_of, sleeps_of, stops_of
@@ -109,6 +111,7 @@ def merged(code: Given, people: Given) -> Given:
             },
             newest={**known.newest, **said.newest},
             open_timers=known.open_timers if said.timers is None else frozenset(),
+            variables=known.variables if all(each.does is None for each in said.callbacks.values()) else {},
         )
     return replace(people, nodes=nodes)
 
@@ -261,6 +264,14 @@ class _CodedNode:
         behaviour = Behaviour(
             self.names, self._taken, self._folder, self.fact.entities, self._groups_of_clients()
         )
+        self._decisions = Decisions(
+            self.fact,
+            self._names,
+            behaviour.in_branch,
+            lambda fact: behaviour.steps(fact) is None,
+            self.is_spun,
+            self._folder,
+        )
         callbacks: dict[str, GivenCallback] = {}
         timers: dict[str, float] = {}
         for entity, name in self.names.items():
@@ -277,7 +288,14 @@ class _CodedNode:
                 key = of_client(name) if name in served else name
                 first = callbacks.get(key)
                 if first is None:
-                    callbacks[key] = GivenCallback(steps, self._group(entity), at=self.at(entity.at))
+                    callbacks[key] = GivenCallback(
+                        steps,
+                        self._group(entity),
+                        at=self.at(entity.at),
+                        flow=self._decisions.after(entity),
+                        accepted=self._decisions.told(entity, True),
+                        rejected=self._decisions.told(entity, False),
+                    )
                 else:  # several clients of one name are taken for one
                     both = None if steps is None or first.does is None else (*first.does, *steps)
                     callbacks[key] = replace(first, does=both)
@@ -294,6 +312,7 @@ class _CodedNode:
             at=self.at(self.fact.at),
             order=None if self._own else order_of(self.fact),
             open_timers=frozenset(self._open_timers),
+            variables=self._decisions.variables,
         )
 
     def _groups_of_clients(self) -> Mapping[Entity, str]:
@@ -319,6 +338,7 @@ class _CodedNode:
             behaviour.gives_back(fact),
             self.at(fact.at),
             sleeps_of(fact),
+            flow=self._decisions.of(entity, "execute" if entity.kind == "action_servers" else "callback"),
         )
 
     def _timer(

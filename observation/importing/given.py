@@ -46,6 +46,7 @@ from typing import Any, TypeVar
 from dineros.metamodel.errors import DinerosError, Location, near_matches
 from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.files.toml import decode_toml
+from dineros.observation.importing.flows.labels import Flow, GivenVariable, Step
 
 Span = tuple[float, float | None]
 """Seconds at least, and at most; None: nothing bounds them."""
@@ -55,40 +56,6 @@ LIFE = ("deactivates", "cleansUp", "shutsDown", "configureFails", "activateFails
 
 ORDERS = ("any", "rclcpp", "rclpy")
 """In which order an executor takes callbacks, as `dineros.metamodel.sym.CallbackOrder` has it."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """One thing that a callback does.
-
-    Attributes
-    ----------
-    verb : {"publish", "call", "send", "goal", "cancel", "wait", "result"}
-        Publish a message; call a service and wait for the answer; send a request and continue; send a goal;
-        ask to cancel it; wait until the callback of a subscription has taken a message; wait until the
-        result of a goal is there.
-    name : str
-        Full name of the topic, service or action.
-    times : {"", "?", "*"}
-        Once; once or not at all; any number of times.
-    at : str
-        The line of the code that says so, as ``file:line``.
-    timeout : float or None
-        Seconds after which a call gives up; None: never.
-    group : str or None
-        Callback group of the client that calls, if the node has several of one service: a name, or empty for
-        the node's default group. None: the group that is given of the client.
-    """
-
-    verb: str
-    name: str
-    times: str = ""
-    at: str = field(default="", compare=False)
-    timeout: float | None = field(default=None, compare=False)
-    group: str | None = field(default=None, compare=False)
-
-    def __str__(self) -> str:
-        return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"
 
 
 @dataclass(frozen=True)
@@ -113,6 +80,11 @@ class GivenCallback:
         Of a timer: how many seconds late a single strike may be.
     measured : str
         Where these times come from.
+    flow : Flow or None
+        What it does in its branches, if variables decide about it; of the client of an action, what is done
+        about results.
+    accepted, rejected : Flow or None
+        Of the client of an action: what is done about a goal that is accepted or rejected.
     """
 
     does: tuple[Step, ...] | None = None
@@ -123,6 +95,9 @@ class GivenCallback:
     jitter: float | None = None
     measured: str = ""
     offset: Span | None = None
+    flow: Flow | None = None
+    accepted: Flow | None = None
+    rejected: Flow | None = None
 
 
 @dataclass(frozen=True)
@@ -135,6 +110,8 @@ class GivenNode:
         Whether it stands for several nodes that share an executor.
     open_timers : frozenset of str
         Timers whose period is not known: what they do may happen at any time.
+    variables : mapping of str to GivenVariable
+        Attributes that flows of its callbacks set and test.
     """
 
     threads: int | None = None
@@ -148,6 +125,7 @@ class GivenNode:
     is_shared: bool = field(default=False, compare=False)
     order: str | None = None
     open_timers: frozenset[str] = frozenset()
+    variables: Mapping[str, GivenVariable] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,10 @@ from dineros.metamodel.errors import DinerosError, Location, near_matches
 from dineros.observation.importing.abilities import Abilities
 from dineros.observation.importing.assuming import TIMER, USUAL_PERIOD, of_client, quoted
 from dineros.observation.importing.bodies import Body, Call, Possible
-from dineros.observation.importing.given import LIFE, GivenCallback, Step
+from dineros.observation.importing.flows.graphs import relabelled, variables_of
+from dineros.observation.importing.flows.labels import Flow, Label, Set, Step
+from dineros.observation.importing.flows.narrowing import narrowed
+from dineros.observation.importing.given import LIFE, GivenCallback
 from dineros.observation.importing.names import flat, split
 from dineros.observation.systems import Endpoint, TopicEndpoint
 
@@ -52,6 +55,7 @@ class NodeBuilder(Abilities):
             self._call,
             tuple(Step("call", client.name) for client in self._node.clients),
             self._waits(),
+            self._variables(),
         )
         for subscriber in self._node.subscribers:
             self._subscription(subscriber)
@@ -112,7 +116,7 @@ class NodeBuilder(Abilities):
         if self._said.timers is None or name in self._said.open_timers:
             body.page.assumed = f"{body.page.assumed} period" if body.page.assumed else "period"
         body.page.offset = seconds(*said.offset) if said.offset is not None else None
-        body.end(body.run(body.transition("ticks", kind="start"), self._steps(name)))
+        body.end(body.run(body.transition("ticks", kind="start"), *self._does(name)))
 
     # --------------------------------------------------------------------------------------------- callbacks
 
@@ -122,7 +126,7 @@ class NodeBuilder(Abilities):
         body = self._page(name, f"on_{flat(endpoint.topic)}{owner}", "subscriber", at=endpoint.at)
         place, begin = body.place("message", sourceLine=endpoint.at or None), body.transition("begins")
         flow(place, begin)
-        state = body.run(begin, self._steps(name))
+        state = body.run(begin, *self._does(name))
         body.end(body.store(state, self._possible.waits.get(Step("wait", endpoint.topic))))
         limit, is_taken = self._depth(endpoint)
         port = self._channels.subscribe(endpoint, place, limit)
@@ -150,7 +154,7 @@ class NodeBuilder(Abilities):
         if self._is_silent:
             flow(begin, body.place("unanswered"))
         else:
-            body.end(body.run(begin, self._steps(endpoint.name)), answer)
+            body.end(body.run(begin, *self._does(endpoint.name)), answer)
         port = sym.ServerPort(entry=entry, exit=answer, page=body.page)
         self._channels.serve(endpoint, port, self._at_once(endpoint.name))
 
@@ -166,7 +170,7 @@ class NodeBuilder(Abilities):
         succeeded, aborted, canceled = (body.place(each) for each in ("succeeded", "aborted", "canceled"))
         cancel, feedback = body.place("cancel"), body.place("feedback")
         flow(goal, begin)
-        state = body.run(begin, self._steps(endpoint.name))
+        state = body.run(begin, *self._does(endpoint.name))
         tells = body.transition("tells")
         flow(state, tells, state)
         flow(tells, feedback)
@@ -195,14 +199,15 @@ class NodeBuilder(Abilities):
             name, step = client.name, Step("send", client.name)
             if step in self._possible.puts:
                 key = self._key(name)
-                place = self._answer(key, f"on_answer_of_{flat(name)}", self._steps(key))
+                place = self._answer(key, f"on_answer_of_{flat(name)}", *self._does(key))
                 request = self._possible.puts[step][0]
                 self._channels.ask(client, str(self._net.id), request, place, self._group(key))
         for client in self._node.action_clients:
             name = client.name
             key = self._key(name)
             kept = self._possible.waits.get(Step("result", name))
-            ended = self._answer(key, f"on_result_of_{flat(name)}", self._steps(key), kept)
+            ended = self._answer(key, f"on_result_of_{flat(name)}", *self._does(key), kept)
+            told = self._told(key, flat(name))
             port = sym.ActionClientPort(
                 client=self._net.id,
                 goal=self._possible.puts[Step("goal", name)][0],
@@ -210,18 +215,35 @@ class NodeBuilder(Abilities):
                 succeeded=ended,
                 aborted=ended,
                 canceled=ended,
-                rejected=ended,
+                accepted=told[0],
+                rejected=told[1] or ended,
                 feedback=self._answer(key, f"on_feedback_of_{flat(name)}", ()),
+                group=self._group(key),
             )
             self._channels.want(client, port)
 
+    def _told(self, key: str, name: str) -> tuple[sym.Place | None, sym.Place | None]:
+        """Add what is done about goals that are accepted and rejected, if variables decide about it."""
+        said = self._said.callbacks.get(key, GivenCallback())
+        if said.accepted is None or said.rejected is None or not self._possible.variables:
+            return None, None
+        return (
+            self._answer(key, f"on_acceptance_by_{name}", (), self._able(key, said.accepted)),
+            self._answer(key, f"on_refusal_by_{name}", (), self._able(key, said.rejected)),
+        )
+
     def _answer(
-        self, name: str, word: str, steps: tuple[Step, ...] | None, kept: pn.Place | None = None
+        self,
+        name: str,
+        word: str,
+        steps: tuple[Step, ...] | None,
+        branches: Flow | None = None,
+        kept: pn.Place | None = None,
     ) -> sym.Place:
         body = self._page(name, word, "client")
         place, begin = body.place("answer"), body.transition("begins")
         flow(place, begin)
-        body.end(body.store(body.run(begin, steps), kept))
+        body.end(body.store(body.run(begin, steps, branches), kept))
         return place
 
     def _page(self, name: str, word: str, kind: str, timer: float | None = None, at: str = "") -> Body:
@@ -249,6 +271,44 @@ class NodeBuilder(Abilities):
             self._assume(page, "behaviour", key, f"[{steps}]", words)
         return Body(page, self._ids, self._possible)
 
+    def _does(self, name: str) -> tuple[tuple[Step, ...] | None, Flow | None]:
+        """Return what is said that a callback does, in order, and in its branches."""
+        branches = self._said.callbacks.get(name, GivenCallback()).flow
+        return self._steps(name), None if branches is None else self._able(name, branches)
+
+    def _able(self, name: str, branches: Flow) -> Flow:
+        """Return a flow of a callback without the steps that the node cannot do, and with what it knows."""
+
+        def able(label: Label) -> Label:
+            is_step = isinstance(label, Step) and Step(label.verb, label.name) not in self._ables()
+            return None if is_step else label
+
+        values = {each: variable.values for each, variable in self._said.variables.items()}
+        own = [each for each in values if self._is_alone(name, each)]
+        return narrowed(relabelled(branches, able), values, own, keeps_waiting=not self._awaits(name))
+
+    def _awaits(self, name: str) -> bool:
+        return self._said.callbacks.get(name, GivenCallback()).awaits
+
+    def _is_alone(self, name: str, variable: str) -> bool:
+        """Tell whether no other run of a callback sets a variable while a callback runs."""
+        setting = [
+            key
+            for key, callback in self._said.callbacks.items()
+            for each in (callback.flow, callback.accepted, callback.rejected)
+            if each is not None and variable in variables_of(each, Set)
+        ]
+        if self._said.threads == 1:
+            return not self._awaits(name) and not any(map(self._awaits, setting))
+        group = self._said.callbacks.get(name, GivenCallback()).group
+        goals = {each.name for each in self._node.action_servers}
+        return (group is None or self._said.groups[group] == "exclusive") and all(
+            key not in goals and self._said.callbacks[key].group == group for key in [name, *setting]
+        )
+
+    def _ables(self) -> set[Step]:
+        return {Step(step.verb, step.name) for step in self._possible.steps()} | set(self._possible.waits)
+
     def _steps(self, name: str) -> tuple[Step, ...] | None:
         """Return what is said that a callback does; None: nothing is.
 
@@ -258,7 +318,7 @@ class NodeBuilder(Abilities):
             The node cannot do that.
         """
         steps = self._said.callbacks.get(name, GivenCallback()).does
-        able = {Step(step.verb, step.name) for step in self._possible.steps()} | set(self._possible.waits)
+        able = self._ables()
         if (
             steps is not None
         ):  # what code does to ports that the model has not, is said where they are left out

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from dineros.observation.importing.assuming import Taken, of_client
-from dineros.observation.importing.given import GivenCallback, GivenNode, Step
+from dineros.observation.importing.flows.graphs import relabelled
+from dineros.observation.importing.flows.labels import Ask, Flow, GivenVariable, Label, Set, Step
+from dineros.observation.importing.given import GivenCallback, GivenNode
 from dineros.observation.systems import ObservedNode
 from dineros.sources.facts import NodeFact
 
@@ -40,11 +43,26 @@ def _regrouped(
     steps: tuple[Step, ...] | None, own: str, renamed: Mapping[str, str]
 ) -> tuple[Step, ...] | None:
     """Return steps whose clients are in the groups of a joined node."""
-    if steps is None:
-        return None
-    return tuple(
-        step if step.group is None else replace(step, group=renamed.get(step.group, own)) for step in steps
-    )
+    return None if steps is None else tuple(_of_group(step, own, renamed) for step in steps)
+
+
+def _of_group(step: Step, own: str, renamed: Mapping[str, str]) -> Step:
+    return step if step.group is None else replace(step, group=renamed.get(step.group, own))
+
+
+def _moved(
+    flow: Flow | None, own: str, groups: Mapping[str, str], variables: Mapping[str, str]
+) -> Flow | None:
+    """Return a flow in a joined node."""
+
+    def change(label: Label) -> Label:
+        if isinstance(label, Step):
+            return _of_group(label, own, groups)
+        if isinstance(label, (Set, Ask)):
+            return replace(label, variable=variables[label.variable])
+        return label
+
+    return None if flow is None else relabelled(flow, change)
 
 
 def _heard(names: list[str], nodes: Mapping[str, ObservedNode]) -> dict[str, ObservedNode] | None:
@@ -93,12 +111,16 @@ def _join(
     callbacks: dict[str, GivenCallback] = {}
     newest: dict[str, bool] = {}
     open_timers: set[str] = set()
+    variables: dict[str, GivenVariable] = {}
     for name in names:
         own = free_name(f"of_{name.strip('/').replace('/', '_')}", groups)
         groups[own] = "exclusive"
         keys = {port.topic: port.given_as for port in nodes[name].subscribers}
         renamed = {group: free_name(group, groups) for group in given[name].groups}
         groups |= {renamed[group]: kind for group, kind in given[name].groups.items()}
+        known = {each: free_name(each, variables) for each in given[name].variables}
+        variables |= {known[each]: variable for each, variable in given[name].variables.items()}
+        move = partial(_moved, own=own, groups=renamed, variables=known)
         for topic, callback in given[name].callbacks.items():
             key = keys.get(topic, topic)
             group = own if callback.group is None else renamed.get(callback.group, callback.group)
@@ -114,7 +136,14 @@ def _join(
                 timers[at] = (given[name].timers or {}).get(key, 1.0)
                 if key in given[name].open_timers:
                     open_timers.add(at)
-            callbacks[at] = replace(callback, group=group, does=_regrouped(callback.does, own, renamed))
+            callbacks[at] = replace(
+                callback,
+                group=group,
+                does=_regrouped(callback.does, own, renamed),
+                flow=move(callback.flow),
+                accepted=move(callback.accepted),
+                rejected=move(callback.rejected),
+            )
         newest |= {keys.get(topic, topic): each for topic, each in given[name].newest.items()}
     given[first] = replace(
         joined,
@@ -123,6 +152,7 @@ def _join(
         callbacks=callbacks,
         newest=newest,
         open_timers=frozenset(open_timers),
+        variables=variables,
     )
     nodes[first] = replace(nodes[first], **ports)
     for name in names[1:]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from dineros.observation.importing.assuming import Taken
-from dineros.observation.importing.given import Step
+from dineros.observation.importing.flows.labels import Step
 from dineros.sources.facts import CallbackFact, Effect, Entity, located
 
 _TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
@@ -55,7 +55,6 @@ class Behaviour:
             return None
         found: list[Step] = []
         for effect in fact.effects:
-            verb = self._verb(effect)
             at = located(effect.at, self._folder)
             if effect.do == "wait":
                 self._taken.lack(
@@ -64,21 +63,34 @@ class Behaviour:
             if effect.do == "respond":
                 words = "gets its response here; in the model, when its callback ends"
                 self._taken.add(f"{at}: a request of {effect.what} {words}")
-            if verb is None:
+            if self._verb(effect) is None:
                 continue
             if effect.entity is None:
                 return None
-            name = self._names.get(effect.entity)
-            if name is None:
-                if effect.entity not in self._own:  # else it is said where the entity is left out
-                    self._taken.lack(f"{at}: uses {effect.what} of another node; left out of the model")
-                continue
-            timeout = self._timeout(effect, at) if verb == "call" else None
-            step = Step(verb, name, _TIMES[effect.when], at, timeout, self._groups.get(effect.entity))
-            if effect.entity.details.get("instances") and step.times == "":
-                step = replace(step, times="?")
-            found.append(step)
+            step = self.step(effect)
+            if step is not None:
+                found.append(step)
+            elif effect.entity not in self._own:  # else it is said where the entity is left out
+                self._taken.lack(f"{at}: uses {effect.what} of another node; left out of the model")
         return tuple(found)
+
+    def step(self, effect: Effect) -> Step | None:
+        """Return the step that an effect is; None: it is none, or of an entity that the model has not."""
+        verb, at = self._verb(effect), located(effect.at, self._folder)
+        if verb is None or effect.entity is None or effect.entity not in self._names:
+            return None
+        timeout = self._timeout(effect, at) if verb == "call" else None
+        name, group = self._names[effect.entity], self._groups.get(effect.entity)
+        step = Step(verb, name, _TIMES[effect.when], at, timeout, group)
+        is_one_of_several = effect.entity.details.get("instances") and step.times == ""
+        return replace(step, times="?") if is_one_of_several else step
+
+    def in_branch(self, effect: Effect) -> Step | None:
+        """Return the step that an effect is in its branch, where it is done once; perhaps: one of several."""
+        step = self.step(effect)
+        if step is None or effect.entity is None:
+            return None
+        return replace(step, times="?" if effect.entity.details.get("instances") else "")
 
     def _timeout(self, effect: Effect, at: str) -> float | None:
         """Return how long a callback waits for a response; without this time, a deadlock would be found."""

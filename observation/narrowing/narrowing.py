@@ -10,7 +10,8 @@ from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.observation.explaining import TOLERANCE, RecordingVerdict, explain
 from dineros.observation.importing.assuming import TIMER, USUAL_PERIOD
 from dineros.observation.importing.building import Imported, to_model
-from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
+from dineros.observation.importing.flows.labels import Step
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.observation.measuring.proposing import TimeProposal
 from dineros.observation.narrowing.calling import verbs_of
 from dineros.observation.narrowing.measured import with_times

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ast
 
+from dineros.sources.language.conditions import Conditions
 from dineros.sources.language.gathering import put
-from dineros.sources.language.importing import Imports
 from dineros.sources.language.values import (
     Class,
     Frame,
@@ -16,23 +16,33 @@ from dineros.sources.language.values import (
     ModuleValue,
     Object,
     Open,
+    Port,
     Value,
+    is_none,
     join,
     options,
 )
 
 
-class Assignments(Imports):
+class Assignments(Conditions):
     """The part of the interpreter that gives values to targets."""
 
-    def assign(self, target: ast.expr, value: Value, frame: Frame) -> None:
-        """Give a target a value; ports and groups learn their names."""
+    def assign(self, target: ast.expr, value: Value, frame: Frame, expr: ast.expr | None = None) -> None:
+        """Give a target a value, that of an expression; ports and groups learn their names."""
         if isinstance(target, ast.Name):
             self._name(value, target.id)
             self.assign_variable(target.id, value, frame)
         elif isinstance(target, ast.Attribute):
             self._name(value, ast.unparse(target))
-            for holder in options(self.evaluate(target.value, frame)):
+            self.attributes.stores.add((frame.module.path, target.lineno, target.col_offset))
+            holders = options(self.evaluate(target.value, frame))
+            for holder in holders:
+                if isinstance(holder, Object):
+                    is_one = len(holders) == 1
+                    self.put(holder, target.attr, value, expr, target, frame, is_certain=is_one)
+                elif not isinstance(holder, (Made, Port, ModuleValue)) and not is_none(holder):
+                    self.attributes.names.add(target.attr)
+                    self.escape(value)
                 if isinstance(holder, Holder):
                     self.write_slot(holder, target.attr, value)
                 elif isinstance(holder, Class):

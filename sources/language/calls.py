@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 
+from dineros.sources.branches import Called
 from dineros.sources.facts import CallbackFact, Place
 from dineros.sources.language.machine import MOST_CALLS, Activity
 from dineros.sources.language.modules import Module
@@ -68,6 +69,7 @@ class Interpreter(Statements):
             if isinstance(inner, Function):
                 return self._function(inner, [function, *args], keys, node, frame, function)
         self._hand_over(args, keys)
+        self.attributes.may_call(function)
         return Open(_text_of(node))
 
     def _method(
@@ -98,6 +100,7 @@ class Interpreter(Statements):
         for each in [*args, *keys.values()]:
             if isinstance(each, Items) and each.kind != "tuple":
                 each.is_open = True
+            self.escape(each)
 
     def _function(
         self,
@@ -110,8 +113,10 @@ class Interpreter(Statements):
     ) -> Value:
         depth = sum(each.node is function.node for each in self.calls)
         if len(self.calls) >= MOST_CALLS or depth > 1:
+            self.activity.is_lost = True
             if depth <= 1:
                 self.activity.fact.is_open = True
+                self.attributes.is_wild = True
             return Open(_text_of(node))
         inner = Frame(function.frame.module, {}, function.frame, function=function, instance=instance)
         if instance is None and function.owner is not None and args and isinstance(args[0], Object):
@@ -123,15 +128,20 @@ class Interpreter(Statements):
         self.trail.append((frame.module.path, getattr(node, "lineno", 0), getattr(node, "col_offset", 0)))
         activity = self.activity
         held, conditional = len(activity.holding), activity.conditional
+        is_lost = _is_lost(function, node, self.awaited)
         try:
-            if isinstance(function.node, ast.Lambda):
-                return self.evaluate(function.node.body, inner)
-            ends = self.execute(function.node.body, inner)
+            with self.block() as body:
+                if isinstance(function.node, ast.Lambda):
+                    return self.evaluate(function.node.body, inner)
+                ends = self.execute(function.node.body, inner)
         finally:
             activity.conditional = conditional
             del activity.holding[held:]
             self.trail.pop()
             self.calls.pop()
+            if body:
+                activity.block.append(Called(body))
+                activity.is_lost |= is_lost
         if "falls" in ends:
             inner.returns.append(Const(None))
         return join(inner.returns)
@@ -172,8 +182,12 @@ class Interpreter(Statements):
             outer = self.activity
             activity.conditional, activity.disabled = outer.conditional, outer.disabled
             activity.loops = outer.loops
+            if outer.fact.kind in ("main", "constructor") and not (outer.loops or outer.disabled):
+                self.attributes.single.add(id(found))
             with self.doing(activity):
                 self._function(begin, [found, *args], keys, node, frame, found)
+            outer.block += activity.block
+            outer.is_lost |= activity.is_lost
             self._adopt(activity.fact, found)
         else:
             names = _fields(cls)
@@ -261,6 +275,23 @@ class Interpreter(Statements):
         if isinstance(function, Outside):
             return function.path, None, False
         return (function.text if isinstance(function, Open) else "open"), None, False
+
+
+def _is_lost(function: Function, node: ast.AST, awaited: ast.AST | None) -> bool:
+    """Tell whether the body of a function does not run where it is called: generators, decorators, tasks."""
+    if any(each.rpartition(".")[2] not in _PLAIN for each in function.decorators):
+        return True
+    if isinstance(function.node, ast.AsyncFunctionDef) and node not in (awaited, function.node):
+        return True
+    known: bool | None = getattr(function.node, "is_generator", None)
+    if known is None:
+        known = any(isinstance(each, (ast.Yield, ast.YieldFrom)) for each in ast.walk(function.node))
+        function.node.is_generator = known  # type: ignore[union-attr]
+    return known
+
+
+_PLAIN = frozenset(("staticmethod", "classmethod", "property", "override", "abstractmethod"))
+"""Decorators that leave a function as it is."""
 
 
 def _fields(cls: Class) -> list[str]:

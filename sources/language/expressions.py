@@ -195,6 +195,7 @@ class Expressions(Collections):
         return Function(node, frame, owner, defaults, tuple(decorators))
 
     def _value_of_Await(self, node: ast.Await, frame: Frame) -> Value:  # noqa: N802
+        self.awaited = node.value
         value = self.evaluate(node.value, frame)
         for each in options(value):
             if isinstance(each, Future) and each.effect is not None:

@@ -8,7 +8,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
+from dineros.sources.branches import Anything, Branch, Do, Loop
+from dineros.sources.facts import CallbackFact, Effect, Entity, Item, NodeFact, Place
+from dineros.sources.language.attributes import Attributes
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import (
     Bound,
@@ -18,6 +20,8 @@ from dineros.sources.language.values import (
     Frame,
     Function,
     Holder,
+    Items,
+    Mapping,
     Object,
     Open,
     OutsideMethod,
@@ -25,6 +29,7 @@ from dineros.sources.language.values import (
     Slot,
     Value,
     join,
+    options,
     same,
 )
 
@@ -58,6 +63,10 @@ class Activity:
         Whose it is.
     conditional, loops, disabled : int
         In how many branches, loops, and branches that are not taken by default.
+    block : list of Item
+        What is done in the innermost branch, in its order.
+    is_lost : bool
+        Whether the order of what is done could not be followed.
     """
 
     fact: CallbackFact
@@ -66,6 +75,8 @@ class Activity:
     loops: int = 0
     disabled: int = 0
     holding: list[str] = field(default_factory=list)
+    block: list[Item] = field(default_factory=list)
+    is_lost: bool = False
 
 
 class Library(Protocol):
@@ -128,6 +139,9 @@ class Machine:
         self.pools = 0
         self.home = ""
         self.stars: dict[str, list[str]] = {}  # of modules outside of the folder, by the file
+        self.attributes = Attributes()
+        self.awaited: ast.AST | None = None
+        self.operands: dict[int, list[list[Item]]] = {}
         self.library: Library
 
     # -------------------------------------------------------------------------------------------- where it is
@@ -163,18 +177,34 @@ class Machine:
             self.activities.pop()
 
     @contextmanager
-    def perhaps(self, *, is_loop: bool = False, is_disabled: bool = False) -> Iterator[None]:
-        """Do something that may not be done, or not once."""
+    def perhaps(
+        self, *, is_loop: bool = False, is_disabled: bool = False, is_kept: bool = False
+    ) -> Iterator[list[Item]]:
+        """Do something that may not be done, or not once; yield its block, which the caller may keep."""
         activity = self.activity
         activity.conditional += 1
         activity.loops += is_loop
         activity.disabled += is_disabled
         try:
-            yield
+            with self.block() as done:
+                yield done
         finally:
             activity.conditional -= 1
             activity.loops -= is_loop
             activity.disabled -= is_disabled
+        if done and not is_kept:
+            found = Loop(Anything(), done) if is_loop else Branch(Anything(), done, [])
+            activity.block.append(found)
+
+    @contextmanager
+    def block(self) -> Iterator[list[Item]]:
+        """Collect what is done in a block of its own."""
+        activity = self.activity
+        outer, activity.block = activity.block, []
+        try:
+            yield activity.block
+        finally:
+            activity.block = outer
 
     @contextmanager
     def each(self, index: object, *, is_loop: bool = True) -> Iterator[None]:
@@ -220,6 +250,18 @@ class Machine:
         """Return what holds the variables of a module; None for a function."""
         return self.holders.get(id(frame))
 
+    def escape(self, value: Value | None, depth: int = 3) -> None:
+        """Note that something unknown gets a value: it may call the functions that it holds."""
+        for each in options(value):
+            if isinstance(each, (Function, Bound, Partial)):
+                self.attributes.may_call(each)
+            elif isinstance(each, Items) and depth:
+                for item in each.items:
+                    self.escape(item, depth - 1)
+            elif isinstance(each, Mapping) and depth:
+                for item in (*each.items.values(), *each.rest):
+                    self.escape(item, depth - 1)
+
     # -------------------------------------------------------------------------------------- what it has found
 
     def effect(
@@ -246,9 +288,11 @@ class Machine:
                 what,
                 path,
             ) and known.entity is entity:
+                activity.block.append(Do(known))
                 return known
         found = Effect(do, what, at, when, how, entity, None, timeout, tuple(activity.holding), path)
         activity.fact.effects.append(found)
+        activity.block.append(Do(found))
         return found
 
     def later(
@@ -265,6 +309,7 @@ class Machine:
             node.callbacks.append(known.fact)
         if at is None:
             known.fact.is_open = True
+            self.attributes.may_call(function)
         return known.fact
 
     def described(self, function: Value) -> tuple[str, Place | None, bool]:

@@ -7,6 +7,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+from dineros.sources.branches import Anything, Branch
 from dineros.sources.language.constants import format_text
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
@@ -175,10 +176,15 @@ class Operations(Machine):
     def _value_of_BoolOp(self, node: ast.BoolOp, frame: Frame) -> Value:  # noqa: N802
         is_or = isinstance(node.op, ast.Or)
         found: list[Value] = []
+        asked = self.operands[id(node)] = []
         count = 0
         try:
             for index, each in enumerate(node.values):
-                value = self.evaluate(each, frame)
+                with self.block() as done:
+                    value = self.evaluate(each, frame)
+                asked.append(done)
+                if done:
+                    self.activity.block += [Branch(Anything(), done, [])] if index else done
                 verdict, origin = self.truth(value)
                 is_last = index == len(node.values) - 1
                 if verdict is None or is_last:

@@ -6,9 +6,11 @@ import ast
 import copy
 from collections.abc import Callable
 
+from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave, Loop, Turns
 from dineros.sources.language.assigning import Assignments
 from dineros.sources.language.endings import why_endless
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
+from dineros.sources.language.operations import Verdict
 from dineros.sources.language.values import (
     Class,
     Const,
@@ -26,6 +28,15 @@ _LEAVES = {RETURNS, RAISES, BREAKS, CONTINUES}
 
 class Statements(Assignments):
     """The half of the interpreter that runs statements."""
+
+    def _tested(self, test: ast.expr, frame: Frame) -> tuple[Verdict, Condition]:
+        """Evaluate the test of a statement; return its verdict, and what it asks."""
+        with self.block() as before:
+            verdict = self.decide(test, frame)
+        if verdict[0] is not None and not verdict[1]:
+            self.activity.block += before
+            return verdict, Anything()
+        return verdict, self.condition(test, frame, before)
 
     def execute(self, body: list[ast.stmt], frame: Frame) -> set[str]:
         """Run statements; what stands behind a way out is done perhaps."""
@@ -55,18 +66,18 @@ class Statements(Assignments):
                 each.effect.how = "async and ignored"
         call = node.value
         if isinstance(call, ast.Call) and ast.unparse(call.func) in ("sys.exit", "exit", "quit", "os._exit"):
-            return {RAISES}
+            return self._leave(RAISES)
         return {FALLS}
 
     def _run_Assign(self, node: ast.Assign, frame: Frame) -> set[str]:  # noqa: N802
         value = self.evaluate(node.value, frame)
         for target in node.targets:
-            self.assign(target, value, frame)
+            self.assign(target, value, frame, node.value)
         return {FALLS}
 
     def _run_AnnAssign(self, node: ast.AnnAssign, frame: Frame) -> set[str]:  # noqa: N802
         if node.value is not None:
-            self.assign(node.target, self.evaluate(node.value, frame), frame)
+            self.assign(node.target, self.evaluate(node.value, frame), frame, node.value)
         return {FALLS}
 
     def _run_AugAssign(self, node: ast.AugAssign, frame: Frame) -> set[str]:  # noqa: N802
@@ -116,7 +127,11 @@ class Statements(Assignments):
 
     def _run_Return(self, node: ast.Return, frame: Frame) -> set[str]:  # noqa: N802
         frame.returns.append(Const(None) if node.value is None else self.evaluate(node.value, frame))
-        return {RETURNS}
+        return self._leave(RETURNS)
+
+    def _leave(self, way: str) -> set[str]:
+        self.activity.block.append(Leave(way))
+        return {way}
 
     def _run_Raise(self, node: ast.Raise, frame: Frame) -> set[str]:  # noqa: N802
         if node.exc is not None:
@@ -124,13 +139,13 @@ class Statements(Assignments):
             call = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
             if self.activity.fact.effects:  # it has done something already: not a check of what it was given
                 self.effect("raise", ast.unparse(call), node, frame)
-        return {RAISES}
+        return self._leave(RAISES)
 
     def _run_Break(self, _node: ast.Break, _frame: Frame) -> set[str]:  # noqa: N802
-        return {BREAKS}
+        return self._leave(BREAKS)
 
     def _run_Continue(self, _node: ast.Continue, _frame: Frame) -> set[str]:  # noqa: N802
-        return {CONTINUES}
+        return self._leave(CONTINUES)
 
     def _run_Assert(self, node: ast.Assert, frame: Frame) -> set[str]:  # noqa: N802
         self.evaluate(node.test, frame)
@@ -139,9 +154,11 @@ class Statements(Assignments):
     # ----------------------------------------------------------------------------------------------- branches
 
     def _run_If(self, node: ast.If, frame: Frame) -> set[str]:  # noqa: N802
-        verdict, origin = self.decide(node.test, frame)
+        (verdict, origin), condition = self._tested(node.test, frame)
         if verdict is not None and not origin:
             return self.execute(node.body if verdict else node.orelse, frame)
+        done = Branch(condition, [], [])
+        self.activity.block.append(done)
         is_setting = origin.startswith(("parameter", "environment"))
         before = dict(frame.names)
         after: list[dict[str, Value]] = []
@@ -156,8 +173,9 @@ class Statements(Assignments):
             frame.names.update(before)
             is_off = is_setting and verdict is not is_body
             count = len(frame.returns)
-            with self.perhaps(is_disabled=is_off):
+            with self.perhaps(is_disabled=is_off, is_kept=True) as block:
                 found = self.execute(body, frame)
+            (done.then if is_body else done.otherwise).extend(block)
             if is_off:
                 off = dict(frame.names)  # of use where the same setting is asked again
                 if found != {FALLS}:
@@ -176,13 +194,14 @@ class Statements(Assignments):
 
     def _run_Match(self, node: ast.Match, frame: Frame) -> set[str]:  # noqa: N802
         self.evaluate(node.subject, frame)
+        rest = self.activity.block
         before = dict(frame.names)
         after = [before]
         ends: set[str] = {FALLS}
         for case in node.cases:
             frame.names.clear()
             frame.names.update(before)
-            with self.perhaps():
+            with self.perhaps(is_kept=True) as block:
                 for each in ast.walk(case.pattern):
                     name = (
                         getattr(each, "name", None)
@@ -192,6 +211,9 @@ class Statements(Assignments):
                     if name:
                         self.assign_variable(name, Open(name), frame)
                 found = self.execute(case.body, frame)
+            choice = Branch(Anything(), block, [])
+            rest.append(choice)
+            rest = choice.otherwise
             ends |= found
             if FALLS in found:
                 after.append(dict(frame.names))
@@ -200,24 +222,30 @@ class Statements(Assignments):
 
     def _run_Try(self, node: ast.Try, frame: Frame) -> set[str]:  # noqa: N802
         before = dict(frame.names)
-        ends = self.execute(node.body, frame)
+        done = Attempt([], [])
+        self.activity.block.append(done)
+        with self.block() as done.body:
+            ends = self.execute(node.body, frame)
         if FALLS in ends:
-            ends = (ends - {FALLS}) | self.execute(node.orelse, frame)
+            with self.block() as done.otherwise:
+                ends = (ends - {FALLS}) | self.execute(node.orelse, frame)
         after = [dict(frame.names)] if FALLS in ends else []
         if node.handlers:
             ends.discard(RAISES)
         for handler in node.handlers:
             merge(frame, [before, *after], before)
-            with self.perhaps():
+            with self.perhaps(is_kept=True) as block:
                 if handler.name:
                     self.assign_variable(handler.name, Open(handler.name), frame)
                 found = self.execute(handler.body, frame)
+            done.handlers.append(block)
             # A handler that leaves ends what only happens after an error.
             ends |= found if FALLS in found or FALLS not in ends else set()
             if FALLS in found:
                 after.append(dict(frame.names))
         merge(frame, after, before)
-        last = self.execute(node.finalbody, frame)
+        with self.block() as done.last:
+            last = self.execute(node.finalbody, frame)
         return ends if FALLS in last else last
 
     _run_TryStar = _run_Try  # noqa: N815
@@ -227,6 +255,8 @@ class Statements(Assignments):
         for item in node.items:
             value = self.evaluate(item.context_expr, frame)
             text = ast.unparse(item.context_expr)
+            if "suppress" in text:
+                self.activity.is_lost = True
             if self.library.enter(value, text, node, frame):
                 self.activity.holding.append(text)
                 held += 1
@@ -252,16 +282,22 @@ class Statements(Assignments):
         def begin() -> None:
             self.assign(node.target, value, frame)
 
-        return self._open_loop(node.body, frame, begin) | {FALLS}
+        found = self._open_loop(node.body, frame, begin) | {FALLS}
+        if node.orelse:
+            self.activity.is_lost = True
+        return found
 
     _run_AsyncFor = _run_For  # noqa: N815
 
     def _turns(self, node: ast.For | ast.AsyncFor, values: list[Value], frame: Frame) -> set[str]:
         ends: set[str] = set()
         count = 0
+        done = Turns([])
+        self.activity.block.append(done)
         try:
             for index, value in enumerate(values):
-                with self.each(index):
+                with self.each(index), self.block() as turn:
+                    done.turns.append(turn)
                     self.assign(node.target, value, frame)
                     found = self.execute(node.body, frame)
                 ends |= found - {FALLS, CONTINUES}
@@ -276,6 +312,7 @@ class Statements(Assignments):
             self.activity.conditional -= count
         if BREAKS in ends:
             ends = (ends - {BREAKS}) | {FALLS}
+            self.activity.is_lost |= bool(node.orelse)
         elif node.orelse and FALLS in ends:
             ends = (ends - {FALLS}) | self.execute(node.orelse, frame)
         return ends
@@ -284,14 +321,15 @@ class Statements(Assignments):
         changed = _assigned(node.body)
         self._forget(changed, frame)
         self.activity.loops += 1
-        verdict, origin = self.decide(node.test, frame)
+        (verdict, origin), condition = self._tested(node.test, frame)
         self.activity.loops -= 1
+        self.activity.is_lost |= bool(node.orelse)
         self._polls(node, frame)
         if verdict is False and not origin:
             return self.execute(node.orelse, frame)
         is_endless = verdict is True and not origin
         self.effect("loop", f"while {_text(node.test)}", node, frame, why_endless(node) if is_endless else "")
-        found = self._open_loop(node.body, frame, lambda: None, is_entered=is_endless)
+        found = self._open_loop(node.body, frame, lambda: None, condition, is_entered=is_endless)
         ends = found & {RETURNS, RAISES}
         if not is_endless or BREAKS in found:
             ends |= {FALLS}
@@ -312,7 +350,13 @@ class Statements(Assignments):
                         value.effect.how = "polled"
 
     def _open_loop(
-        self, body: list[ast.stmt], frame: Frame, begin: Callable[[], None], *, is_entered: bool = False
+        self,
+        body: list[ast.stmt],
+        frame: Frame,
+        begin: Callable[[], None],
+        condition: Condition | None = None,
+        *,
+        is_entered: bool = False,
     ) -> set[str]:
         """Run the body of a loop whose turns are not known: what it changes may be as before, or anything."""
         before = dict(frame.names)
@@ -321,11 +365,13 @@ class Statements(Assignments):
         activity.loops += 1
         activity.conditional += not is_entered
         try:
-            begin()
-            ends = self.execute(body, frame)
+            with self.block() as turn:
+                begin()
+                ends = self.execute(body, frame)
         finally:
             activity.loops -= 1
             activity.conditional -= not is_entered
+        activity.block.append(Loop(condition or Anything(), turn, is_entered))
         merge(frame, [dict(frame.names)] if is_entered else [before, dict(frame.names)], before)
         return ends
 

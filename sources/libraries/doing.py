@@ -181,6 +181,7 @@ class Doer:
     ) -> Value:
         """Note a spin: ``spin``, ``spin_once``, ``spin_until_future_complete``."""
         fact = self.machine.activity.fact
+        self.machine.attributes.has_begun = True
         future = call.argument(1, "future")
         timeout = call.argument(2, "timeout_sec")
         do = (

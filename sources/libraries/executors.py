@@ -173,6 +173,7 @@ class Executors:
         frame: Frame,
         at: Place | None = None,
     ) -> Value:
+        self.machine.attributes.has_begun = True
         for each in options(target):
             if isinstance(each, Outside) and each.path.startswith("rclpy."):
                 if each.path.endswith("shutdown"):

@@ -73,15 +73,23 @@ class RosLibrary:
         last = path.rpartition(".")[2]
         idiom = self.idioms.table.get(path)
         if idiom is not None:
+            self._escape(args, keys)
             return self.idioms.apply(idiom, made, node, frame, None)
         if path.startswith("rclpy"):
             found = self._rclpy(path, last, made, node, frame)
             if found is not None:
                 return found
         if path.startswith("builtins."):
+            self._escape(args, keys)
             return self.built_ins.call(last, args, keys, node, frame)
         found = self._standard(path, last, made, node, frame)
+        if found is None:
+            self._escape(args, keys)
         return made if found is None else found
+
+    def _escape(self, args: list[Value], keys: Keys) -> None:
+        for each in (*args, *keys.values()):
+            self.machine.escape(each)
 
     def _rclpy(self, path: str, last: str, made: Made, node: ast.AST, frame: Frame) -> Value | None:
         args, keys = made.args, made.keys
@@ -199,6 +207,10 @@ class RosLibrary:
             found = self._method_of_made(value, name, args, keys, node, frame)
         if found is None and not isinstance(value, (Port, Items, Mapping, Const, Text)):
             found = self.doer.unknown(value, name, args, keys, node, frame, method.text)
+        if found is None or name == "create_task":
+            self._escape(args, keys)
+            if not isinstance(value, (Port, Items, Mapping, Const, Text)):
+                self.machine.attributes.may_call(method)
         if found is not None:
             return found
         for each in [*args, *keys.values()]:

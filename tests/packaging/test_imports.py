@@ -143,6 +143,7 @@ FOLDERS = {
             "packages",
             "interfaces",
             "facts",
+            "branches",
             "kept_facts",
             "alternatives",
             "left_out",
@@ -171,13 +172,14 @@ FOLDERS = {
             "modules",
             "values",
             "constants",
+            "attributes",
             "machine",
             "operations",
             "gathering",
             "expressions",
             "importing",
         ),
-        *("assigning", "statements", "calls"),
+        *("conditions", "assigning", "statements", "calls"),
     ],
     "observation": [
         *(

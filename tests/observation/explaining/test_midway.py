@@ -9,7 +9,8 @@ from dineros.analysis.answers.budget import Budget
 from dineros.metamodel import sym
 from dineros.observation.explaining import RecordingVerdict, explain, midway
 from dineros.observation.importing.building import to_model
-from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
+from dineros.observation.importing.flows.labels import Step
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.observation.systems import (
     REQUEST_RECEIVED,
     REQUEST_SENT,

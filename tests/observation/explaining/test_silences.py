@@ -8,7 +8,8 @@ from dineros.metamodel import sym
 from dineros.observation.explaining import RecordingVerdict, explain
 from dineros.observation.explaining.silences import Silence
 from dineros.observation.importing.building import to_model
-from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
+from dineros.observation.importing.flows.labels import Step
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.observation.systems import ObservedNode, ObservedSystem, TopicEndpoint
 from tests.observation.explaining.reference import Message
 from tests.observation.explaining.test_explain import recorded, sensor

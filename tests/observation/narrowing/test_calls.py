@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from dineros.observation.explaining import explain
 from dineros.observation.importing.building import to_model
-from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
+from dineros.observation.importing.flows.labels import Step
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.observation.narrowing import Proposal, narrowed, proposals, verbs_of
 from dineros.observation.systems import (
     SERVICE_EVENTS,

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from dineros.metamodel.constraints import validate
 from dineros.observation.explaining import explain
 from dineros.observation.importing.building import to_model
-from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
+from dineros.observation.importing.flows.labels import Step
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.observation.narrowing import Proposal, narrowed, proposals
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, RecordedTopic, TopicEndpoint
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from dineros.metamodel.constraints import validate
 from dineros.observation.explaining import explain
-from dineros.observation.importing.given import Step
+from dineros.observation.importing.flows.labels import Step
 from dineros.observation.narrowing import (
     Narrowed,
     Proposal,

@@ -9,6 +9,7 @@ from pathlib import Path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dineros.observation.importing.flows.labels import Step
 from dineros.observation.importing.given import (
     LIFE,
     ORDERS,
@@ -18,7 +19,6 @@ from dineros.observation.importing.given import (
     GivenService,
     GivenTopic,
     Span,
-    Step,
     read_given,
 )
 from dineros.observation.narrowing.written import given_text

@@ -1,0 +1,1 @@
+"""The branches of callbacks, as far as variables of their node decide about them."""

@@ -1,0 +1,241 @@
+"""Which variables decide what the callbacks of a node do, and the flows of these callbacks."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from dineros.observation.importing.flows.branching import Branching
+from dineros.observation.importing.flows.graphs import either, passes, simplified, variables_of, without_marks
+from dineros.observation.importing.flows.labels import Ask, Flow, GivenVariable, Label, Mark, Step
+from dineros.sources.branches import OTHER, SOME, variables_set
+from dineros.sources.facts import CallbackFact, Effect, Entity, Known, NodeFact, Variable, is_open, located
+
+MOST_EDGES = 400
+"""Edges of the flow of one callback; variables of a larger one are left out."""
+_RESULT = Mark("asks for the result")
+_ONCE = ("conditional", "created_in", "instances", "via", "open")
+"""Details of entities that may be missing, or several, or of which more than the code decides."""
+
+
+@dataclass(frozen=True)
+class _Answers:
+    """Callbacks that the answers of a client begin, and whether each answer begins one of them."""
+
+    callbacks: tuple[CallbackFact, ...]
+    is_certain: bool
+
+
+class Decisions:
+    """The variables of a node, and the flows of its callbacks.
+
+    Parameters
+    ----------
+    fact : NodeFact
+        The node.
+    names : mapping of Entity to str
+        The entities that the model has.
+    step : callable
+        Returns the step that an effect is in the model; None: it is none.
+    is_open : callable
+        Whether a callback may do anything.
+    is_spun : bool
+        Whether an executor runs the callbacks.
+    folder : str
+        In which the files are.
+    """
+
+    def __init__(
+        self,
+        fact: NodeFact,
+        names: Mapping[Entity, str],
+        step: Callable[[Effect], Step | None],
+        is_open: Callable[[CallbackFact], bool],
+        is_spun: bool,
+        folder: str = "",
+    ) -> None:
+        self._fact, self._names, self._step, self._is_open = fact, names, step, is_open
+        self._folder = folder
+        self._called = self._entities() if is_spun else {}
+        self._answers = {
+            (client, do): self._answers_of(client, do)
+            for client in names
+            for do in {"clients": ("call",), "action_clients": ("send_goal", "get_result")}.get(
+                client.kind, ()
+            )
+            if is_spun
+        }
+        self._flows: dict[tuple[CallbackFact, bool | None], Flow] = {}
+        self._variables = self._certain() if fact.variables else {}
+        while self._variables and not self._is_settled():
+            self._flows.clear()
+
+    @property
+    def variables(self) -> dict[str, GivenVariable]:
+        """The variables that the model has, by their names."""
+        return {
+            name: GivenVariable(
+                tuple(texts.values()), texts[variable.first], located(variable.at, self._folder)
+            )
+            for variable, name in self._variables.items()
+            for texts in [_texts(variable)]
+        }
+
+    # ------------------------------------------------------------------------------------ flows of callbacks
+
+    def of(self, entity: Entity, role: str) -> Flow | None:
+        """Return the flow of a callback that an entity has; None: no variable decides about it."""
+        fact = entity.callbacks.get(role)
+        if fact is None or fact not in self._called:
+            return None
+        flow = self._flow(fact)
+        return without_marks(flow) if self._decides(flow) else None
+
+    def after(self, client: Entity) -> Flow | None:
+        """Return the flow of what the responses of a client begin, or the results of its goals."""
+        do = "call" if client.kind == "clients" else "get_result"
+        answers = self._answers.get((client, do))
+        if answers is None or not any(map(self._decides, self._parts(client))):
+            return None
+        is_asked = do == "call" or passes(self._told(client, True), lambda label: label == _RESULT)
+        flows = [self._flow(each) for each in answers.callbacks]
+        return without_marks(either(flows, is_perhaps=not (answers.is_certain and is_asked and flows)))
+
+    def told(self, client: Entity, accepted: bool) -> Flow | None:
+        """Return the flow of what a client of an action does about a goal that is accepted, or rejected."""
+        if not any(map(self._decides, self._parts(client))):
+            return None
+        return without_marks(self._told(client, accepted))
+
+    def _told(self, client: Entity, accepted: bool) -> Flow:
+        answers = self._answers[client, "send_goal"]
+        flows = [self._flow(each, accepted) for each in answers.callbacks]
+        return either(flows, is_perhaps=not (answers.is_certain and flows))
+
+    def _parts(self, client: Entity) -> list[Flow]:
+        """Return all flows that begin with an answer to a client."""
+        found = []
+        for do in ("call", "send_goal", "get_result"):
+            for fact in self._answers[client, do].callbacks if (client, do) in self._answers else ():
+                found += [
+                    self._flow(fact, each) for each in ((True, False) if do == "send_goal" else (None,))
+                ]
+        return found
+
+    @staticmethod
+    def _decides(flow: Flow) -> bool:
+        return bool(variables_of(flow))
+
+    def _flow(self, fact: CallbackFact, accepted: bool | None = None) -> Flow:
+        if (fact, accepted) not in self._flows:
+            made = Branching(self._label, self._variables, _texts, accepted, self._folder)
+            start = made.read(fact.body or [])
+            values = {name: tuple(_texts(each).values()) for each, name in self._variables.items()}
+            self._flows[fact, accepted] = simplified(made.graph, start, values)
+        return self._flows[fact, accepted]
+
+    def _label(self, effect: Effect) -> tuple[Label, bool] | None:
+        if effect.do == "get_result" and effect.then is not None:
+            return _RESULT, False
+        step = self._step(effect)
+        return None if step is None else (step, bool(step.times))
+
+    # ------------------------------------------------------------------------------------- which are certain
+
+    def _entities(self) -> dict[CallbackFact, Entity]:
+        """Return the callbacks that the model has for entities, if each is that of one entity."""
+        found: dict[CallbackFact, Entity] = {}
+        several: set[CallbackFact] = set()
+        roles = {"subscriptions": "callback", "services": "callback", "action_servers": "execute"}
+        listed = [(each, roles[each.kind]) for each in self._names if each.kind in roles]
+        listed += [(each, "callback") for each in self._fact.of("timers") if each.is_enabled]
+        for entity, role in listed:
+            fact = entity.callbacks.get(role)
+            if fact is None:
+                continue
+            is_kept = entity.kind == "timers" or not is_open(entity.type)
+            if not is_kept or fact in found or any(entity.details.get(each) for each in _ONCE):
+                several.add(fact)
+            found[fact] = entity
+        shared = [self._names[each] for each in self._names if each.kind in ("services", "action_servers")]
+        return {
+            fact: entity
+            for fact, entity in found.items()
+            if fact not in several
+            and self._is_followed(fact)
+            and (entity.kind not in ("services", "action_servers") or shared.count(self._names[entity]) == 1)
+        }
+
+    def _answers_of(self, client: Entity, do: str) -> _Answers:
+        """Return what answers to a client begin."""
+        effects = [
+            effect
+            for fact in self._fact.callbacks
+            for effect in fact.effects
+            if effect.entity is client and effect.do == do
+        ]
+        if do == "call":
+            effects = [each for each in effects if (step := self._step(each)) is None or step.verb == "send"]
+        callbacks = [each.then for each in effects if each.then is not None]
+        return _Answers(tuple(dict.fromkeys(callbacks)), len(callbacks) == len(effects))
+
+    def _is_followed(self, fact: CallbackFact) -> bool:
+        return fact.body is not None and not fact.is_apart and not self._is_open(fact)
+
+    def _certain(self) -> dict[Variable, str]:
+        """Return the variables that only callbacks of the model set."""
+        clients = [self._names[client] for client, _ in self._answers]
+        answered = [
+            fact
+            for (client, _), answers in self._answers.items()
+            if clients.count(self._names[client]) == (1 if client.kind == "clients" else 2)
+            for fact in answers.callbacks
+        ]
+        known = {
+            fact
+            for fact in (*self._called, *answered)
+            if self._is_followed(fact) and answered.count(fact) + (fact in self._called) == 1
+        }
+        loose: set[Variable] = set()
+        for fact in self._fact.callbacks:
+            if fact not in known:
+                loose |= variables_set(fact.body or [])
+        names: dict[Variable, str] = {}
+        for variable in self._fact.variables:
+            if variable not in loose:
+                names[variable] = _free(re.sub(r"\W+", "_", variable.name), names.values())
+        return names
+
+    def _is_settled(self) -> bool:
+        """Leave out variables of callbacks that are too large, and those that decide nothing."""
+        flows = [self._flow(fact) for fact in self._called]
+        for client in {client for client, _ in self._answers}:
+            flows += self._parts(client)
+        large = {each for flow in flows if len(flow.edges) > MOST_EDGES for each in variables_of(flow)}
+        asked = {each for flow in flows for each in variables_of(flow, Ask)} - large
+        left = {variable: name for variable, name in self._variables.items() if name in asked}
+        is_settled = len(left) == len(self._variables)
+        self._variables = left
+        return is_settled
+
+
+def _texts(variable: Variable) -> dict[Known, str]:
+    """Return the values of a variable as a model names them."""
+    found: dict[Known, str] = {}
+    for value in variable.values:
+        if value in (SOME, OTHER):
+            text = "something" if value == SOME else "another"
+        elif value[0] == "const":
+            text = repr(value[2])
+        else:
+            text = ".".join(str(each) for each in value[1:])
+        found[value] = _free(text[:60], found.values())
+    return found
+
+
+def _free(wanted: str, used: Iterable[str]) -> str:
+    names, found, number = set(used), wanted, 2
+    while found in names:
+        found, number = f"{wanted}_{number}", number + 1
+    return found

@@ -1,0 +1,117 @@
+"""What a callback does, step by step, and in which branches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing that a callback does.
+
+    Attributes
+    ----------
+    verb : {"publish", "call", "send", "goal", "cancel", "wait", "result"}
+        Publish a message; call a service and wait for the answer; send a request and continue; send a goal;
+        ask to cancel it; wait until the callback of a subscription has taken a message; wait until the
+        result of a goal is there.
+    name : str
+        Full name of the topic, service or action.
+    times : {"", "?", "*"}
+        Once; once or not at all; any number of times.
+    at : str
+        The line of the code that says so, as ``file:line``.
+    timeout : float or None
+        Seconds after which a call gives up; None: never.
+    group : str or None
+        Callback group of the client that calls, if the node has several of one service: a name, or empty for
+        the node's default group. None: the group that is given of the client.
+    """
+
+    verb: str
+    name: str
+    times: str = ""
+    at: str = field(default="", compare=False)
+    timeout: float | None = field(default=None, compare=False)
+    group: str | None = field(default=None, compare=False)
+
+    def __str__(self) -> str:
+        return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"
+
+
+@dataclass(frozen=True)
+class Set:
+    """A callback sets a variable of its node.
+
+    Attributes
+    ----------
+    variable, value : str
+        Names.
+    at : str
+        The line of the code.
+    before : frozenset of str or None
+        Values of which it has one before; None: any.
+    """
+
+    variable: str
+    value: str
+    at: str = field(default="", compare=False)
+    before: frozenset[str] | None = None
+
+
+@dataclass(frozen=True)
+class Ask:
+    """A callback continues if a variable of its node has one of some values, as a line of the code asks."""
+
+    variable: str
+    values: frozenset[str]
+    at: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A place in a callback that is of interest while a flow is made."""
+
+    word: str
+
+
+Label: TypeAlias = Step | Set | Ask | Mark | None
+"""What is done on an edge of a flow; None: nothing."""
+
+
+@dataclass(frozen=True)
+class Edge:
+    """An edge of a flow, from one state to another."""
+
+    source: int
+    label: Label
+    target: int
+
+
+@dataclass(frozen=True)
+class Flow:
+    """What a callback does, in its branches: a graph with a first and a last state."""
+
+    edges: tuple[Edge, ...]
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class GivenVariable:
+    """An attribute of a node that decides what its callbacks do.
+
+    Attributes
+    ----------
+    values : tuple of str
+        All that it may have.
+    first : str
+        Its value at the start.
+    at : str
+        The line of the code.
+    """
+
+    values: tuple[str, ...]
+    first: str
+    at: str = field(default="", compare=False)

@@ -1,0 +1,217 @@
+"""What a callback does in which branch: its effects, the variables that it sets and those that it tests.
+
+A value of a variable is ``("const", type, value)``, ``("member", class, member)`` of an enumeration,
+``("outside", path)`` of a constant that is not in the folder, `SOME` or `OTHER`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from dineros.sources.facts import Effect, Entity, Item, Known, Place, Variable
+
+SOME: Known = ("some",)
+"""An object that is true and not None."""
+OTHER: Known = ("other",)
+"""Any value that is none of those that the code names."""
+NOTHING: Known = ("const", "NoneType", None)
+"""None."""
+
+
+def constant(value: object) -> Known:
+    """Return a constant as a value of a variable."""
+    return ("const", type(value).__name__, value)
+
+
+# ----------------------------------------------------------------------------------------------- conditions
+
+
+class Condition:
+    """Whether a branch is taken."""
+
+
+@dataclass(eq=False)
+class Anything(Condition):
+    """A condition that may hold or not, after something is done to find it out."""
+
+    before: list[Item] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Compared(Condition):
+    """A variable is compared with a constant by ``==`` or ``is``; without one, whether it is true."""
+
+    variable: Variable
+    operator: str
+    at: Place
+    value: Known | None = None
+
+    def holds(self, value: Known) -> bool | None:
+        """Tell whether it holds for a value of the variable; None: it may or not."""
+        if self.value is None:
+            return _truth(value)
+        if value in (SOME, OTHER):
+            return False if self.value == NOTHING else None
+        if value == self.value:
+            return True
+        if NOTHING in (value, self.value):
+            return False
+        if value[0] != self.value[0] or value[0] == "outside":
+            return None
+        if value[0] == "member":
+            return False if value[1] == self.value[1] else None
+        return bool(value[2] == self.value[2]) if self.operator == "==" else None
+
+
+@dataclass(eq=False)
+class Accepted(Condition):
+    """The server has accepted the goal of a client."""
+
+    client: Entity | None
+
+
+@dataclass(eq=False)
+class Negated(Condition):
+    """The opposite of a condition."""
+
+    condition: Condition
+
+
+@dataclass(eq=False)
+class Joined(Condition):
+    """Conditions that are asked one after another until one decides: ``and``, ``or``."""
+
+    conditions: list[Condition]
+    is_or: bool
+
+
+def _truth(value: Known) -> bool | None:
+    if value == SOME:
+        return True
+    return bool(value[2]) if value[0] == "const" else None
+
+
+def parts(condition: Condition) -> Iterator[Condition]:
+    """Yield the conditions of which one is made, in their order."""
+    if isinstance(condition, Negated):
+        yield from parts(condition.condition)
+    elif isinstance(condition, Joined):
+        for each in condition.conditions:
+            yield from parts(each)
+    else:
+        yield condition
+
+
+# ----------------------------------------------------------------------------------------------- statements
+
+
+Block = list[Item]
+"""Items in their order."""
+
+
+@dataclass(eq=False)
+class Do(Item):
+    """An effect."""
+
+    effect: Effect
+
+
+@dataclass(eq=False)
+class Put(Item):
+    """A variable gets one of several values; None: any."""
+
+    variable: Variable
+    values: tuple[Known, ...] | None
+    at: Place
+
+
+@dataclass(eq=False)
+class Branch(Item):
+    """One block or another; without a condition, any of them."""
+
+    condition: Condition
+    then: Block
+    otherwise: Block
+
+
+@dataclass(eq=False)
+class Loop(Item):
+    """A block that is repeated while a condition holds, any number of times."""
+
+    condition: Condition
+    body: Block
+    is_entered: bool = False
+
+
+@dataclass(eq=False)
+class Turns(Item):
+    """The turns of a loop, one after another."""
+
+    turns: list[Block]
+
+
+@dataclass(eq=False)
+class Called(Item):
+    """The body of a function."""
+
+    body: Block
+
+
+@dataclass(eq=False)
+class Attempt(Item):
+    """A ``try``: each point of its body may lead to one of its handlers."""
+
+    body: Block
+    otherwise: Block
+    handlers: list[Block] = field(default_factory=list)
+    last: Block = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Leave(Item):
+    """A way out of a block: ``returns``, ``raises``, ``breaks``, ``continues``."""
+
+    way: str
+
+
+def blocks(item: Item) -> list[Block]:
+    """Return the blocks of an item."""
+    if isinstance(item, (Branch, Loop)):
+        asked = [each.before for each in parts(item.condition) if isinstance(each, Anything)]
+        return [*asked, *([item.then, item.otherwise] if isinstance(item, Branch) else [item.body])]
+    if isinstance(item, Called):
+        return [item.body]
+    if isinstance(item, Turns):
+        return item.turns
+    if isinstance(item, Attempt):
+        return [item.body, item.otherwise, *item.handlers, item.last]
+    return []
+
+
+def walk(block: Block) -> Iterator[Item]:
+    """Yield all items of a block, those of blocks inside among them."""
+    todo = list(block)
+    while todo:
+        item = todo.pop()
+        yield item
+        for each in blocks(item):
+            todo.extend(each)
+
+
+def conditions(block: Block) -> Iterator[Condition]:
+    """Yield the conditions of a block."""
+    for item in walk(block):
+        if isinstance(item, (Branch, Loop)):
+            yield item.condition
+
+
+def variables_set(block: Block) -> set[Variable]:
+    """Return the variables that a block sets."""
+    return {item.variable for item in walk(block) if isinstance(item, Put)}
+
+
+def variables_tested(block: Block) -> set[Variable]:
+    """Return the variables that a block tests."""
+    asked = (each for condition in conditions(block) for each in parts(condition))
+    return {each.variable for each in asked if isinstance(each, Compared)}

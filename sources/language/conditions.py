@@ -1,0 +1,224 @@
+"""What callbacks set and test: attributes of objects that get constants, as far as the program says it."""
+
+from __future__ import annotations
+
+import ast
+
+from dineros.sources.branches import (
+    OTHER,
+    SOME,
+    Accepted,
+    Anything,
+    Branch,
+    Compared,
+    Condition,
+    Joined,
+    Negated,
+    Put,
+    constant,
+)
+from dineros.sources.facts import CallbackFact, Item, Known, Place, Variable
+from dineros.sources.language.importing import Imports
+from dineros.sources.language.machine import Activity
+from dineros.sources.language.values import (
+    Bound,
+    Class,
+    Const,
+    Either,
+    Frame,
+    Function,
+    Future,
+    Goal,
+    Object,
+    Outside,
+    Port,
+    Value,
+    options,
+)
+
+_SIMPLE = (bool, int, str, type(None))
+"""Types of constants that a variable of a model may have."""
+
+
+class Conditions(Imports):
+    """The part of the interpreter that notes which attributes are set and tested."""
+
+    # ------------------------------------------------------------------------------------------------ tests
+
+    def condition(self, test: ast.expr, frame: Frame, before: list[Item] | None = None) -> Condition:
+        """Return what a test asks, after it was evaluated; parts that are not known may hold or not.
+
+        Parameters
+        ----------
+        test : ast.expr
+            The test.
+        frame : Frame
+            Its variables.
+        before : list of Item
+            What its evaluation does.
+        """
+        if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
+            return Negated(self.condition(test.operand, frame, before))
+        if isinstance(test, ast.BoolOp):
+            done = self.operands.get(id(test), [])
+            parts = [self.condition(each, frame, one) for each, one in zip(test.values, done, strict=False)]
+            return Joined(
+                [*parts, *([Anything()] if len(parts) < len(test.values) else [])],
+                isinstance(test.op, ast.Or),
+            )
+        if before:
+            return Anything(before)
+        if isinstance(test, ast.Attribute):
+            return self._asked(test, frame)
+        if isinstance(test, ast.Compare) and len(test.ops) == 1:
+            return self._compared(test.left, test.ops[0], test.comparators[0], frame)
+        return Anything()
+
+    def _asked(self, test: ast.Attribute, frame: Frame) -> Condition:
+        value = self._alone(test.value, frame)
+        if isinstance(value, Goal) and value.side == "client" and test.attr == "accepted":
+            return Accepted(value.entity)
+        variable = self._attribute(value, test.attr)
+        return Anything() if variable is None else Compared(variable, "==", self.place(test, frame))
+
+    def _compared(self, left: ast.expr, operator: ast.cmpop, right: ast.expr, frame: Frame) -> Condition:
+        if isinstance(operator, (ast.Eq, ast.NotEq)) and not isinstance(left, ast.Attribute):
+            left, right = right, left
+        variable = None
+        if isinstance(left, ast.Attribute):
+            variable = self._attribute(self._alone(left.value, frame), left.attr)
+        if variable is None:
+            return Anything()
+        at = self.place(left, frame)
+        if isinstance(operator, (ast.In, ast.NotIn)) and isinstance(right, (ast.Tuple, ast.List, ast.Set)):
+            parts = [self._known(each, None, frame) for each in right.elts]
+            if any(part is None for part in parts):
+                return Anything()
+            found: Condition = Joined([Compared(variable, "==", at, part) for part in parts], is_or=True)
+            return found if isinstance(operator, ast.In) else Negated(found)
+        known = self._known(right, None, frame)
+        if known in (None, SOME, OTHER):
+            return Anything()
+        if isinstance(operator, (ast.Eq, ast.NotEq)):
+            found = Compared(variable, "==", at, known)
+        elif isinstance(operator, (ast.Is, ast.IsNot)):
+            found = Compared(variable, "is", at, known)
+        else:
+            return Anything()
+        return Negated(found) if isinstance(operator, (ast.NotEq, ast.IsNot)) else found
+
+    def _alone(self, node: ast.expr, frame: Frame) -> Value | None:
+        """Evaluate an expression once more; None where it is not one value, or does something."""
+        aside = Activity(CallbackFact("test", "test", self.activity.fact.at), self.activity.node)
+        with self.doing(aside):
+            value = self.evaluate(node, frame)
+        return None if aside.block or aside.is_lost or isinstance(value, Either) else value
+
+    def _attribute(self, value: Value | None, name: str) -> Variable | None:
+        """Return the variable that an attribute of an object is; None: it is none."""
+        if not isinstance(value, Object) or isinstance(self.look_up(value.cls, name), Function):
+            return None
+        return self.attributes.of(value, name, Place("", 0))
+
+    # ----------------------------------------------------------------------------------------------- values
+
+    def put(
+        self,
+        holder: Object,
+        name: str,
+        value: Value,
+        expr: ast.expr | None,
+        node: ast.AST,
+        frame: Frame,
+        *,
+        is_certain: bool,
+    ) -> None:
+        """Note that an attribute of an object gets a value; not certain: or one of another object."""
+        at, activity = self.place(node, frame), self.activity
+        variable = self.attributes.of(holder, name, at)
+        values = self._values(value, expr, frame)
+        if not self.run and activity.fact.kind == "constructor" and not self.attributes.has_begun:
+            is_certain &= not (activity.conditional or activity.loops)
+            self.attributes.begin(variable, values, at, is_certain=is_certain)
+            return
+        test = self._truth_value(expr, frame) if expr is not None and values is None else None
+        found: Item = Put(variable, values, at)
+        if test is not None:
+            yes, no = (Put(variable, (constant(each),), at) for each in (True, False))
+            found = Branch(test, [yes], [no])
+        activity.block.append(found if is_certain else Branch(Anything(), [found], []))
+
+    def _truth_value(self, expr: ast.expr, frame: Frame) -> Condition | None:
+        """Return the condition whose truth an expression is: ``not self.busy``, ``self.mode == 1``."""
+        is_test = isinstance(expr, ast.Compare) or (
+            isinstance(expr, ast.UnaryOp) and isinstance(expr.op, ast.Not)
+        )
+        found = self.condition(expr, frame) if is_test else None
+        while isinstance(found, Negated) and isinstance(found.condition, Negated):
+            found = found.condition.condition
+        inner = found.condition if isinstance(found, Negated) else found
+        return None if isinstance(inner, Anything) else found
+
+    def _values(self, value: Value, expr: ast.expr | None, frame: Frame) -> tuple[Known, ...] | None:
+        known = self._known(expr, value, frame)
+        if known is not None:
+            return (known,)
+        found = [self._known(None, each, frame) for each in options(value)]
+        return None if None in found or OTHER in found else tuple(dict.fromkeys(e for e in found if e))
+
+    def _known(self, expr: ast.expr | None, value: Value | None, frame: Frame) -> Known | None:
+        """Return a constant, or that something is there; None: it is not known."""
+        if isinstance(expr, ast.Constant):
+            return constant(expr.value) if isinstance(expr.value, _SIMPLE) else None
+        if isinstance(expr, (ast.Attribute, ast.Name)):
+            found = self._named(expr, frame)
+            if found is not None:
+                return found
+        if isinstance(value, Const):
+            return constant(value.value) if not value.origin and isinstance(value.value, _SIMPLE) else None
+        if isinstance(value, Object):
+            names = [self.look_up(value.cls, each) for each in ("__bool__", "__len__", "__eq__")]
+            return SOME if names == [None, None, None] else None
+        if isinstance(value, (Goal, Future, Port, Function, Bound)):
+            return SOME
+        return None
+
+    def _named(self, expr: ast.Attribute | ast.Name, frame: Frame) -> Known | None:
+        """Return a constant that has a name: a member of an enumeration, a constant of a class or module."""
+        name = expr.attr if isinstance(expr, ast.Attribute) else expr.id
+        if not name.isupper():
+            return None
+        value = self._alone(expr, frame)
+        owner = self._alone(expr.value, frame) if isinstance(expr, ast.Attribute) else None
+        if isinstance(owner, Class):
+            if any(path.startswith("enum.") for path in owner.outside()):
+                member = value.value if isinstance(value, Const) else name
+                return ("member", owner.node.name, repr(member)) if name in owner.names else None
+            known = self.look_up(owner, name)
+            return (
+                constant(known.value)
+                if isinstance(known, Const) and isinstance(known.value, _SIMPLE)
+                else None
+            )
+        if isinstance(owner, Object):
+            known = self.look_up(owner.cls, name)
+            if name in owner.slots or not isinstance(known, Const) or not isinstance(known.value, _SIMPLE):
+                return None
+            return constant(known.value)
+        if isinstance(value, Outside):
+            return ("outside", value.path)
+        if isinstance(expr, ast.Name) and isinstance(value, Const) and isinstance(value.value, _SIMPLE):
+            return constant(value.value) if self._is_constant(name, frame) else None
+        return None
+
+    def _is_constant(self, name: str, frame: Frame) -> bool:
+        """Tell whether a variable of a module has one value in the whole program."""
+        here: Frame | None = frame
+        while here is not None:
+            holder = self.holder_of(here)
+            if holder is not None:
+                return name in holder.slots and len(holder.slots[name].values) == 1
+            if name in here.names:
+                return False
+            here = here.outer
+        return False

@@ -1,0 +1,221 @@
+"""Which attributes of a program are certain: every assignment is known, and few values are possible."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator
+
+from dineros.sources.branches import (
+    NOTHING,
+    OTHER,
+    SOME,
+    Compared,
+    Put,
+    conditions,
+    parts,
+    variables_set,
+    variables_tested,
+    walk,
+)
+from dineros.sources.facts import CallbackFact, Item, Known, NodeFact, Variable
+from dineros.sources.language.machine import Machine
+from dineros.sources.language.modules import Module
+from dineros.sources.language.values import Class, Const, Object
+
+MOST_VALUES = 8
+"""Values of a variable that a model tells apart."""
+_BASES = ("rclpy.", "abc.", "object", "builtins.object", "typing.", "enum.")
+"""How the dotted names of bases begin that set no attribute of a program."""
+_TAKEN = frozenset(
+    (
+        *("_action_client", "_allow_undeclared_parameters", "_callbacks", "_clients", "_clock", "_context"),
+        *("_default_callback_group", "_descriptors", "_enabled", "_guards", "_logger", "_logger_service"),
+        *("_managed_entities", "_node", "_on_set_parameters_callbacks", "_parameter_event_publisher"),
+        *("_parameter_overrides", "_parameter_service", "_parameters", "_post_set_parameters_callbacks"),
+        *("_pre_set_parameters_callbacks", "_publishers", "_rate_group", "_services", "_state_machine"),
+        *("_status", "_subscriptions", "_time_source", "_timers", "_type_description_service", "_is_ready"),
+        *("executor", "handle", "context", "enabled", "service_name"),
+    )
+)
+"""Attributes that rclpy sets on its own objects."""
+
+
+def find_variables(machine: Machine, outside: Iterable[Item]) -> None:
+    """Give each node of a program its variables that are certain.
+
+    Parameters
+    ----------
+    machine : Machine
+        The interpreter, at the end of the program.
+    outside : iterable of Item
+        What the program does outside of constructors and callbacks.
+    """
+    known = machine.attributes
+    modules = [machine.modules.all[path] for path in machine.frames if path in machine.modules.all]
+    hidden = _Hidden(modules, known.stores)
+    if known.is_wild or hidden.is_wild:
+        return
+    names = known.names | hidden.set_by(known.calls)
+    loose = variables_set(list(outside))
+    loose |= {each for fact in _unused(machine) for each in variables_set(fact.body or [])}
+    users = _users(machine)
+    for holder, variable in known.all():
+        if variable in loose or variable.name in names or variable.name in _TAKEN:
+            continue
+        if id(holder) not in known.single or not _is_plain(machine, holder, variable.name):
+            continue
+        if hidden.is_stored(variable.name, holder):
+            continue
+        nodes = users.get(variable, set())
+        first = known.first(variable) if known.has_first(variable) else _of_class(machine, holder, variable)
+        if len(nodes) == 1 and first is not None:
+            variable.first = first
+            next(iter(nodes)).variables.append(variable)
+    for node in machine.nodes:
+        _finish(node)
+
+
+def _unused(machine: Machine) -> Iterator[CallbackFact]:
+    """Yield what belongs to no node."""
+    return (each.fact for each in machine.callbacks.values() if each.node is None)
+
+
+def _users(machine: Machine) -> dict[Variable, set[NodeFact]]:
+    """Return the nodes whose callbacks set or test a variable."""
+    found: dict[Variable, set[NodeFact]] = {}
+    for callback in machine.callbacks.values():
+        body = callback.fact.body or []
+        if callback.node is not None:
+            for variable in variables_set(body) | variables_tested(body):
+                found.setdefault(variable, set()).add(callback.node)
+    return found
+
+
+def _finish(node: NodeFact) -> None:
+    """Find the values of a node's variables; leave out those with many, and those that nothing tests."""
+    kept = []
+    for variable in node.variables:
+        values: dict[Known, None] = {variable.first: None}
+        is_any = is_tested = False
+        for fact in node.callbacks:
+            for item in walk(fact.body or []):
+                if isinstance(item, Put) and item.variable is variable:
+                    is_any |= item.values is None
+                    values |= dict.fromkeys(item.values or ())
+            for condition in conditions(fact.body or []):
+                for each in parts(condition):
+                    if isinstance(each, Compared) and each.variable is variable:
+                        is_tested = True
+                        values |= dict.fromkeys([each.value] if each.value is not None and is_any else ())
+        if is_any:
+            values |= {NOTHING: None, SOME: None, OTHER: None}
+            for fact in node.callbacks:
+                asked = (each for condition in conditions(fact.body or []) for each in parts(condition))
+                values |= {
+                    each.value: None
+                    for each in asked
+                    if isinstance(each, Compared) and each.variable is variable and each.value is not None
+                }
+        variable.values = tuple(values)
+        if is_tested and 1 < len(values) <= MOST_VALUES:
+            kept.append(variable)
+    node.variables = kept
+
+
+def _is_plain(machine: Machine, holder: Object, name: str) -> bool:
+    """Tell whether an attribute of an object is only what the program assigns to it."""
+    special = ("__setattr__", "__getattribute__", "__getattr__", "__delattr__")
+    if any(machine.look_up(holder.cls, each) is not None for each in special):
+        return False
+    found = machine.look_up(holder.cls, name)
+    if found is not None and not isinstance(found, Const):
+        return False
+    return holder.cls.is_complete() and all(path.startswith(_BASES) for path in holder.cls.outside())
+
+
+def _of_class(machine: Machine, holder: Object, variable: Variable) -> Known | None:
+    """Return the value of an attribute that only the class gives."""
+    found = machine.look_up(holder.cls, variable.name)
+    if not isinstance(found, Const) or not isinstance(found.value, (bool, int, str, type(None))):
+        return None
+    return ("const", type(found.value).__name__, found.value)
+
+
+class _Hidden:
+    """Assignments to attributes in code that was not followed.
+
+    Parameters
+    ----------
+    modules : iterable of Module
+        What the program imports.
+    stores : set of (str, int, int)
+        The assignments that were followed.
+    """
+
+    def __init__(self, modules: Iterable[Module], stores: set[tuple[str, int, int]]) -> None:
+        self._stores = stores
+        self._found: dict[str, list[ast.ClassDef | None]] = {}
+        self._functions: dict[str, list[ast.AST]] = {}
+        self.is_wild = False
+        for module in modules:
+            self._read(module.path, module.tree, None, "")
+
+    def is_stored(self, name: str, holder: Object) -> bool:
+        """Tell whether code that was not followed may set an attribute of an object."""
+        own = [each.node for each in holder.cls.order() if isinstance(each, Class)]
+        return any(cls is None or cls in own for cls in self._found.get(name, ()))
+
+    def set_by(self, functions: Iterable[str]) -> set[str]:
+        """Return the attributes that functions of some names set, and those that they call."""
+        todo, seen, found = list(functions), set[str](), set[str]()
+        while todo:
+            name = todo.pop()
+            if name in seen:
+                continue
+            seen.add(name)
+            for function in self._functions.get(name, ()):
+                for each in ast.walk(function):
+                    if isinstance(each, ast.Attribute):
+                        if not isinstance(each.ctx, ast.Load):
+                            found.add(each.attr)
+                        todo.append(each.attr)
+                    elif isinstance(each, ast.Name):
+                        todo.append(each.id)
+        return found
+
+    def _read(self, path: str, tree: ast.AST, cls: ast.ClassDef | None, own: str) -> None:
+        """Read a tree; `own` is the name by which a method calls its object."""
+        for node in ast.iter_child_nodes(tree):
+            inner, named = cls, own
+            if isinstance(node, ast.ClassDef):
+                inner = node
+            elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                self._functions.setdefault(node.name, []).append(node)
+                if isinstance(tree, ast.ClassDef):
+                    named = node.args.args[0].arg if node.args.args else ""
+            elif isinstance(node, ast.Attribute):
+                self._attribute(path, node, cls, own)
+            elif isinstance(node, ast.Call):
+                self._call(node)
+            self._read(path, node, inner, named)
+
+    def _attribute(self, path: str, node: ast.Attribute, cls: ast.ClassDef | None, own: str) -> None:
+        self.is_wild |= node.attr in ("__dict__", "__class__") and not isinstance(node.ctx, ast.Load)
+        self.is_wild |= node.attr == "__dict__"
+        if isinstance(node.ctx, ast.Load):
+            return
+        where = (path, node.lineno, node.col_offset)
+        if isinstance(node.ctx, ast.Del) or where not in self._stores:
+            is_own = isinstance(node.value, ast.Name) and bool(own) and node.value.id == own
+            self._found.setdefault(node.attr, []).append(cls if is_own else None)
+
+    def _call(self, node: ast.Call) -> None:
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+        if name in ("exec", "eval", "vars", "__setattr__", "__delattr__", "__import__", "import_module"):
+            self.is_wild = True
+        if name in ("setattr", "delattr"):
+            text = node.args[1] if len(node.args) > 1 else None
+            if isinstance(text, ast.Constant):
+                self._found.setdefault(str(text.value), []).append(None)
+            else:
+                self.is_wild = True
