@@ -43,6 +43,8 @@ class _Plain:
     def callback(self, found: CallbackFact | None) -> int | None:
         if found is None:
             return None
+        if found.body is not None:
+            raise ValueError("branches of a callback are not kept")
         if id(found) not in self._seen:
             self._number(found, self.callbacks)
             plain = self.callbacks[self._seen[id(found)]] = {}
