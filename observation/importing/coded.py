@@ -266,7 +266,7 @@ class _CodedNode:
         )
         self._decisions = Decisions(
             self.fact,
-            self._names,
+            self.names,
             behaviour.in_branch,
             lambda fact: behaviour.steps(fact) is None,
             self.is_spun,
