@@ -26,7 +26,7 @@ from dineros.analysis.nets.bounds import flows_and_bounds
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
-from dineros.metamodel.callbacks.groups import callback_page_of, threads_of
+from dineros.metamodel.callbacks.groups import begins_answer, begins_callback, callback_page_of, threads_of
 from dineros.metamodel.elements import node_net_of
 
 if TYPE_CHECKING:
@@ -271,10 +271,11 @@ class Waiting:
         return frozenset({waiter})
 
     def _awaited(self, page: sym.CallbackPage, index: int | None) -> list[Call]:
-        """Return the calls of a callback whose answers it waits for."""
+        """Return the calls of a callback whose answers it waits for; an answer that begins it is none."""
         requests = self._requests.get(page)
         if requests is None:
-            requests = self._requests[page] = Body(page).requests
+            begun = {call.request for call in self._calls if _begins_with(call, page)}
+            requests = self._requests[page] = Body(page).requests - begun
         return [call for call in self._calls if call.request in requests and call.index == index]
 
     def _begins(self, callback: Callback) -> list[int]:
@@ -446,3 +447,11 @@ def callback_waiter(page: sym.CallbackPage, index: int | None = None) -> Waiter:
     if index is not None:
         name += f" ({'slot' if page.kind == sym.CallbackKind.goal else 'instance'} {index})"
     return Waiter("callback", f"{_KINDS[page.kind]} {name}", str(page.id), page, name)
+
+
+def _begins_with(call: Call, page: sym.CallbackPage) -> bool:
+    """Return whether answers to a client begin a callback."""
+    client = call.client
+    if isinstance(client, sym.ClientPort):
+        return callback_page_of(client.response) is page and begins_callback(client)
+    return any(callback_page_of(place) is page and begins_answer(client, place) for place in call.answers)

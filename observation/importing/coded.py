@@ -12,7 +12,8 @@ from dineros.observation.importing.assuming import Taken, of_client
 from dineros.observation.importing.flows.deciding import Decisions
 from dineros.observation.importing.flows.labels import Step
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode
-from dineros.observation.importing.sharing import free_name, share_executors
+from dineros.observation.importing.groups.of_node import GroupsOfNode
+from dineros.observation.importing.groups.sharing import free_name, share_executors
 from dineros.observation.importing.steps import Behaviour
 from dineros.observation.importing.timing import order_of, sleeps_of, stops_of
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
@@ -155,8 +156,7 @@ class _CodedNode:
             taken.add(f"{self.at(fact.at)}: the name of the node is open; {name} is taken")
         self.namespace = "" if is_open(fact.namespace) else fact.namespace.strip("/")
         self.name = self._full(name)
-        self._groups: dict[Entity, str] = {}
-        self._own = ""
+        self._groups = GroupsOfNode(fact, taken, self.at)
         self._open_timers: set[str] = set()
         self.is_spun = fact.threads != "not spun"
         self.names: dict[Entity, str] = {}
@@ -290,7 +290,7 @@ class _CodedNode:
                 if first is None:
                     callbacks[key] = GivenCallback(
                         steps,
-                        self._group(entity),
+                        self._groups.of(entity),
                         at=self.at(entity.at),
                         flow=self._decisions.after(entity),
                         accepted=self._decisions.told(entity, True),
@@ -302,15 +302,13 @@ class _CodedNode:
         self._outside(behaviour, timers, callbacks)
         return GivenNode(
             threads=self._threads(),
-            groups={
-                **{name: self._kind(group) for group, name in self._groups.items()},
-                **({self._own: "exclusive"} if self._own else {}),
-            },
+            groups=self._groups.kinds,
+            answers_hold_groups=self._groups.answers_hold,
             timers=timers,
             callbacks=callbacks,
             newest=self._newest(),
             at=self.at(self.fact.at),
-            order=None if self._own else order_of(self.fact),
+            order=None if self._groups.has_outside else order_of(self.fact),
             open_timers=frozenset(self._open_timers),
             variables=self._decisions.variables,
         )
@@ -321,7 +319,7 @@ class _CodedNode:
         found: dict[Entity, str] = {}
         for entity, name in self.names.items():
             if entity.kind == "clients" and first.setdefault(name, entity).group is not entity.group:
-                found[entity] = self._group(entity) or ""
+                found[entity] = self._groups.of(entity) or ""
                 self._taken.add(
                     f"{self.at(entity.at)}: answers that no callback waits for are taken for those of the"
                     f" client of line {first[name].at.line}"
@@ -331,10 +329,10 @@ class _CodedNode:
     def _callback(self, entity: Entity, fact: CallbackFact | None, behaviour: Behaviour) -> GivenCallback:
         if fact is None:
             steps: tuple[Step, ...] | None = None if "open" in str(entity.details) else ()
-            return GivenCallback(steps, self._group(entity), at=self.at(entity.at))
+            return GivenCallback(steps, self._groups.of(entity), at=self.at(entity.at))
         return GivenCallback(
             behaviour.steps(fact),
-            self._group(entity),
+            self._groups.of(entity),
             behaviour.gives_back(fact),
             self.at(fact.at),
             sleeps_of(fact),
@@ -383,8 +381,8 @@ class _CodedNode:
             name = free_name(MAIN, timers)
             timers[name] = 1.0
             self._open_timers.add(name)
-            group = self._own = free_name("outside_of_callbacks", set(self._groups.values()))
-            callbacks[name] = GivenCallback(tuple(dict.fromkeys(steps)), group, at=self.at(self.fact.at))
+            done = tuple(dict.fromkeys(steps))
+            callbacks[name] = GivenCallback(done, self._groups.outside(), at=self.at(self.fact.at))
 
     def _threads(self) -> int | None:
         threads = self.fact.threads
@@ -399,31 +397,6 @@ class _CodedNode:
             )
             return 1
         return None
-
-    def _group(self, entity: Entity) -> str | None:
-        said = str(entity.details.get("group", "default"))
-        if entity.group is None:
-            if is_open(said):
-                self._taken.add(
-                    f"{self.at(entity.at)}: the callback group is {said}; that of the node is taken"
-                )
-            return None
-        if entity.group not in self._groups:
-            wanted = entity.group.port.rpartition(".")[2]
-            if entity.group.is_anonymous_group:
-                wanted = f"group_{entity.group.at.line}"
-            self._groups[entity.group] = free_name(
-                re.sub(r"\W+", "_", wanted).strip("_"), set(self._groups.values())
-            )
-        return self._groups[entity.group]
-
-    def _kind(self, group: Entity) -> str:
-        kind = str(group.details.get("kind", ""))
-        if is_open(kind):
-            self._taken.add(
-                f"{self.at(group.at)}: the kind of the callback group is {kind}; exclusive is taken"
-            )
-        return "reentrant" if kind.startswith("reentrant") else "exclusive"
 
     def _newest(self) -> Mapping[str, bool]:
         """Return the topics whose readers ask for no reliable messages: losing some is their way."""

@@ -112,6 +112,8 @@ class GivenNode:
         Timers whose period is not known: what they do may happen at any time.
     variables : mapping of str to GivenVariable
         Attributes that flows of its callbacks set and test.
+    answers_hold_groups : bool
+        Whether callbacks of responses, results and feedback hold the group of their client (`rclcpp`).
     """
 
     threads: int | None = None
@@ -126,6 +128,7 @@ class GivenNode:
     order: str | None = None
     open_timers: frozenset[str] = frozenset()
     variables: Mapping[str, GivenVariable] = field(default_factory=dict)
+    answers_hold_groups: bool = field(default=False, compare=False)
 
 
 @dataclass(frozen=True)

@@ -258,8 +258,9 @@ class NodeBuilder(Abilities):
             awaits=said.awaits or (self._is_unseen and kind == "goal"),
             sourceLine=said.at or at or None,
         )
-        if kind != "client":
+        if kind != "client" or self._said.answers_hold_groups:
             page.group = self._group(name)
+        if kind != "client":
             page.duration = seconds(*said.takes) if said.takes is not None else None
             if page.duration is not None:
                 page.duration.source = said.measured or None

@@ -228,7 +228,7 @@ class Ros(Ports):
     def _made(self, call: Call, on: Made) -> Value | None:
         last, path = call.last, on.path
         if on.effect is not None or path == "future":
-            if last in ("get", "wait", "wait_for", "wait_until") and self.machine.role != "done callback":
+            if last in ("get", "wait", "wait_for", "wait_until") and not self._is_there(on):
                 return self._await(call, on, call.args if last != "get" else [], "blocks")
             return on
         found = self.waiting.method(call, on)
@@ -251,6 +251,12 @@ class Ros(Ports):
         if path.endswith("Node") and last == "make_shared":
             return self._library_object(path, call.args, call)
         return None
+
+    def _is_there(self, future: Made) -> bool:
+        """Return whether a response is there: a callback got its future, or is the callback of the future."""
+        machine = self.machine
+        is_own = future.effect is None or future.effect.then is machine.fact
+        return machine.role == "done callback" and is_own
 
     def _subscribes(self, call: Call, on: Made) -> Value | None:
         """Follow a filter of ``message_filters`` that is made first, and subscribes later."""

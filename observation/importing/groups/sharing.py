@@ -104,6 +104,7 @@ def _join(
         at=given[first].at,
         threads=given[first].threads,
         is_shared=True,
+        answers_hold_groups=given[first].answers_hold_groups,
         order="rclcpp" if orders == {"rclcpp"} else None,  # rclpy takes callbacks node by node
     )
     groups: dict[str, str] = {}

@@ -1,0 +1,1 @@
+"""Callback groups of imported nodes, and executors that several nodes share."""

@@ -1,0 +1,94 @@
+"""The callback groups of a node, with the names that they have in its model.
+
+The callback of a response, a result or feedback holds the group of its client in `rclcpp`: the executor takes
+the response and runs the callback at once. In `rclpy` the callbacks of a future are tasks of the executor and
+hold no group. A callback page of the kind `client` is in no group if it names none. So the default group of a
+node in C++ gets a name if such a callback is in it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from dineros.observation.importing.assuming import Taken
+from dineros.observation.importing.groups.sharing import free_name
+from dineros.sources.facts import Entity, NodeFact, Place, is_open
+
+DEFAULT = "default_group"
+"""Name of the default group of a node in C++ whose clients begin callbacks in it."""
+OUTSIDE = "outside_of_callbacks"
+"""Name of the group of what a node does outside of callbacks."""
+
+
+class GroupsOfNode:
+    """Gives names to the callback groups of a node as they are needed.
+
+    Parameters
+    ----------
+    fact : NodeFact
+        The node.
+    taken : Taken
+        Gets what is taken.
+    at : callable
+        Returns a line of code, with its folder.
+
+    Attributes
+    ----------
+    answers_hold : bool
+        Whether callbacks of responses, results and feedback hold the group of their client.
+    """
+
+    def __init__(self, fact: NodeFact, taken: Taken, at: Callable[[Place], str]) -> None:
+        self._taken, self._at = taken, at
+        self._names: dict[Entity, str] = {}
+        self._outside = ""
+        self.answers_hold = not fact.at.file.endswith(".py")
+        clients = [*fact.of("clients"), *fact.of("action_clients")]
+        self._default = DEFAULT if self.answers_hold and any(each.group is None for each in clients) else ""
+
+    def of(self, entity: Entity) -> str | None:
+        """Return the group of a callback or a client; None: the default group, which has no name."""
+        if entity.group is None:
+            said = str(entity.details.get("group", "default"))
+            if is_open(said):
+                self._taken.add(
+                    f"{self._at(entity.at)}: the callback group is {said}; that of the node is taken"
+                )
+            return self._default or None
+        if entity.group not in self._names:
+            wanted = entity.group.port.rpartition(".")[2]
+            if entity.group.is_anonymous_group:
+                wanted = f"group_{entity.group.at.line}"
+            self._names[entity.group] = free_name(re.sub(r"\W+", "_", wanted).strip("_"), self._used())
+        return self._names[entity.group]
+
+    def outside(self) -> str:
+        """Return a group of its own for what the node does outside of callbacks."""
+        self._outside = free_name(OUTSIDE, self._used())
+        return self._outside
+
+    @property
+    def has_outside(self) -> bool:
+        """Whether the node does something outside of callbacks."""
+        return bool(self._outside)
+
+    @property
+    def kinds(self) -> dict[str, str]:
+        """The groups that have names, with their kinds: ``exclusive`` or ``reentrant``."""
+        unnamed = [each for each in (self._default, self._outside) if each]
+        return {
+            **{name: self._kind(group) for group, name in self._names.items()},
+            **dict.fromkeys(unnamed, "exclusive"),
+        }
+
+    def _used(self) -> set[str]:
+        return {*self._names.values(), self._default}
+
+    def _kind(self, group: Entity) -> str:
+        kind = str(group.details.get("kind", ""))
+        if is_open(kind):
+            self._taken.add(
+                f"{self._at(group.at)}: the kind of the callback group is {kind}; exclusive is taken"
+            )
+        return "reentrant" if kind.startswith("reentrant") else "exclusive"
