@@ -25,7 +25,13 @@ class JsonTextError(DinerosError):
     """A text is not JSON, or no JSON within the limits."""
 
 
-def decode_json(text: str | bytes, *, limit: int | None = None, location: Location | None = None) -> Any:
+def decode_json(
+    text: str | bytes,
+    *,
+    limit: int | None = None,
+    location: Location | None = None,
+    keys_once: bool = False,
+) -> Any:
     """Read a JSON text that anybody may have written.
 
     Parameters
@@ -36,12 +42,16 @@ def decode_json(text: str | bytes, *, limit: int | None = None, location: Locati
         Characters or bytes that it may have.
     location : Location, optional
         Where it stands.
+    keys_once : bool
+        Whether a key that an object has twice is an error, for files that state something. Otherwise the last
+        value counts.
 
     Raises
     ------
     JsonTextError
         It is longer than the limit, no UTF-8, no JSON, nested deeper than `DEPTH_LIMIT`, holds a number of
-        more than `DIGITS_LIMIT` characters or without a finite value, or half of a surrogate pair.
+        more than `DIGITS_LIMIT` characters or without a finite value, or half of a surrogate pair; or an
+        object has a key twice, if that is an error.
 
     Examples
     --------
@@ -57,7 +67,8 @@ def decode_json(text: str | bytes, *, limit: int | None = None, location: Locati
         plain = text.decode("utf-8") if isinstance(text, bytes) else text
         if plain.startswith("\ufeff"):
             plain = plain[1:]
-        found = (_CAREFUL if _may_have_long_number(plain) else _QUICK).decode(plain)
+        decoder = _CAREFUL if _may_have_long_number(plain) else _QUICK
+        found = (_STRICT if keys_once else decoder).decode(plain)
         if plain.count("[") + plain.count("{") > DEPTH_LIMIT:
             _check_depth(found)
         if "\\u" in plain and ("\\ud" in plain or "\\uD" in plain):
@@ -105,12 +116,31 @@ def _check_digits(text: str) -> None:
         raise ValueError(f"a number of {len(text)} characters")
 
 
+def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return the object of keys and values, for `json` as ``object_pairs_hook``.
+
+    Raises
+    ------
+    ValueError
+        A key stands in it twice.
+    """
+    known = dict(pairs)
+    if len(known) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"{twice!r} stands twice in one object")
+    return known
+
+
 def _no_constant(text: str) -> float:
     raise ValueError(f"{text} is not a number of JSON")
 
 
 _QUICK = json.JSONDecoder(parse_float=_finite, parse_constant=_no_constant)
 _CAREFUL = json.JSONDecoder(parse_int=_integer, parse_float=_finite, parse_constant=_no_constant)
+_STRICT = json.JSONDecoder(
+    parse_int=_integer, parse_float=_finite, parse_constant=_no_constant, object_pairs_hook=distinct
+)
 
 
 def _check_depth(found: Any) -> None:

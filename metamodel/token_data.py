@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from dineros.metamodel import sym
 from dineros.metamodel.errors import FeatureValueError, near_matches
+from dineros.metamodel.json_text import distinct
 from dineros.metamodel.value_ranges import UNLIMITED, ValueRange, named_values
 
 Value = str | int | float | bool | list["Value"] | dict[str, "Value"]
@@ -215,7 +216,7 @@ def read_json(text: str) -> object:
         The text is no such JSON.
     """
     try:
-        return json.loads(text, parse_constant=_no_constant, object_pairs_hook=_distinct)
+        return json.loads(text, parse_constant=_no_constant, object_pairs_hook=distinct)
     except json.JSONDecodeError as error:
         raise FeatureValueError(f"no JSON at column {error.pos + 1}: {error.msg}") from None
     except (ValueError, RecursionError) as error:
@@ -322,12 +323,3 @@ def _shown(value: object) -> str:
 
 def _no_constant(name: str) -> object:
     raise ValueError(f"{name} is not a JSON number")
-
-
-def _distinct(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    known = dict(pairs)
-    if len(known) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"{twice!r} stands twice in one object")
-    return known

@@ -51,7 +51,7 @@ class Baseline:
         DinerosError
             The file cannot be read, is not JSON, or has none of these forms.
         """
-        content = decode_json(read_bytes(path, SIZE_LIMIT), location=Location(path))
+        content = decode_json(read_bytes(path, SIZE_LIMIT), location=Location(path), keys_once=True)
         try:
             return cls.of(content)
         except (KeyError, TypeError, AttributeError, IndexError) as error:

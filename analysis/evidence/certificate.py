@@ -70,7 +70,7 @@ def read_certificate(path: Path) -> dict[str, Any]:
     ModelFileError
         The file cannot be read, or is too large.
     """
-    found = decode_json(read_bytes(path, SIZE_LIMIT), location=Location(path))
+    found = decode_json(read_bytes(path, SIZE_LIMIT), location=Location(path), keys_once=True)
     if not _fits(found, _SHAPE) and not _fits(found, _TIMED_SHAPE):
         hint = "'dineros find', 'verify' and 'check' write some with --certificate"
         raise CertificateFileError("holds no certificate", location=Location(path), hint=hint)

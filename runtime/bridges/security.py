@@ -65,7 +65,7 @@ class Credentials:
             The file cannot be read, or has another form.
         """
         location = Location(path)
-        found = decode_json(read_bytes(path, limit=64 * 1024), location=location)
+        found = decode_json(read_bytes(path, limit=64 * 1024), location=location, keys_once=True)
         if not isinstance(found, dict) or not found or not set(found) <= set(_PARTS):
             raise SecurityError(
                 "holds no credentials",

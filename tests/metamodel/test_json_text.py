@@ -42,6 +42,15 @@ def test_what_is_refused(text: str | bytes, reason: str) -> None:
         decode_json(text)
 
 
+def test_a_key_may_have_to_stand_once() -> None:
+    text = '{"a": [{"b": 1, "b": 2}]}'
+    assert decode_json(text) == {"a": [{"b": 2}]}
+    assert decode_json('{"a": {"b": 1}, "b": 1e3}', keys_once=True) == {"a": {"b": 1}, "b": 1000.0}
+    for refused in (text, "9" * 5000):
+        with pytest.raises(JsonTextError, match=r"'b' stands twice in one object|5000 characters"):
+            decode_json(refused, keys_once=True)
+
+
 def test_limits_are_the_last_that_pass() -> None:
     assert decode_json("[" * DEPTH_LIMIT + "]" * DEPTH_LIMIT)
     assert decode_json("9" * 400) == int("9" * 400)
