@@ -51,7 +51,10 @@ PARTS = {
             "CallbackPage CallbackKind",
         ),
         "tokens": ("LR", "SystemModel TokenType TokenField FieldKind Place PlaceKind BalloonToken"),
-        "signals": ("TB", "NodeNet Transition TransitionKind InputSignal InputClause Disjunction Literal"),
+        "signals": (
+            "TB",
+            "NodeNet Transition TransitionKind InputSignal SignalValue InputClause Disjunction Literal",
+        ),
         "properties": (
             "LR",
             "SystemModel Property PropertyLanguage SignalVariant Assumption Fairness ExclusiveSignals "
