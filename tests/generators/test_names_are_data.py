@@ -79,6 +79,8 @@ def rich() -> sym.SystemModel:
     signals = [sym.InputSignal(id=id, name=id) for id in ("Lit", "Dark")]
     find(model, "board", sym.NodeNet).signals.extend(signals)
     model.assumptions.append(sym.ExclusiveSignals(id="Apart", signals=signals))
+    values = [sym.SignalValue(name=name) for name in ("idle", "busy")]
+    find(model, "board", sym.NodeNet).signals.append(sym.InputSignal(id="Mode", start="idle", values=values))
     model.middleware = "ros2"  # type: ignore[assignment]
     outside = deliveries()
     model.pages.extend(list(outside.pages))

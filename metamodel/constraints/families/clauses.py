@@ -212,7 +212,7 @@ def signal_values(signal: sym.InputSignal, index: Index) -> Outcome:
         (name for name in names if not VALUE_NAME.fullmatch(name) or name in ("true", "false")), None
     )
     if wrong is not None:
-        return f"has a value {wrong[0]!r}, which is not a name of letters, digits and underscores"
+        return f"has a value {wrong!r}, which is not a name of letters, digits and underscores"
     if len(names) == 1 or len(names) > MOST_VALUES:
         return "has one value" if len(names) == 1 else f"has {len(names)} values, more than {MOST_VALUES}"
     if len(set(names)) < len(names):

@@ -19,7 +19,7 @@ from dineros.analysis.evidence.timed_check_confirmation import (
     behaviour,
     confirm_timed_check,
 )
-from dineros.analysis.evidence.timed_confirmation import COUNTED, STRONG
+from dineros.analysis.evidence.timed_confirmation import COUNTED, ONLY_ATOMIC, STRONG
 from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.timed.nets import Interval, TimedNet
 from dineros.analysis.timed_checks.timed_check import ask_timed
@@ -157,8 +157,8 @@ def test_properties_are_asked_again_each_with_its_engine() -> None:
     }
     assert by["property p0"] == (True, COUNTED)
     assert by["property p1"] == (True, STRONG)
-    assert by["property p2"] == (None, "only one engine decides such formulas")
-    assert by["property p3"] == (None, "only one engine decides such formulas")
+    assert by["property p2"] == (None, ONLY_ATOMIC)
+    assert by["property p3"] == (None, ONLY_ATOMIC)
     number = next(at for at, (one, _, _) in enumerate(ours.answered) if one.id == "p1")
     property, question, _ = ours.answered[number]
     ours.answered[number] = property, question, Outcome("violated")

@@ -137,4 +137,4 @@ def test_a_schedule_needs_no_confirmation(run: Run, race: Path) -> None:
 def test_ctl_has_one_engine(run: Run, race: Path) -> None:
     result = run("verify", race, "--time", "--confirm", "--ctl", "AF (a >= 1)")
     assert result.exit_code == 0
-    assert "not confirmed: only one engine decides such formulas" in result.stderr
+    assert "not confirmed: only atomic classes tell what can come next" in result.stderr

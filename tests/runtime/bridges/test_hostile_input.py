@@ -259,14 +259,14 @@ class TestRestPoll:
     ) -> None:
         """Whatever the libraries make of an answer, the server is asked again."""
 
-        def read(answer: bytes) -> bool:
+        def read(answer: bytes, values: object) -> bool:
             raise IndexError("nothing left of the answer")
 
         url = f"http://127.0.0.1:{hostile.port}/"  # type: ignore[attr-defined]
         with RestPoll(net, {"Button": url}, period=0.01):
             until(lambda: the_source(net).is_connected)
             with monkeypatch.context() as patch:
-                patch.setattr(rest_poll, "read_truth", read)
+                patch.setattr(rest_poll, "read_setting", read)
                 until(lambda: the_source(net).failures > 1)
                 assert "gives no truth value: IndexError: nothing left" in str(the_source(net).last_error)
             until(lambda: the_source(net).is_connected)
