@@ -186,7 +186,7 @@ class LifecycleInterpreter(ExecutorInterpreter):
         server = self._is_there(_node_of(action.server.page))
         told = ("accept[", "reject", "finish.", "late.", "heeded.", "unheeded.", "feedback[")
         heard = ("result.", "refused", "feedback.out", "learn")
-        asked = ("send", "cancel[", "again[", "nothing", "tooLate.")
+        asked = ("send", "cancel[", "again[", "nothing", "twice", "tooLate.")
         for event in self.events:
             if event.name.startswith(f"{action.id}[") and event.name.endswith(("].cancel", "].refuse")):
                 self._if(event.name, server)
