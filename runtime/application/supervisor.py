@@ -272,6 +272,7 @@ class Supervisor:
                     stdout=log,
                     stderr=subprocess.STDOUT,
                     env={
+                        "PYTHONUNBUFFERED": "1",  # else the error that ends a process is not the last line
                         **plan.environment,
                         **line,
                         RESTARTS: str(child.restarts + (event == "restarted")),

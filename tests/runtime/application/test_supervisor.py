@@ -239,6 +239,19 @@ def test_a_process_whose_supervisor_is_gone_before_it_begins_ends_at_once() -> N
         assert done.returncode == status
 
 
+def test_what_a_process_prints_comes_before_the_error_that_ends_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
+    program = "print('working')\nraise RuntimeError('too bad')"
+    policy = RestartPolicy(restarts=0, window=60, delay=0.01)
+    with (
+        pytest.raises(SupervisionError, match="RuntimeError: too bad"),
+        Supervisor([plan(tmp_path, program)], policy) as supervisor,
+    ):
+        poll_until_done(supervisor)
+
+
 def test_the_log_of_a_process_has_a_limited_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process prints without end: its log and the older part stay small, and the last lines are there.
 
