@@ -28,8 +28,8 @@ class Blocked:
     callback : Waiter
         The callback.
     circle : Circle or None
-        Those that wait for each other then, the callback among them or waiting for them; None where something
-        is missing that nobody has.
+        Those that wait for each other then, the callback among them or waiting for them; None if a token is
+        missing that no callback holds or makes.
     trace : tuple of int
         Transitions that lead there.
     """

@@ -19,7 +19,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 from dineros.analysis.callbacks.calls import Call, calls_in
-from dineros.analysis.callbacks.circles import Circle, Reason, Waiter
+from dineros.analysis.callbacks.circles import Circle, Waiter
+from dineros.analysis.callbacks.shortest_circles import Ways, shortest_circle, text_of
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.model.wording import source_of, words
 from dineros.analysis.nets.bounds import flows_and_bounds
@@ -35,9 +36,6 @@ if TYPE_CHECKING:
 Marking: TypeAlias = Sequence[int]
 Key: TypeAlias = tuple[EObject, int | None]
 """A callback page, and the number of its server instance or slot."""
-
-Ways: TypeAlias = list[frozenset[Waiter]]
-"""Ways on for one that waits; each needs all of a set."""
 
 
 @dataclass
@@ -120,35 +118,8 @@ class Waiting:
             Only circles that it waits for, those that it is in before others.
         """
         ways, held = self._ways(marking)
-        stuck = _stuck(ways)
-        if not stuck:
-            return None
-        import networkx as nx  # takes a while to import
-
-        needs = {
-            waiter: sorted({n for way in ways[waiter] for n in way if n in stuck}, key=_text)
-            for waiter in sorted(stuck, key=_text)
-        }
-        edges = [(one, other) for one in needs for other in needs[one]]
         begun = {each.waiter for each in self.callbacks.values() if each.has_begun(marking)}
-        circles: list[tuple[Waiter, ...]] = []
-        graph: nx.DiGraph[Waiter] = nx.DiGraph(edges)
-        reached = None if of is None else {of, *(nx.descendants(graph, of) if of in graph else ())}
-        for part in nx.strongly_connected_components(graph):
-            if reached is not None and reached.isdisjoint(part):
-                continue
-            here: nx.DiGraph[Waiter] = nx.DiGraph([edge for edge in edges if part.issuperset(edge)])
-            for waiter in (each for each in here if each in begun):
-                to = [nx.shortest_path(here, after, waiter) for after in here.successors(waiter)]
-                circles += [(waiter, *way[:-1]) for way in to]
-        if not circles:
-            return None
-
-        def rank(circle: tuple[Waiter, ...]) -> tuple[bool, int, list[str]]:
-            return of is not None and of not in circle, len(circle), [waiter.text for waiter in circle]
-
-        waiters = min(circles, key=rank)
-        return Circle(waiters, tuple(_reasons(waiters, needs, ways, held)))
+        return shortest_circle(ways, held, begun, of)
 
     def _ways(self, marking: Marking) -> tuple[dict[Waiter, Ways], set[Waiter]]:
         """Return the ways on for each that waits; and the places that wait for those that hold a token."""
@@ -315,7 +286,7 @@ class Waiting:
         """Return the callbacks that would put a token to a place, in the order of their names."""
         keys = {self._of[maker] for maker in self._raising[place] if maker in self._of} - {but}
         waiters = {self.callbacks[key].waiter for key in keys if key in self.callbacks}
-        return sorted(waiters, key=_text)
+        return sorted(waiters, key=text_of)
 
     def _is_given(self, place: int, key: Key) -> bool:
         """Tell whether a callback waits for a token from outside: of another one, or in a shared place."""
@@ -382,38 +353,8 @@ class Waiting:
         return calls_in(self._subject)
 
 
-def _text(waiter: Waiter) -> str:
-    return waiter.text
-
-
 def _any(places: Iterable[int], marking: Marking) -> bool:
     return any(marking[place] > 0 for place in places)
-
-
-def _stuck(ways: dict[Waiter, Ways]) -> set[Waiter]:
-    """Return those that wait for each other: of each way on for them, something waits in turn."""
-    stuck = {waiter for waiter, each in ways.items() if each}
-    while True:
-        free = {waiter for waiter in stuck if any(way.isdisjoint(stuck) for way in ways[waiter])}
-        if not free:
-            return stuck
-        stuck -= free
-
-
-def _reasons(
-    waiters: Sequence[Waiter],
-    needs: dict[Waiter, list[Waiter]],
-    ways: dict[Waiter, Ways],
-    held: set[Waiter],
-) -> Iterator[Reason]:
-    """Yield why those in a circle wait, and why all do that they need besides, or could have instead."""
-    queue, known = list(waiters), set(waiters)
-    for waiter in queue:
-        is_choice = len(ways[waiter]) > 1
-        yield Reason(waiter, tuple(needs[waiter]), is_choice, waiter.kind != "place" or waiter in held)
-        new = [each for each in needs[waiter] if each not in known]
-        queue += new
-        known.update(new)
 
 
 def _resource(link: Link, part: str) -> Waiter:

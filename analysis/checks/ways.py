@@ -58,7 +58,7 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
 
 
 def why_unseen(checked: Checked) -> str:
-    """Return why there is no sequence that shows what can happen; see `firing_witness`."""
+    """Return why a finding has no firing sequence as witness; see `firing_witness`."""
     return TOO_LONG if checked.subject.is_timed else OUT_OF_MEMORY
 
 

@@ -57,7 +57,7 @@ class Firings:
     deadlock : tuple of int or None
         A firing sequence to a deadlock.
     has_no_deadlock : bool
-        Whether it is proved that there is no deadlock.
+        True if the absence of deadlocks is proved; False says nothing.
     is_complete : bool
         Whether all markings were visited, up to differences that affect no transition.
     tree : Tree or None

@@ -1,4 +1,4 @@
-"""The most tokens of a place while another one is marked, and their growth if there is no limit."""
+"""The greatest number of tokens of a place while another place is marked, or a run by which it grows."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def largest_beside(net: CompiledNet, place: int, others: Iterable[int], budget: 
     Returns
     -------
     float or None
-        `inf` if there is no limit, -1 if there is no such marking; None if the tree of Karp and Miller is too
-        large, or inexact because of inhibitor arcs.
+        The number; `inf` if it is unbounded, and -1 if no reachable marking marks one of the other places.
+        None if that is not decided: the coverability tree is too large, or inhibitor arcs make it inexact.
     """
     others = list(others)
     small = None if {place, *others}.intersection(growing_places(net)) else without_growth(net)

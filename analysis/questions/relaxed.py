@@ -102,15 +102,11 @@ def bound_in_time(
             if net.intervals[t].earliest <= 0 and not once:
                 return None
             most += put[place] * (1 if net.intervals[t].earliest > 0 else min(once))
-        elif (
-            take.get(place) == 1
-            and test[place] == 1
-            and net.intervals[t].latest == 0
-            and t not in signals
-            and not (test.keys() | dict(net.untimed.inhibitor.row(t)).keys()) & loose.places - {place}
-            and not dict(net.untimed.inhibitor.row(t)).get(place)
-        ):
-            takers.append(t)
+        elif take.get(place) == 1 and test[place] == 1 and net.intervals[t].latest == 0 and t not in signals:
+            inhibitors = dict(net.untimed.inhibitor.row(t))
+            depends_on = (test.keys() | inhibitors.keys()) & loose.places
+            if depends_on == {place} and place not in inhibitors:
+                takers.append(t)
     return most if loose.some_is_enabled(takers, budget) else None
 
 

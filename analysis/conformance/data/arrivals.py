@@ -107,7 +107,7 @@ class Arrivals:
             self._tokens[end][token] = getattr(record, "data", None) or {}
 
     def _forget(self, node: str) -> None:
-        """A node that begins anew gives its messages the numbers of old ones."""
+        """Forget the messages of a node that restarts without its state: it uses their numbers again."""
         for kept in self._sent.values():
             for message in [each for each in kept if each.startswith(f"{node}/")]:
                 del kept[message]

@@ -126,7 +126,7 @@ class HistoryFlow:
         return None
 
     def _enter(self, pair: Pair) -> None:
-        """Put a message into a writer history; it replaces a delivered one if there is no more room."""
+        """Put a message into a writer history; a full history drops a message that was delivered."""
         needs = self._net.pre[pair.queue.enter]
         has_room = all(self._marking[place] >= weight for place, weight in needs)
         self._fire(pair.queue.enter if has_room or pair.replace is None else pair.replace)

@@ -16,6 +16,7 @@ transitions are written if such numbers can say them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from dineros.metamodel import pn
@@ -47,11 +48,7 @@ def read_cts(path: Path | str) -> pn.Net:
     ModelFileError
         The file cannot be read, is not in this format, or says what a time Petri net cannot; with line.
     """
-    content = read_bytes(path)
-    with collector_paused():
-        net = net_from_cts(content, Path(path))
-    remember_file(net, Path(path))
-    return net
+    return _read(path, net_from_cts)
 
 
 def write_cts(net: pn.Net, path: Path | str) -> None:
@@ -64,8 +61,7 @@ def write_cts(net: pn.Net, path: Path | str) -> None:
     DinerosError
         A reference has no target, or references run in a circle.
     """
-    write_atomically(path, cts_text(net, Path(path)).encode())
-    remember_file(net, Path(path))
+    _write(net, path, cts_text(net, Path(path)).encode())
 
 
 def read_romeo(path: Path | str) -> pn.Net:
@@ -78,11 +74,7 @@ def read_romeo(path: Path | str) -> pn.Net:
     ModelFileError
         The file cannot be read, is not in this format, or holds what a time Petri net cannot; with line.
     """
-    content = read_bytes(path)
-    with collector_paused():
-        net = net_from_content(content, Path(path))
-    remember_file(net, Path(path))
-    return net
+    return _read(path, net_from_content)
 
 
 def write_romeo(net: pn.Net, path: Path | str) -> None:
@@ -95,5 +87,17 @@ def write_romeo(net: pn.Net, path: Path | str) -> None:
     DinerosError
         A reference has no target, or references run in a circle.
     """
-    write_atomically(path, net_content(net, Path(path)))
+    _write(net, path, net_content(net, Path(path)))
+
+
+def _read(path: Path | str, parse: Callable[[bytes, Path], pn.Net]) -> pn.Net:
+    content = read_bytes(path)
+    with collector_paused():
+        net = parse(content, Path(path))
+    remember_file(net, Path(path))
+    return net
+
+
+def _write(net: pn.Net, path: Path | str, content: bytes) -> None:
+    write_atomically(path, content)
     remember_file(net, Path(path))
