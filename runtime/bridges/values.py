@@ -133,7 +133,7 @@ def _setting(found: object, shown: str, values: Sequence[str]) -> SignalSetting:
         return found.strip()
     hint = isinstance(found, str) and near_matches(found[:NAME_LIMIT], values)
     raise SignalValueError(
-        f"{shown[:40]!r} is none of its values", hint=hint or f"send {' or '.join(values[:8])}"
+        f"{shown[:40]!r} is not one of its values", hint=hint or f"send {' or '.join(values[:8])}"
     )
 
 

@@ -52,7 +52,7 @@ class Signal:
         Raises
         ------
         FeatureValueError
-            It is none of its values, or neither True nor False.
+            It is not one of its values, or neither True nor False.
         """
         self._port.require(value)
         self._write(value, source)

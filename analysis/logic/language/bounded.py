@@ -158,7 +158,7 @@ def _refuse_no_window(hidden: str) -> None:
     if found is not None:
         shown = found["window"][:_LONGEST]
         raise FormulaError(
-            f"{shown} is no window of time",
+            f"{shown} is not a window of time",
             column=found.start("window") + 1,
             hint="write [<=5], [<5], [2,5] or [2,5), with decimal or rational numbers",
         )

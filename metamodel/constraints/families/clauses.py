@@ -109,7 +109,7 @@ def clause_values_known(clause: sym.InputClause, index: Index) -> Outcome:
         if value is not None and value not in known[name]:
             hint = near_matches(value, known[name])
             return ClauseError(
-                f"compares the signal {name!r} with {value!r}, which is none of its values", hint=hint
+                f"compares the signal {name!r} with {value!r}, which is not one of its values", hint=hint
             )
     return True
 
@@ -219,7 +219,8 @@ def signal_values(signal: sym.InputSignal, index: Index) -> Outcome:
         return f"has the value {next(name for name in names if names.count(name) > 1)!r} twice"
     if signal.start is not None and signal.start not in names:
         return ClauseError(
-            f"starts as {signal.start!r}, which is none of its values", hint=near_matches(signal.start, names)
+            f"starts as {signal.start!r}, which is not one of its values",
+            hint=near_matches(signal.start, names),
         )
     return not (names and signal.initial) or "has values, and is true at the start"
 

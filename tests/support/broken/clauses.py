@@ -144,7 +144,7 @@ def a_single_value(small: Small) -> None:
 
 @CASES.breaks(
     "signal-values",
-    "input signal 'Mode' starts as 'idel', which is none of its values",
+    "input signal 'Mode' starts as 'idel', which is not one of its values",
     "did you mean 'idle'?",
 )
 def start_that_is_no_value(small: Small) -> None:
@@ -162,7 +162,8 @@ def value_that_is_no_name(small: Small) -> None:
 
 @CASES.breaks(
     "clause-values-known",
-    "input clause of transition 'Serve' compares the signal 'Mode' with 'idle', which is none of its values",
+    "input clause of transition 'Serve' compares the signal 'Mode' with 'idle', which is not one of its "
+    "values",
     "write the name of a boolean signal alone, and compare others: Mode = 'idle'",
 )
 def value_that_is_gone(small: Small) -> None:

@@ -60,5 +60,5 @@ def test_values_by_topics_and_parameters(ros: Ros) -> None:
         [{"Mode": "idle", "Open": True}, "topic"],
     ]
     assert expected == [["Mode", "broken"]]
-    assert refused == ["~/signals/Mode: 'nonsense' is none of its values (send idle or moving or broken)"]
+    assert refused == ["~/signals/Mode: 'nonsense' is not one of its values (send idle or moving or broken)"]
     assert services == ["/mill/set_signal/Open"]
