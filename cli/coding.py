@@ -80,7 +80,7 @@ class Code:
         given = {"--facts": self.facts, "--launch": self.launch, "--idioms": self.idioms}
         for option, value in given.items():
             if value not in (None, ()) and not self.folders:
-                raise click.UsageError(f"{option} goes with --source FOLDER")
+                raise click.UsageError(f"{option} requires --source FOLDER")
         for argument in self.arguments:
             if self.launch is None or ":=" not in argument:
                 raise click.UsageError(f"{argument!r} is not an ARG:=VALUE of a --launch FILE")
@@ -88,9 +88,9 @@ class Code:
     def refuse_beside(self, bag: Path | None, graph: bool) -> None:
         """Refuse another source of what is seen; raises `UsageError`."""
         if bag is not None:
-            raise click.UsageError("--source does not go with --bag")
+            raise click.UsageError("--source cannot be combined with --bag")
         if graph:
-            raise click.UsageError("--source does not go with --graph and --domain here")
+            raise click.UsageError("--source cannot be combined with --graph and --domain in this command")
 
     def read(self) -> tuple[Coded, list[Finding]]:
         """Return what the code says, and what it shows to be wrong; the facts are written.
@@ -124,10 +124,12 @@ class Code:
                 warn(f"not read: {folder}/{line}" if folder != "." else f"not read: {line}")
         if not any(facts.nodes for _, facts in read):
             old = next(((folder, path) for folder, _ in read if (path := file_of_ros1(Path(folder)))), None)
-            hint = "nodes of ROS 2 in Python and C++ are found"
+            hint = "only nodes of ROS 2 in Python and C++ are recognised"
             if old is not None:
                 hint += f"; {old[0]}/{old[1]} is code of ROS 1"
-            raise DinerosError("no node is in the source code", location=Location(self.folders[0]), hint=hint)
+            raise DinerosError(
+                "the source code contains no node", location=Location(self.folders[0]), hint=hint
+            )
         for line in unchecked_types(read):
             note(f"type: {line}")
         found = [*missing_types(read), *code_findings(read)]
@@ -194,7 +196,7 @@ def faults_of_code() -> Mapping[str, Fault]:
 
 
 cache_option = click.option(
-    "--no-cache", is_flag=True, help="Read all source code again; keep nothing for the next time."
+    "--no-cache", is_flag=True, help="Read all source code again, and do not cache the result."
 )
 
 
@@ -226,7 +228,7 @@ def code_options() -> Adds:
             multiple=True,
             type=path,
             metavar="FILE.toml",
-            help="A further table of library idioms; repeatable.",
+            help="An additional table of library idioms; repeatable.",
         ),
         click.argument("arguments", nargs=-1, metavar="[ARG:=VALUE]..."),
     )

@@ -11,14 +11,12 @@ from typing import TYPE_CHECKING
 from dineros.cli.console import note, warn, working
 from dineros.cli.options import invocation
 
-OTHER_QUEUES = (
-    "by the rules of ros1, but what runs on ROS 2 has other queues (check and run it with --middleware ros2)"
-)
+OTHER_QUEUES = "by the rules of ros1, but ROS 2 has other queues (check and run with --middleware ros2)"
 RUNS_AS_ROS2 = (
     "runs by the rules of ros2, whose queues ROS 2 has; the model says ros1 (check it with --middleware ros2)"
 )
 _MIDDLEWARE = "middleware"
-BY_HAND = "written by hand, says the model: "
+BY_HAND = "the model declares as written by hand: "
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn, sym
@@ -235,7 +233,7 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
 
 
 def say_what_is_by_hand(models: Iterable[pn.Net], path: Path) -> None:
-    """Say which nodes are written by hand in the model, and run as nets all the same.
+    """Warn of nodes that are written by hand according to the model, and that run as nets.
 
     Parameters
     ----------
@@ -255,7 +253,7 @@ def say_what_is_by_hand(models: Iterable[pn.Net], path: Path) -> None:
     ]
     if by_hand and invocation().verbosity >= 0:
         shown = ", ".join(by_hand[:3]) + (f" and {len(by_hand) - 3} more" if len(by_hand) > 3 else "")
-        warn(f"{path}: {BY_HAND}{shown}; here their nets run, which wait for no executor")
+        warn(f"{path}: {BY_HAND}{shown}; this run executes their nets, without an executor")
 
 
 def _is_of_ros2(model: pn.Net) -> bool:

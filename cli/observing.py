@@ -51,11 +51,13 @@ class Source:
 
     def __post_init__(self) -> None:
         if self.graph == (self.bag is not None):
-            raise click.UsageError("say where the system is seen: --graph or --bag RECORDING, one of them")
+            raise click.UsageError("name one source of the system: --graph or --bag RECORDING")
         given = {"--domain": self.domain, "--namespace": self.namespaces, "--without": self.without}
         for option, value in given.items():
             if self.bag is not None and value not in (None, ()):
-                raise click.UsageError(f"{option} does not go with --bag: no recording tells its nodes")
+                raise click.UsageError(
+                    f"{option} cannot be combined with --bag: a recording does not contain the names of nodes"
+                )
 
     def system(self, doubts: Callable[[ObservedSystem], bool]) -> ObservedSystem:
         """Return all that is seen, whatever its namespace; say how long a graph was watched.
@@ -104,12 +106,12 @@ def opened(bag: Path) -> Iterator[Recording]:
 
 
 source_options = together(
-    click.option("--graph", is_flag=True, help="See a running ROS 2 graph."),
+    click.option("--graph", is_flag=True, help="Observe the graph of a running ROS 2 system."),
     click.option(
         "--bag",
         type=click.Path(path_type=Path),
         metavar="RECORDING",
-        help="See a recording of rosbag2: its folder, or one .mcap or .db3 file.",
+        help="Read a recording of rosbag2: its folder, or one .mcap or .db3 file.",
     ),
     click.option(
         "--domain",

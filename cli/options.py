@@ -193,9 +193,7 @@ def rules_option(help: str) -> Adds:
     return click.option("--rules", "rule_file", type=click.Path(path_type=Path), metavar="FILE.py", help=help)
 
 
-json_option: Adds = click.option(
-    "--json", "as_json", is_flag=True, help="Print one JSON object and nothing else."
-)
+json_option: Adds = click.option("--json", "as_json", is_flag=True, help="Print one JSON object only.")
 
 
 _MIDDLEWARE = f"{__name__}.middleware"
@@ -219,7 +217,7 @@ middleware_option: Adds = click.option(
     is_eager=True,
     expose_value=False,
     callback=_keep_middleware,
-    help="Whose queues topics have: the paper's, or the histories of ROS 2 with capacities.",
+    help="The queues of topics: those of the paper, or the histories of ROS 2 with capacities.",
 )
 """One more of the `settings`, so that records and journals name it as well."""
 
@@ -281,7 +279,7 @@ def standard_options() -> list[click.Option]:
         click.Option(names, is_flag=True, is_eager=True, expose_value=False, callback=_remember, help=help)
         for names, help in (
             (["-q", "--quiet"], "Print results only."),
-            (["-v", "--verbose"], "Say more about what is done."),
+            (["-v", "--verbose"], "Print more details."),
             (["--debug"], "Show the stack trace of an error (or set DINEROS_DEBUG=1)."),
         )
     ]

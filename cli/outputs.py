@@ -40,7 +40,7 @@ def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert 
         raise ModelFileError(
             f"cannot be written: there is no folder {str(output.parent)!r}",
             location=Location(output),
-            hint="make the folder first",
+            hint="create the folder first",
         )
 
 

@@ -85,7 +85,7 @@ class SearchCommand(ExampleCommand):
             ["--timeout"],
             type=click.FloatRange(min=0, min_open=True),
             metavar="SECONDS",
-            help="End after this time, with the answers so far.",
+            help="Stop after this time and print the answers found so far.",
         )
         memory = click.Option(
             ["--memory"],

@@ -173,9 +173,9 @@ class Watched:
     is_checked: bool = False
 
     def __str__(self) -> str:
-        again = ", as something seemed to be missing" if self.is_checked else ""
+        again = ", because something seemed to be missing" if self.is_checked else ""
         if not self.is_stable:
-            return f"watched for {self.seconds:.1f} s, and still changing: more may be there than was seen"
+            return f"watched for {self.seconds:.1f} s, and the graph was still changing: parts may be missing"
         return f"watched for {self.seconds:.1f} s{again}; nothing new in the last {self.quiet:.1f} s"
 
 

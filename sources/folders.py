@@ -78,7 +78,7 @@ def open_folder(root: Path) -> SourceFolder:
         There is no such folder, or it has too many files.
     """
     if not root.is_dir():
-        raise DinerosError("there is no such folder of source code", location=Location(root))
+        raise DinerosError("this folder of source code does not exist", location=Location(root))
     found = SourceFolder(root)
     for path in _paths(root, found.unread):
         found.files.append(path)
@@ -130,7 +130,7 @@ def _paths(root: Path, unread: list[str]) -> Iterator[str]:
             path = here / name
             shown = path.relative_to(root).as_posix()
             if path.is_symlink() and not path.resolve().is_relative_to(real):
-                unread.append(f"{shown}: it is a link out of the folder")
+                unread.append(f"{shown}: it is a symbolic link to a path outside of the folder")
             elif path.is_file():
                 yield shown
 

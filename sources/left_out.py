@@ -42,4 +42,4 @@ def lines(calls: Iterable[MakingCall], reached: set[tuple[str, int]]) -> Iterato
             more.append(f"{len(inside) - _MOST_LINES} more")
         also = f" (also line{'s' if len(inside) > 2 else ''} {', '.join(more)})" if more else ""
         what = f"{counted(len(inside), 'call')} of {names}{also}"
-        yield f"{path}:{inside[0].line}: {what} in code that no node was found to run; the model lacks them"
+        yield f"{path}:{inside[0].line}: {what} in code that no node is known to run; the model lacks them"

@@ -238,7 +238,7 @@ def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[Nod
         _callbacks(machine)
     except (TooLong, RecursionError):
         reading.folder.unread.append(
-            f"{program.path}: the program {words} is too large to be followed to its end"
+            f"{program.path}: the program {words} is too large to be read completely"
         )
         machine.attributes.is_wild = True
         for node in machine.nodes:
@@ -280,9 +280,9 @@ def _run_class(
         _callbacks(machine)
     except (TooLong, RecursionError):
         machine.attributes.is_wild = True
-        reading.folder.unread.append(f"{path}: the class {name} is too large to be followed to its end")
+        reading.folder.unread.append(f"{path}: the class {name} is too large to be read completely")
     for node in machine.nodes:
-        node.executor = node.executor or "open: no program makes it"
+        node.executor = node.executor or "open: no program creates it"
         if node.threads == "not spun":
             node.threads = "open"
     _finish(machine, activity)

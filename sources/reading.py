@@ -175,7 +175,7 @@ def _launched(
                 node.pool += 1000 * (len(found) + 1)
             found.append(node)
     if not found:
-        reading.folder.unread.append(f"{path}: it starts no node whose code is in this folder")
+        reading.folder.unread.append(f"{path}: it does not start any node whose code is in this folder")
     return found
 
 

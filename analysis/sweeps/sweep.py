@@ -250,7 +250,7 @@ def _refuse_output(output: Path) -> None:
         raise ModelFileError(
             f"cannot be written: there is no folder {str(output.parent)!r}",
             location=Location(output),
-            hint="make the folder first",
+            hint="create the folder first",
         )
 
 

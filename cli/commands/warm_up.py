@@ -28,7 +28,7 @@ def warm_up(processes: int | None) -> int:
     from dineros.analysis.warm_up import warm_up as compile_all
 
     if is_warm():
-        summarise("the engines are compiled already")
+        summarise("the engines are already compiled")
         return 0
     began = time.monotonic()
     with working("compiling the engines"):

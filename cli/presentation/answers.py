@@ -13,8 +13,8 @@ from dineros.metamodel.errors import counted
 
 MOST_NAMES = 5
 """Transitions named in one line."""
-_HOLDS = "this answer holds with times, too"
-_NEED_NOT_HOLD = "with times this answer need not hold: the run may be impossible"
+_HOLDS = "this answer also holds with times"
+_NEED_NOT_HOLD = "with times this answer may not hold: the run may be impossible"
 
 if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
@@ -55,7 +55,7 @@ def say_verdict(
     elif witness:
         say_witness(witness)
         if is_linear and witness.loop is None and not verdict.reason and not verdict.ends_at_fault:
-            say("  then nothing is enabled any more")
+            say("  then no transition is enabled")
 
 
 def say_unfairness(unfair: Unfairness, names: Sequence[str]) -> None:

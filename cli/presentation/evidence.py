@@ -35,7 +35,9 @@ def refuse_certificates(output: Path, *, also_folder: bool = False) -> None:
     if not also_folder or output.suffix == ".json":
         refuse_output(output, [".json"])
     elif output.exists() and not output.is_dir():
-        raise ModelFileError("is not a folder", location=Location(output), hint="or name a file, FILE.json")
+        raise ModelFileError(
+            "is not a folder", location=Location(output), hint="or name a file such as a.json"
+        )
     elif not output.parent.is_dir():
         missing = f"there is no folder {str(output.parent)!r}"
         raise ModelFileError(missing, location=Location(output), hint="make it first")
@@ -61,9 +63,9 @@ def certified(asked: Asked, answer: Outcome, output: Path, budget: Budget) -> tu
 
     reason = ""
     if asked.subject.is_timed and answer.by.endswith(WITHOUT_TIMES):
-        found, reason = None, "it is answered without times: find a certificate without --time"
+        found, reason = None, "the question is answered without times: write the certificate without --time"
     elif asked.subject.is_timed:
-        reason = "no certificate tells of several moments of a run, or of what rests on priorities"
+        reason = "certificates cannot express properties of several moments of a run, or priorities"
         try:
             found = timed_certificate(asked, answer, budget)
         except BudgetExceededError as limit:
@@ -126,8 +128,8 @@ def say_certificate(output: Path, answer: Outcome, is_written: bool, why_not: st
     elif not is_written:
         shown = "a run" if answer.stem or answer.loop else "all markings"
         if answer.evidence is not None:
-            shown = f"{answer.by}, of which only a part can be written down"
-        reason = why_not or f"the answer rests on {shown}"
+            shown = f"{answer.by}, which a certificate can hold only in part"
+        reason = why_not or f"the answer depends on {shown}"
         reason = "nothing is answered" if answer.status == "unknown" else reason
         warn(f"{output} is not written: {reason}")
 
@@ -171,10 +173,10 @@ def add_confirmation(report: Report, confirmation: Confirmation) -> None:
     from dineros.analysis.answers.outcome import Outcome
 
     if confirmation.agrees:
-        report.proved.append(f"all markings are as {' and '.join(confirmation.by)} found them")
+        report.proved.append(f"{' and '.join(confirmation.by)} found the same markings")
     else:
         is_fault = confirmation.agrees is False
-        question = "what rests on all markings" if is_fault else "whether others agree"
+        question = "answers that depend on all markings" if is_fault else "whether others agree"
         report.unknown.append(Outcome.left_open(question, str(confirmation), may_be_fault=is_fault))
 
 
@@ -202,13 +204,13 @@ def say_confirmed_questions(told: Mapping[str, Confirmation], as_json: bool = Fa
     for what, confirmation in told.items():
         _say_of(f"{what}: ", confirmation, as_json)
     if not told:
-        warn("nothing is confirmed: no answer rests on all state classes")
+        warn("nothing to confirm: no answer depends on all state classes")
 
 
 def say_confirmation(confirmation: Confirmation | None, as_json: bool = False) -> None:
     """Say who confirmed an answer, on standard error where nobody did or JSON is printed."""
     if confirmation is None:
-        note("nothing to confirm: the answer does not rest on all markings")
+        note("nothing to confirm: the answer does not depend on all markings")
     else:
         _say_of("", confirmation, as_json)
 
@@ -224,4 +226,4 @@ def say_confirmations(confirmations: Mapping[str, Confirmation], as_json: bool =
         else:
             _say_of(f"{', '.join(ids)}: ", confirmation, as_json)
     if not confirmations:
-        note("nothing to confirm: no answer rests on all markings")
+        note("nothing to confirm: no answer depends on all markings")

@@ -138,7 +138,7 @@ def _print_text(
     displaced = sum(finding.rule == "message-displaced" for finding in report.findings)
     if displaced:
         where = counted(displaced, "queue")
-        say(f"note: {where} can forget older messages; by newestOnly, the readers need the newest only")
+        say(f"note: {where} can lose older messages; by newestOnly, the readers need only the newest one")
     from dineros.analysis.consequences.durations import WHY
 
     full = sum(finding.rule == "queue-overflow" and finding.severity == "note" for finding in report.findings)

@@ -81,7 +81,7 @@ def table_of(overview: Overview, width: int) -> Group:
         ]
         table.add_row(*row[: len(table.columns)])
     lines = [Text(text, style=style) for text, style in notes_of(nodes)]
-    return Group(table, *lines) if nodes else Group(Text("no node has reported on /diagnostics yet"))
+    return Group(table, *lines) if nodes else Group(Text("no node has sent a report on /diagnostics yet"))
 
 
 def _fill(view: NodeView) -> tuple[str, str]:

@@ -59,10 +59,10 @@ def draw_for_paper(
     written, too_large = save_for_paper(shown, output, Paper(width, ratio), theme=theme)
     if len(written) > 1 or too_large:
         what = "its pages" if too_large and too_large[0].page is None else "an overview and its pages"
-        warn(f"{model} is too large for {width:g} mm: {what} are drawn one by one")
+        warn(f"{model} is too large for {width:g} mm: {what} are drawn separately")
     for sheet in too_large:
         if sheet.page is not None:
-            warn(f"page {sheet.page} is left out: it needs {math.ceil(sheet.needed)} mm")
+            warn(f"page {sheet.page} is omitted: it needs {math.ceil(sheet.needed)} mm")
     summarise(f"{model} -> {', '.join(map(str, written))}")
 
 
@@ -82,7 +82,7 @@ def draw(shown: ViewModel, model: Path, output: Path | None, theme: Theme) -> No
     if output is None:
         import webbrowser
 
-        unseen = "" if webbrowser.open(page.as_uri()) else ": no browser found, open the file in one"
+        unseen = "" if webbrowser.open(page.as_uri()) else ": no browser found; open the file in a browser"
     summarise(f"{model} -> {page}{unseen}")
 
 

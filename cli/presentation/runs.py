@@ -43,7 +43,7 @@ def say_run(outcome: Outcome, as_json: bool) -> None:
         )
         return
     for node in outcome.missing:
-        warn(f"node {node} never came up")
+        warn(f"node {node} did not start")
     for node, error in sorted(observer.halted.items()):
         warn(f"node {node} is halted by a failure: {error}")
     marked = ", ".join(f"{place} {tokens}" for place, tokens in marking.items())

@@ -78,7 +78,7 @@ def say_state_space(
         if pumping is not None:
             say_witness(pumping)
         if rest:
-            say(f"the rest, without what nothing takes from ({', '.join(rest.pop('without'))}):")
+            say(f"without places that no transition takes from ({', '.join(rest.pop('without'))}):")
         for name, value in rest.items():
             if value not in (None, ""):
                 say(f"  {name.replace('_', ' '):21} {_shown(name, value)}")

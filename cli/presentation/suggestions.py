@@ -75,13 +75,13 @@ def say_callback_groups(
     if found.is_found:
         heard = any(fault.rule == "cancel-never-heard" for fault in found.faults)
         waits = "no callback waits forever" + (", requests to cancel reach the server" if heard else "")
-        with_it = ", and no queue overflows that did not before" if found.changes else ""
-        least = "; no smaller change is enough" if found.changes and found.is_proved else ""
+        with_it = ", and no further queue overflows" if found.changes else ""
+        least = "; no smaller change suffices" if found.changes and found.is_proved else ""
         say(f"proved: {waits}{with_it}{least}")
     for broken in found.breaks:
-        say(f"warning: with the change, {broken}", SEVERITIES["warning"])
+        say(f"warning: after the change, {broken}", SEVERITIES["warning"])
     if reason:
-        what = "whether a smaller change is enough" if found.is_found else "what to change"
+        what = "whether a smaller change suffices" if found.is_found else "what to change"
         none = found.is_proved and not found.is_found
         say(f"none: {reason}" if none else f"unknown: {what}: {reason}", "magenta")
     summarise(f"{model}: {counted(len(found.changes), 'change')}, {counted(found.tried, 'model')} checked")

@@ -31,9 +31,9 @@ def table_and_figures(output: Path) -> tuple[Path, Path | None]:
     table = output.with_suffix(".csv")
     if table.exists() and not output.exists():
         raise DinerosError(
-            f"is there already, and the table of {output.name} would overwrite it",
+            f"already exists, and the table of {output.name} would overwrite it",
             location=Location(table),
-            hint="name the figures otherwise, or move it away",
+            hint="choose another name for the figures, or move the existing file",
         )
     return table, output
 

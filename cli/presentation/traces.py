@@ -37,12 +37,12 @@ def model_of(
 
     path = given or model_path(header, paths)
     if path is None:
-        named = f"the model {header.source!r} is not there" if header.source else "the trace names no model"
-        warn(f"{paths[0]}: {named}: no net, clauses and capacities are shown (give it with --model)")
+        named = f"the model {header.source!r} does not exist" if header.source else "the trace names no model"
+        warn(f"{paths[0]}: {named}: net, clauses and capacities are not shown (give it with --model)")
         return None
     model = load(path, [*header.settings, *settings])
     if model.id != header.model:
-        warn(f"{path}: is the model {model.id!r}, the trace is of {header.model!r}")
+        warn(f"{path}: holds model {model.id!r}, but the trace is of {header.model!r}")
     note(f"the model is {path}")
     return model
 

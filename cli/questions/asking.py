@@ -84,9 +84,9 @@ class Asking:
     def refuse_tina_on_workers(self) -> None:
         """Find out that the options exclude each other; raises `UsageError`."""
         if self.scheduler is not None and self.engine == "tina":
-            raise click.UsageError("workers of a scheduler do not ask TINA")
+            raise click.UsageError("workers of a scheduler cannot run TINA")
         if self.timed and any((self.engine != "auto", self.scheduler)):
-            raise click.UsageError("--time goes without --engine and --scheduler")
+            raise click.UsageError("--time cannot be combined with --engine or --scheduler")
 
     def subject(self) -> Subject:
         """Read the model, refuse an invalid one, and flatten and compile it."""
@@ -147,7 +147,7 @@ class Asking:
             run.stage("looking for a proof")
             answer = None if subject.is_timed else proved(asked, share_of(budget))
         if answer is None and self.scheduler is not None:
-            run.stage(f"asking the workers of {self.scheduler}")
+            run.stage(f"using the workers of {self.scheduler}")
             told = {"kind": kind, "text": text, "signals": signals, "overflow": self.overflow, **more}
             answer = answer_on_workers(subject, self.scheduler, told, run.limits.memory, run.limits.left)
         elif answer is None and ask is not None:

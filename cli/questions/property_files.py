@@ -89,7 +89,7 @@ def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | Non
     if asking.scheduler is None:
         answering.answer_properties(subject.net, names, properties, seconds, budget.memory, tell, run.stage)
     else:
-        run.stage(f"asking the workers of {asking.scheduler}")
+        run.stage(f"using the workers of {asking.scheduler}")
         asked = {"signals": asking.signals, "overflow": asking.overflow}
         limits = {"memory": run.limits.memory, "seconds": seconds}
         properties_on_workers(subject, asking.scheduler, {**asked, **limits}, properties, names, tell)
@@ -191,7 +191,7 @@ def write_stored(model: Path, settings: Sequence[str], overflow: str, output: Pa
             said.append(one)
     if not said:
         raise DinerosError(
-            "the model stores no property that can be written",
+            "the model stores no property that can be written to a property file",
             location=Location(model),
             hint="see --ltl, --ctl",
         )
@@ -252,7 +252,7 @@ def _read(subject: Subject, wanted: Sequence[str]) -> tuple[list[Property], Grou
         )
         for one in new:
             if one.id in found:
-                raise click.UsageError(f"{one.id!r} is asked twice")
+                raise click.UsageError(f"{one.id!r} is given twice")
             found[one.id] = one
     return list(found.values()), names
 
@@ -291,10 +291,10 @@ def _say_times(
         ]
         for wanted in (True, False)
     )
-    parts = [f"holds with times, too: {', '.join(kept)}"] if kept else []
-    parts += [f"need not hold with times: {', '.join(lost)}"] if lost else []
+    parts = [f"also holds with times: {', '.join(kept)}"] if kept else []
+    parts += [f"may not hold with times: {', '.join(lost)}"] if lost else []
     if any(one.kind == "bound" for one in properties):
-        parts.append("a bound may not be reached")
+        parts.append("a bound may be larger than the real one")
     say_times(times, "; ".join(parts) or "nothing is known")
 
 

@@ -129,7 +129,7 @@ def _confirmed(
     agrees = not differing if again.complete else None
     if agrees is False:
         name, ours, theirs = differing[0]
-        why = f"{engine} counts {ours} {name}, {other} {theirs}: a fault of an engine"
+        why = f"{engine} counts {ours} {name}, {other} {theirs}: one of the engines is wrong"
         space = replace(space, complete=False, reason=why)
     return space, {"confirmed_by": other, "agrees": agrees}
 

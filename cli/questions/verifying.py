@@ -195,7 +195,7 @@ def _verify_latency(asking: Asking, property: sym.Property, rules: Mapping[str, 
     if asking.confirm:
         from dineros.analysis.evidence.confirmation import Confirmation
 
-        asking.confirmation = Confirmation(None, reason="one engine only knows latencies")
+        asking.confirmation = Confirmation(None, reason="only one engine decides latencies")
     with run.answer():
         return say(verdict)
 

@@ -101,9 +101,9 @@ def gathered(
         files = Tracing(tracing)
         counts = traced(system, files)
         if not counts.nodes:
-            known = f"it tells of {', '.join(sorted(counts.others))[:300]}" if counts.others else None
+            known = f"it contains {', '.join(sorted(counts.others))[:300]}" if counts.others else None
             raise TracingError(
-                "nothing in it is of a node of the model", location=Location(tracing), hint=known
+                "it contains no data of a node of the model", location=Location(tracing), hint=known
             )
         _warn(tracing, counts)
     calls: Mapping[str, Calls] = {}
@@ -132,15 +132,13 @@ def _warn(tracing: Path, counts: Traced) -> None:
     """Warn of what tracing files do not tell, and of what they lack."""
     unknown = counts.uncertain
     if counts.discarded:
-        warn(f"{tracing}: the tracer had no room for {counted(counts.discarded, 'event')}, which are missing")
+        warn(f"{tracing}: the tracer's buffer was full: {counted(counts.discarded, 'event')} are missing")
     if counts.odd:
-        warn(f"{tracing}: {counted(counts.odd, 'line')} left out: no event, or cut off")
+        warn(f"{tracing}: {counted(counts.odd, 'line')} ignored: not an event, or cut off")
     if unknown.callbacks or unknown.messages:
         runs, messages = counted(unknown.callbacks, "run"), counted(unknown.messages, "message")
-        warn(
-            f"{tracing}: does not tell the nodes of {runs} of callbacks and {messages}: they began before it"
-        )
+        warn(f"{tracing}: unknown nodes of {runs} of callbacks and {messages}: they started before the trace")
     missing = [node.name for node in counts.system.nodes if node.name not in counts.nodes]
     if missing:
         shown = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
-        warn(f"{tracing}: nothing in it is of {counted(len(missing), 'node')} of the model: {shown}")
+        warn(f"{tracing}: it contains no data of {counted(len(missing), 'node')} of the model: {shown}")

@@ -55,7 +55,7 @@ def explain_bag(
     if output is not None:
         run.stage(f"writing {output.name}")
         if verdict.run is None:
-            note(f"{output} is not written: there is no message without an explanation")
+            note(f"{output} is not written: all messages are explained")
         else:
             write_witness(
                 verdict.run,
@@ -79,9 +79,9 @@ def _report(
         say_json({**verdict.to_dict(str(model)), "untaken": [each._asdict() for each in untaken]})
         return status
     if verdict.others:
-        warn(f"{model}: what the model does not have is left out: {', '.join(verdict.others)}")
+        warn(f"{model}: ignored because the model does not have it: {', '.join(verdict.others)}")
     if verdict.hidden:
-        warn(f"{model}: topics that were not recorded may have any messages: {', '.join(verdict.hidden)}")
+        warn(f"{model}: topics that were not recorded may carry any messages: {', '.join(verdict.hidden)}")
     if midway and verdict.status == "conforms":
         warn(f"{model}: {_cannot_tell(verdict.untold)}")
     if verdict.unexplained is not None and verdict.status == "violated":
@@ -99,10 +99,8 @@ def _report(
 def _cannot_tell(untold: Sequence[str]) -> str:
     """Return what `--midway` leaves open, by the topics over which parts began that depend on each other."""
     if not untold:
-        return (
-            "--midway lets the run begin in any state that the model can reach; the way there is not checked"
-        )
+        return "--midway lets the run start in any reachable state; how it is reached is not checked"
     return (
-        "--midway cannot tell whether the states in which it lets nodes begin fit together, by what was said "
-        f"before on {', '.join(untold)}; so more may conform than the model allows"
+        "--midway cannot check that the initial states of the nodes agree on the messages that were sent "
+        f"before on {', '.join(untold)}; so it may accept recordings that the model does not allow"
     )

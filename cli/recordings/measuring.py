@@ -47,7 +47,7 @@ def narrow_by_run(
     found = time_proposals(system, times.seen(), traces.name)
     if times.is_simulated:
         raise DinerosError(
-            "was simulated, so its times mean nothing",
+            "was simulated, so its times are not measurements",
             location=Location(traces),
             hint="record a run with --local, or on ROS 2",
         )

@@ -93,9 +93,9 @@ def refuse_given(output: Path) -> None:
     beside = given_beside(output)
     if beside.exists():
         raise DinerosError(
-            "is there already, and people may have written it",
+            "already exists and may contain manual edits",
             location=Location(beside),
-            hint="give the narrowed model another name by -o",
+            hint="name another file with -o",
         )
 
 
@@ -109,7 +109,7 @@ def write(made: Narrowed, output: Path, evidence: Evidence) -> None:
     shown = "".join(f"#   {proposal}\n" for proposal in (*made.accepted, *made.times))
     names = dict.fromkeys(path.name for path in (evidence.source, evidence.tracing) if path)
     seen = f"{' and '.join(names)} {'show' if len(names) > 1 else 'shows'}"
-    head = f"# What {seen} of {output.name}, and what was given before.\n{shown}\n"
+    head = f"# Facts that {seen} of {output.name}, and the facts given before.\n{shown}\n"
     save(made.imported.model, output)
     write_atomically(given_beside(output), (head + given_text(made.given)).encode())
 
@@ -120,7 +120,7 @@ def print_proposals(found: Sequence[Proposal | TimeProposal], bag: Path) -> None
     for number, proposal in enumerate(found, 1):
         say(f"{number:>{width}}  {proposal}")
     if not found:
-        summarise(f"{bag}: nothing to propose")
+        summarise(f"{bag}: no proposals")
 
 
 def print_calls(calls: Mapping[str, Calls], untaken: Sequence[Untaken]) -> None:
@@ -145,9 +145,9 @@ def print_narrowed(made: Narrowed, output: Path, evidence: Evidence) -> None:
     for each in evidence.untaken:
         say(str(each), "bold red")
     for time in made.unheld:
-        warn(f"left out, as the model has no such callback: {time}")
+        warn(f"omitted, because the model has no such callback: {time}")
     for proposal in made.dropped:
-        warn(f"taken back, as no run would show the recording: {proposal}")
+        warn(f"withdrawn, because no run of the narrowed model would match the recording: {proposal}")
     if made.verdict.status == "unknown":
         warn(f"whether {output} explains {bag} is unknown: {made.verdict.reason}")
     elif made.verdict.unexplained is not None:
@@ -166,7 +166,7 @@ def print_traced(evidence: Evidence) -> None:
         callbacks = counted(len(counts.runs), "callback")
         messages = counted(sum(counts.messages.values()), "message")
         runs = counted(sum(counts.runs.values()), "run")
-        say(f"{evidence.tracing}: {runs} of {callbacks}; {counts.outside:,} of {messages} from none of them")
+        say(f"{evidence.tracing}: {runs} of {callbacks}; {counts.outside:,} of {messages} outside of them")
 
 
 def print_json(

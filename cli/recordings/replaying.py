@@ -152,9 +152,9 @@ def _settings_of(traces: Iterable[Sequence[Path]]) -> tuple[str, ...]:
         settings = tuple(header.settings)
         if found not in (None, settings):
             raise DinerosError(
-                "was recorded with other settings than the traces before it",
+                "was recorded with settings that differ from those of the other traces",
                 location=header.location,
-                hint="say with --set how the model was changed",
+                hint="repeat with --set how the model was changed",
             )
         found = settings
     for setting in found or ():

@@ -104,7 +104,7 @@ def application_of(
     if path.is_dir():
         if settings or handlers is not None:
             raise DinerosError(
-                "a workspace has its model and its handlers",
+                "the workspace contains the model and the handlers",
                 location=Location(path),
                 hint="generate it again for a changed model",
             )
@@ -154,7 +154,7 @@ def some_of(application: Application, only: Sequence[str], without: Sequence[str
     wanted = {ids[name] for name in only} or set(ids.values())
     wanted -= {ids[name] for name in without}
     if not wanted:
-        raise DinerosError("no node is left to run", hint="name fewer nodes with --without")
+        raise DinerosError("no node remains to be run", hint="name fewer nodes with --without")
     models = tuple(model for model in application.models if model.node.id in wanted)
     expected = {node: found for node, found in application.expected.items() if node in wanted}
     return replace(application, models=models, expected=expected)
@@ -178,7 +178,7 @@ def _expected(
     for text in stale_after:
         signal, equals, value = text.partition("=")
         if not equals:
-            raise DinerosError(f"--stale-after {text!r} names no time", hint="such as Door=2.5:false")
+            raise DinerosError(f"--stale-after {text!r} gives no time", hint="such as Door=2.5:false")
         if signal not in ports:
             raise UnknownElementError(
                 f"no node has a signal {signal!r}", hint=near_matches(signal, list(ports))

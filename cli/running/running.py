@@ -178,7 +178,7 @@ def _check_traces(folder: Path, nodes: list[str]) -> None:
     known = node_traces(folder) if folder.is_dir() else {}
     if not known:
         raise DinerosError(
-            "holds no traces to continue from", location=Location(folder), hint="run it without --resume"
+            "holds no traces to continue from", location=Location(folder), hint="run without --resume"
         )
     journals = journals_path(folder)
     listed = read_bytes(journals).decode(errors="replace").split("\n") if journals.is_file() else []

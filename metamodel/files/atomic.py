@@ -177,5 +177,5 @@ def _mode_for(folder: int, name: str, shown: Path | str) -> int:
 
 def _cannot_write(path: Path | str, error: OSError | ValueError) -> ModelFileError:
     reason = getattr(error, "strerror", None) or str(error)
-    hint = "make the folder first" if isinstance(error, FileNotFoundError) else None
+    hint = "create the folder first" if isinstance(error, FileNotFoundError) else None
     return ModelFileError(f"cannot be written: {reason}", location=Location(path), hint=hint)

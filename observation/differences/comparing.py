@@ -22,11 +22,9 @@ from dineros.observation.systems import (
     within,
 )
 
-NO_NODE = Fault(
-    "node-missing", "error", "A node of the model is not there.", "node {node} is not there{near}"
-)
+NO_NODE = Fault("node-missing", "error", "A node of the model is missing.", "node {node} is missing{near}")
 MORE_NODES = Fault(
-    "node-extra", "error", "A node is there that the model does not have.", "the model has no node {node}"
+    "node-extra", "error", "A node exists that the model does not have.", "the model has no node {node}"
 )
 NO_PORT = Fault(
     "port-missing",
@@ -55,7 +53,7 @@ QUALITY = Fault(
 MANAGED = Fault(
     "lifecycle-differs",
     "error",
-    "A node is managed in the model only, or there only.",
+    "A node is managed only in the model, or only in the observed system.",
     "node {node} is {found}; in the model it is {expected}",
 )
 NOT_RECORDED = Fault(
@@ -73,8 +71,8 @@ MORE_TOPICS = Fault(
 NO_EVENTS = Fault(
     "service-not-recorded",
     "note",
-    "A service of the model tells nothing of its calls in the recording.",
-    "service {service} tells nothing of its calls in the recording",
+    "The recording contains no calls of a service of the model.",
+    "the recording contains no calls of service {service}",
 )
 MORE_SERVICES = Fault(
     "service-extra",
@@ -98,7 +96,7 @@ RECORDED_QUALITY = Fault(
     "quality-differs",
     "error",
     QUALITY.meaning,
-    "a publisher of {topic} was recorded that no publisher of the model is like: {found}",
+    "a publisher of {topic} was recorded that matches no publisher of the model: {found}",
 )
 
 FAULTS = {

@@ -162,8 +162,8 @@ class Explainer:
             return replace(
                 found,
                 status="unknown",
-                reason=f"{unexplained}, as far as no place holds more than {ASSUMED} tokens more than at the "
-                "start; nothing bounds some of them",
+                reason=f"{unexplained}, if no place holds more than {ASSUMED} tokens more than at the start; "
+                "some places are unbounded",
             )
         run, _ = self.run()
         publishing = self._net.shown[unexplained.topic]

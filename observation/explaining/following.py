@@ -240,7 +240,7 @@ class Follower:
                 if not any(other is not one and self._holds(other, one) for other in products)
             }
         if len(products) > MOST_PRODUCTS:
-            raise BudgetError(f"there are more than {MOST_PRODUCTS:,} ways in which the messages came about")
+            raise BudgetError(f"there are more than {MOST_PRODUCTS:,} explanations of the messages")
         return tuple(sorted(products))
 
     def _merged(self, products: set[Product], number: int) -> set[Product]:

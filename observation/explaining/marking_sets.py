@@ -46,7 +46,7 @@ def all_markings(part: NetPart, budget: Budget) -> SymbolicStateSpace:
     except BudgetExceededError as limit:
         raise BudgetError(f"{limit}: not all markings of a part of the model were found") from limit
     if not space.complete:
-        raise BudgetError("memory ran out: a part of the model has too many markings to be followed")
+        raise BudgetError("memory ran out: a part of the model has too many markings")
     return space
 
 

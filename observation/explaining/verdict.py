@@ -41,11 +41,11 @@ class Unexplained:
         if not self.publishers:
             reason = "no node of the model publishes on it"
         elif self.possible:
-            reason = f"possible was a message on {_or(self.possible)}"
+            reason = f"the next message could only be on {_or(self.possible)}"
         else:
-            reason = "no message was possible any more"
+            reason = "no further message was possible"
         where = f"message {self.number:,}, on {self.topic}, {self.seconds:.3f} s after the first"
-        return f"{where}: no run of the model shows it; {reason}"
+        return f"{where}: no run of the model explains it; {reason}"
 
 
 @dataclass(frozen=True)

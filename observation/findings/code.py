@@ -20,17 +20,17 @@ LOOPS = Fault("code-never-ends", "warning", "A loop in a callback may have no wa
 HOLDS = Fault(
     "code-holds-lock",
     "warning",
-    "A callback waits while it holds a lock that another callback wants.",
-    "{who} waits ({does}) while it holds {lock}, which {others} wants, too",
+    "A callback waits while it holds a lock that another callback needs.",
+    "{who} waits ({does}) while it holds {lock}, which {others} also needs",
 )
 OWN = Fault(
     "code-waits-for-itself",
     "error",
-    "A callback waits for what only callbacks can do that cannot run meanwhile.",
+    "A callback waits for something that only blocked callbacks can do.",
     "{who} {words}",
 )
-IGNORES = Fault("code-ignores", "note", "What becomes of a goal is ignored.", "{who} {words}")
-MAKES = Fault("code-makes-clients", "note", "A callback makes a client each time.", "{who} {words}")
+IGNORES = Fault("code-ignores", "note", "The result of a goal is ignored.", "{who} {words}")
+MAKES = Fault("code-makes-clients", "note", "A callback creates a client in each run.", "{who} {words}")
 
 FAULTS = {
     fault.rule: fault for fault in (SLEEPS, WAITS, SPINS, LOOPS, HOLDS, OWN, IGNORES, MAKES, *OF_LOSSES)
@@ -97,11 +97,11 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
     for effect in callback.effects:
         where = " in a loop" if effect.when == "in a loop" else ""
         if effect.do == "sleep" and (effect.timeout or 0) >= LONG:
-            words = f"sleeps {effect.timeout:g} s{where}: what waits for it waits as long"
+            words = f"sleeps {effect.timeout:g} s{where}, and delays everything that waits for it"
             yield finding(SLEEPS, effect, words)
         elif effect.do in ("wait_for_service", "wait_for_server") and "without time-out" in effect.how:
             what = "service" if effect.do.endswith("service") else "action server"
-            words = f"waits without time-out for the {what} of {effect.what}: forever, if that is not there"
+            words = f"waits without time-out for the {what} of {effect.what}: forever, if it is missing"
             yield finding(WAITS, effect, words)
         elif effect.do in ("spin", "spin_once", "spin_until"):
             words = f"spins ({effect.do}{where}) while its executor runs it: {_SPINS}"
@@ -112,9 +112,9 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
             is_asked = True
             yield finding(WAITS, effect, "waits for keyboard input")
         elif effect.do == "send_goal" and effect.how == "async and ignored":
-            yield finding(IGNORES, effect, f"ignores what becomes of its goal of {effect.what}")
+            yield finding(IGNORES, effect, f"ignores the result of its goal of {effect.what}")
         elif (effect.do, effect.what) == ("create", "client") and not _destroys(callback):
-            yield finding(MAKES, effect, "makes a client each time, and destroys none")
+            yield finding(MAKES, effect, "creates a client in each run, and destroys none")
 
 
 def _endless(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:
@@ -182,18 +182,16 @@ def _own(
     for effect in callback.effects:
         is_rate = (effect.do, effect.how) == ("sleep", "rate") and effect.at.file.endswith(".py")
         if is_rate and _may_be_one(node):  # in C++, a rate needs no timer
-            words = "sleeps by a rate, whose timer needs the only thread, and never wakes"
+            words = "sleeps on a rate, whose timer needs the only thread, and never wakes up"
             found = OWN.found(node.name, callback.name, who=who, words=f"{words}{_if_one(node)}")
             yield effect.at, found if node.threads == 1 else replace(found, severity="warning")
         elif effect.do == "lock" and effect.how == HELD:
-            words = f"locks {effect.what}, which it holds already: it waits for itself forever"
+            words = f"locks {effect.what}, which it already holds: it waits for itself forever"
             found = OWN.found(node.name, callback.name, who=who, words=words)
             yield effect.at, found if effect.when == "always" else replace(found, severity="warning")
         elif effect.do == "wait" and (why := _never_meanwhile(callback, node, effect.what, nodes)):
             found = OWN.found(node.name, callback.name, who=who, words=f"waits for {effect.what}, {why}")
-            ends = (
-                f": it waits {effect.timeout:g} s for nothing" if effect.timeout is not None else ": forever"
-            )
+            ends = f": it waits {effect.timeout:g} s in vain" if effect.timeout is not None else ": forever"
             is_certain = effect.timeout is None and "open" not in effect.how and "if the executor" not in why
             severity: Severity = "error" if is_certain else "warning"
             message = f"{found.message}{ends}, if that is not set before"

@@ -12,25 +12,25 @@ from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place,
 EARLY = Fault(
     "code-publishes-early",
     "warning",
-    "The only message of a publisher is published before a subscriber can be there.",
+    "The only message of a publisher is published before a subscription can exist.",
     "{who} {words}",
 )
 LOSES = Fault(
     "code-loses-server",
     "warning",
-    "A service is destroyed while clients may wait for its answer without time-out.",
+    "A service is destroyed while clients may wait for its response without time-out.",
     "{who} {words}",
 )
 AGAIN = Fault(
     "code-asks-again",
     "warning",
-    "A request is sent again while the server may still work at the first.",
+    "A request is sent again while the server may still work on the first.",
     "{who} {words}",
 )
 LATE = Fault(
     "code-overruns",
     "warning",
-    "The callback of a timer sleeps as long as the period, or for a time that the code does not tell.",
+    "The callback of a timer sleeps as long as its period, or for a time that is unknown from the code.",
     "{who} {words}",
 )
 
@@ -122,8 +122,8 @@ def _early(use: _Use, uses: list[_Use], nodes: list[NodeFact]) -> Iterator[tuple
     unless = "" if is_told else f", unless the durability is transient local ({durability})"
     names = ", ".join(sorted({node.name for node in readers - {use.node}}))
     words = (
-        f"publishes the only message of {entity.name} at once: {names} gets it only if its subscription is "
-        f"there already{unless}"
+        f"publishes the only message of {entity.name} at once: "
+        f"{names} receives it only if its subscription already exists{unless}"
     )
     yield effect.at, EARLY.found(use.node.name, use.callback.name, who=_who(use), words=words)
 
@@ -197,7 +197,7 @@ def _again(use: _Use, nodes: list[NodeFact]) -> Iterator[tuple[Place, Finding]]:
                 continue
             for work in served.effects:
                 if work.do == "sleep" and _may_last(work.timeout, patience):
-                    seconds = "a time-out that the code does not tell"
+                    seconds = "a time-out that is unknown from the code"
                     words = (
                         f"asks {entity.name} again after {seconds if patience is None else f'{patience:g} s'}"
                         f", while {served.name} of {node.name} ({work.at}) may still work at the first "

@@ -15,9 +15,10 @@ from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, 
 QUALITY = Fault(
     "quality-not-matched",
     "error",
-    "A subscription asks for more quality of service than a publisher offers: it gets nothing of it.",
-    "{subscriber} gets nothing of {topic} from {publisher}: the {policy} of {publisher} is {offered}, and"
-    " {subscriber} asks for {requested}",
+    "A subscription requests a stricter quality of service than a publisher offers: it receives nothing from "
+    "it.",
+    "{subscriber} receives nothing on {topic} from {publisher}: the {policy} of {publisher} is {offered}, "
+    "and {subscriber} requests {requested}",
 )
 TYPE = Fault(
     "types-differ",
@@ -40,19 +41,19 @@ UNFILLED = Fault(
 NEAR = Fault(
     "names-near",
     "warning",
-    "Two names nearly match, and each lacks the other end: one of them may be misspelt.",
-    "{first}, of {givers}, and {second}, of {takers}, nearly match: one may be misspelt",
+    "Two names are similar, and each has one end only: one of them may be misspelt.",
+    "{first}, of {givers}, and {second}, of {takers}, are similar: one may be misspelt",
 )
 UNSERVED = Fault(
     "service-unserved",
     "warning",
-    "Nobody serves what a node calls.",
+    "A node calls a service or action that no node serves.",
     "no node serves {name}, which {nodes} calls",
 )
 SERVERS = Fault(
     "servers-share-name",
     "error",
-    "Several nodes serve one name: which of them answers is left to chance.",
+    "Several nodes serve one name: it is not determined which of them answers.",
     "{name} has several servers: {nodes}",
 )
 DOUBLE = Fault(
@@ -61,14 +62,14 @@ DOUBLE = Fault(
 TIME = Fault(
     "time-mixed",
     "warning",
-    "Some nodes obey simulated time, and others do not.",
-    "{simulated} obeys simulated time, and {real} does not",
+    "Some nodes use simulated time, and others do not.",
+    "{simulated} uses simulated time, and {real} does not",
 )
 DEPARTED = Fault(
     "node-departed",
     "warning",
-    "A node went while it was watched.",
-    "{node} went while it was watched: what was seen of it is taken",
+    "A node disappeared while the graph was watched.",
+    "{node} disappeared while the graph was watched: the model has what was seen of it",
 )
 
 FAULTS = {

@@ -13,7 +13,7 @@ from dineros.observation.systems import ObservedSystem
 UNKNOWN = Fault(
     "type-unknown",
     "note",
-    "The message of a topic is not installed here: the model names it, and nothing is known of its fields.",
+    "The message type of a topic is not installed here: the model names it, but its fields are unknown.",
     "{topics}: the type is unknown here: {why}",
 )
 

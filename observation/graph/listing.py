@@ -133,4 +133,4 @@ class Listing:
 
     def _leave_out(self, kind: str, name: str) -> None:
         if len(self.left_out) < MOST_REMEMBERED:
-            self.left_out.setdefault(f"{kind} {name[:300]!r}: no name that ROS 2 allows")
+            self.left_out.setdefault(f"{kind} {name[:300]!r}: not a name that ROS 2 allows")

@@ -87,7 +87,7 @@ def watch(
     if not system.nodes:
         raise DinerosError(
             f"there is no node in ROS domain {used}",
-            hint="say the domain with --domain, or watch longer with --watch",
+            hint="give the domain with --domain, or watch longer with --watch",
         )
     return system
 

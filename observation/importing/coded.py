@@ -80,7 +80,7 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
         one.chosen = taken_of(one.names, number, types)
         if one.name in nodes:
             taken.lack(
-                f"{one.at(fact.at)}: node {one.name} of {fact.program} is left out: another has this name"
+                f"{one.at(fact.at)}: node {one.name} of {fact.program} is omitted: another node has this name"
             )
             continue
         nodes[one.name], given[one.name] = one.observed(), one.given()
@@ -153,7 +153,7 @@ class _CodedNode:
         name = fact.name
         if is_open(name):
             name = snake_case(fact.cls) or "node"
-            taken.add(f"{self.at(fact.at)}: the name of the node is open; {name} is taken")
+            taken.add(f"{self.at(fact.at)}: the name of the node is open; {name} is assumed")
         self.namespace = "" if is_open(fact.namespace) else fact.namespace.strip("/")
         self.name = self._full(name)
         self._groups = GroupsOfNode(fact, taken, self.at)
@@ -206,18 +206,22 @@ class _CodedNode:
             name = self.names.get(entity)
             several = re.match(r"open: (\w+/(?:msg|srv|action)/\w+) or ", entity.type)
             if several is not None:
-                self._taken.add(f"{self.at(entity.at)}: the type is {entity.type}; the first is taken")
+                self._taken.add(f"{self.at(entity.at)}: the type is {entity.type}; the first is assumed")
                 entity.type = several[1]
             if name is None:
-                self._taken.lack(f"{self.at(entity.at)}: left out of the model, as its name is {entity.name}")
+                self._taken.lack(
+                    f"{self.at(entity.at)}: omitted in the model, because its name is {entity.name}"
+                )
             elif is_open(entity.type):
-                self._taken.lack(f"{self.at(entity.at)}: left out of the model, as its type is {entity.type}")
+                self._taken.lack(
+                    f"{self.at(entity.at)}: omitted in the model, because its type is {entity.type}"
+                )
             elif (
                 "conditional" in entity.details
                 and (other := self.chosen.get((kind, name), entity)).type != entity.type
             ):
                 self._taken.lack(
-                    f"{self.at(entity.at)}: left out of the model: {name} of line {other.at.line} is taken "
+                    f"{self.at(entity.at)}: omitted in the model: {name} of line {other.at.line} is used "
                     "instead"
                 )
             else:
@@ -240,7 +244,7 @@ class _CodedNode:
             if is_open(value) or value in _MIDDLEWARE:
                 usual = "reliable" if key == "reliability" else "volatile"
                 self._taken.add(
-                    f"{self.at(entity.at)}: the {key} of {entity.name} is {value}; {usual} is taken"
+                    f"{self.at(entity.at)}: the {key} of {entity.name} is {value}; {usual} is assumed"
                 )
         return Quality(
             "bestEffort" if reliability == "best_effort" else "reliable",
@@ -255,7 +259,7 @@ class _CodedNode:
             if first is entity:
                 yield Endpoint(name, entity.type, self.at(entity.at))
             elif kind != "clients" and entity.details.get("group") != first.details.get("group"):
-                self._taken.add(f"{self.at(entity.at)}: taken for one with that of line {first.at.line}")
+                self._taken.add(f"{self.at(entity.at)}: treated as the same as that of line {first.at.line}")
 
     # ------------------------------------------------------------------------------------------ behaviour
 
@@ -321,8 +325,8 @@ class _CodedNode:
             if entity.kind == "clients" and first.setdefault(name, entity).group is not entity.group:
                 found[entity] = self._groups.of(entity) or ""
                 self._taken.add(
-                    f"{self.at(entity.at)}: answers that no callback waits for are taken for those of the"
-                    f" client of line {first[name].at.line}"
+                    f"{self.at(entity.at)}: responses that no callback waits for are treated as those of the "
+                    f"client of line {first[name].at.line}"
                 )
         return found
 
@@ -350,7 +354,7 @@ class _CodedNode:
         name = free_name(re.sub(r"\W+", "_", fact.name if fact is not None else "timer").strip("_"), timers)
         period = entity.details.get("period")
         if not isinstance(period, (int, float)) or not 0 < period < 1e9:
-            self._taken.add(f"{self.at(entity.at)}: the period of a timer is {period}; 1 s is taken")
+            self._taken.add(f"{self.at(entity.at)}: the period of a timer is {period}; 1 s is assumed")
             period = 1.0
             self._open_timers.add(name)
         timers[name] = float(period)
@@ -389,7 +393,9 @@ class _CodedNode:
         if isinstance(threads, int):
             return threads
         if threads == "processors":
-            self._taken.add(f"{self.at(self.fact.at)}: as many threads as processors; {PROCESSORS} are taken")
+            self._taken.add(
+                f"{self.at(self.fact.at)}: as many threads as processors; {PROCESSORS} are assumed"
+            )
             return PROCESSORS
         if not self.is_spun:
             self._taken.add(

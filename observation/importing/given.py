@@ -232,7 +232,7 @@ class _Reading:
         life = self._texts(table, "lifecycle", at) if "lifecycle" in table else None
         for each in life or ():
             if each not in LIFE:
-                raise self._wrong(f"{at}.lifecycle", f"{each!r} is none of {', '.join(LIFE)}")
+                raise self._wrong(f"{at}.lifecycle", f"{each!r} is not one of {', '.join(LIFE)}")
         return GivenNode(
             threads=self._number(table, "threads", at, 1, 1000) if "threads" in table else None,
             order=table.get("order"),
@@ -316,7 +316,7 @@ class _Reading:
     def _texts(self, table: Mapping[str, Any], key: str, at: str) -> tuple[str, ...]:
         found = table[key]
         if not isinstance(found, list) or not all(isinstance(each, str) for each in found):
-            raise self._wrong(f"{at}.{key}", "is not a list of texts")
+            raise self._wrong(f"{at}.{key}", "is not a list of strings")
         return tuple(found)
 
     def _truth(self, table: Mapping[str, Any], key: str, at: str) -> bool:
@@ -334,7 +334,7 @@ class _Reading:
     def _text(self, table: Mapping[str, Any], key: str, at: str) -> str:
         found = table[key]
         if not isinstance(found, str):
-            raise self._wrong(f"{at}.{key}", "is not a text")
+            raise self._wrong(f"{at}.{key}", "is not a string")
         return found
 
     def _seconds(self, table: Mapping[str, Any], key: str, at: str, least: float = 1e-9) -> float:
@@ -353,7 +353,7 @@ class _Reading:
             or not all(isinstance(each, (int, float)) and not isinstance(each, bool) for each in found)
             or not 0 <= found[0] <= found[1] < 1e9
         ):
-            raise self._wrong(f"{at}.{key}", "is no [LEAST, MOST] in seconds")
+            raise self._wrong(f"{at}.{key}", "is not [LEAST, MOST] in seconds")
         return float(found[0]), float(found[1])
 
     def _one_of(
@@ -361,7 +361,7 @@ class _Reading:
     ) -> None:
         found = table[key]
         if not isinstance(found, str) or found not in known:
-            said = otherwise or f"is none of {', '.join(known)}"
+            said = otherwise or f"is not one of {', '.join(known)}"
             raise self._wrong(f"{at}.{key}", f"{found!r} {said}")
 
     def _wrong(self, key: str, message: str, hint: str | None = None) -> DinerosError:

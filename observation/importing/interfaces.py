@@ -32,6 +32,6 @@ def token_types_of(packages: Sequence[str], id: str) -> tuple[sym.SystemModel, l
         else:
             types.append(sym.TokenType(id=ids.new(name.rpartition("/")[2]), ros=name))
     if not types:
-        raise DinerosError(f"{', '.join(packages)}: no message that tokens can carry")
+        raise DinerosError(f"{', '.join(packages)}: the package has no message that tokens can carry")
     first, *others = types
     return sym.SystemModel(id=id, middleware="ros2", tokenType=first, otherTokenTypes=others), left_out

@@ -80,7 +80,7 @@ class NodeBuilder(Abilities):
             if self._said.is_shared and self._said.order == "rclpy":
                 raise DinerosError(
                     f"node {self._node.name} stands for several, whose callbacks rclpy takes node by node",
-                    hint="leave its order out: then all orders are explored",
+                    hint="omit its order: then all orders are explored",
                 )
             self._net.order = self._said.order  # type: ignore[assignment]
         threads = self._said.threads
@@ -383,4 +383,4 @@ class NodeBuilder(Abilities):
 
 
 def _listed(things: Iterable[object]) -> str:
-    return ", ".join(sorted(map(str, things))) or "nothing of the kind"
+    return ", ".join(sorted(map(str, things))) or "none"

@@ -22,7 +22,8 @@ def to_be_given(imported: Imported, system: ObservedSystem, model: Path) -> str:
         The file of the model.
     """
     lines = [
-        f"# What no graph and no recording tells of {model.name}. Each line has what is taken where nothing",
+        f"# Facts about {model.name} that a graph or a recording does not show. Each line has the assumed "
+        "value.",
         "# is said. Take away the # of a line, and of its [table], say what is true, and import once more.",
         "# What a callback does is said in order, as ['call /pose', 'publish /map ?', 'publish /log *']:",
         "# once, once or not at all (?), any number of times (*). Where nothing is said, the order is open.",

@@ -71,7 +71,7 @@ class Behaviour:
             if step is not None:
                 found.append(step)
             elif effect.entity not in self._own:  # else it is said where the entity is left out
-                self._taken.lack(f"{at}: uses {effect.what} of another node; left out of the model")
+                self._taken.lack(f"{at}: uses {effect.what} of another node; omitted in the model")
         return tuple(found)
 
     def step(self, effect: Effect) -> Step | None:
@@ -96,7 +96,7 @@ class Behaviour:
         """Return how long a callback waits for a response; without this time, a deadlock would be found."""
         if effect.timeout is not None or "open" not in effect.how:
             return effect.timeout
-        self._taken.add(f"{at}: {effect.what} is waited for with a time-out that is open; 1 s is taken")
+        self._taken.add(f"{at}: {effect.what} is waited for with an unknown time-out; 1 s is assumed")
         return USUAL_TIMEOUT
 
     @staticmethod

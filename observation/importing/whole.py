@@ -63,7 +63,7 @@ def whole(system: ObservedSystem, given: Given) -> Whole:
     """Return what a model can hold of a system, and what it cannot."""
     left_out: list[str] = []
     left_out += [
-        f"service {service.name}: its events do not tell whose it is"
+        f"service {service.name}: its events do not show which node serves it"
         for service in system.services
         if service.name not in given.services
     ]
@@ -119,7 +119,7 @@ def _joined(nodes: Iterable[ObservedNode]) -> list[ObservedNode]:
 def _is_kept(node: ObservedNode, left_out: list[str]) -> bool:
     if is_name(node.name):
         return True
-    left_out.append(f"node {node.name!r}: no name that ROS 2 allows")
+    left_out.append(f"node {node.name!r}: not a name that ROS 2 allows")
     return False
 
 
@@ -136,8 +136,8 @@ def _named(node: ObservedNode, left_out: list[str]) -> ObservedNode:
         for each in ports:
             if each not in fit:
                 left_out.append(
-                    f"{_WORDS[role]} {name_of(each)!r} of {node.name}, of the type {each.type!r}: "
-                    "no name or type that ROS 2 allows"
+                    f"{_WORDS[role]} {name_of(each)!r} of {node.name}, of the type {each.type!r}: not a name "
+                    "and type that ROS 2 allows"
                 )
         changed[role] = tuple(sorted(fit, key=lambda each: (name_of(each), each.type)))
     return replace(node, **changed)
@@ -182,7 +182,7 @@ def _one_server(nodes: Iterable[ObservedNode], left_out: list[str]) -> Iterable[
             fit = []
             for each in getattr(node, role):
                 if (role, each.name) in taken:
-                    left_out.append(f"{_WORDS[role]} {each.name} of {node.name}: there is another one")
+                    left_out.append(f"{_WORDS[role]} {each.name} of {node.name}: another one has this name")
                 else:
                     fit.append(each)
                 taken.add((role, each.name))

@@ -76,7 +76,7 @@ class Breach:
     def __str__(self) -> str:
         seen = f"{self.declared.words} {duration_text(self.seconds)} at {round(self.at, 3):,} s"
         share = "" if self.of == 1 else f" ({self.count:,} of {self.of:,})"
-        return f"{seen}; {self._declared()} is declared{share}"
+        return f"{seen}; declared: {self._declared()}{share}"
 
     def _declared(self) -> str:
         if self.bound == "most":

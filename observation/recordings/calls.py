@@ -73,7 +73,7 @@ class Untaken(NamedTuple):
 
     def __str__(self) -> str:
         responses = counted(self.responses, "response")
-        since = f"the first {self.seconds:.3g} s before the end"
+        since = f"the first one {self.seconds:.3g} s before the end"
         return f"{self.service}: answered, never taken: {responses}, {since}"
 
 

@@ -137,7 +137,7 @@ def _look_at(file: StoredFile) -> None:
         left = file.path.with_name(f"{file.path.name}-wal")
         if left.exists() and left.stat().st_size:
             raise RecordingError(
-                f"is not complete: {left.name} holds messages that were not put into it",
+                f"is not complete: {left.name} holds messages that are not yet in it",
                 location=location,
                 hint=f'`sqlite3 {shlex.quote(file.path.name)} "PRAGMA wal_checkpoint(TRUNCATE)"` does',
             )
@@ -176,7 +176,7 @@ def unpacked(file: StoredFile, bytes_left: int) -> Iterator[StoredFile]:
                     raise DinerosError(
                         f"unpacks to more than half of what is free in {folder}",
                         location=location,
-                        hint="set TMPDIR to a folder with more room, or unpack it: "
+                        hint="set TMPDIR to a folder with more space, or unpack it: "
                         f"`zstd -d {shlex.quote(file.path.name)}`",
                     )
                 made.write(piece)
@@ -204,7 +204,7 @@ class _Positional(io.RawIOBase):
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         base = {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
         if base + offset < 0:
-            raise ValueError("a position before the beginning")
+            raise ValueError("a position before the start")
         self._at = base + offset
         return self._at
 

@@ -88,12 +88,12 @@ def read_metadata(folder: Path) -> Metadata:
     except KeyError as error:
         raise RecordingError(f"lacks {error}", location=location) from error
     except (AttributeError, TypeError, ValueError, RecursionError) as error:
-        raise RecordingError(f"is not what a recorder writes: {error}", location=location) from error
+        raise RecordingError(f"was not written by a recorder: {error}", location=location) from error
 
 
 def _metadata(said: Any) -> Metadata:
     if _number(said, "version") > NEWEST:
-        raise ValueError(f"the version {said['version']} is not known; the newest known one is {NEWEST}")
+        raise ValueError(f"the version {said['version']} is not known; the newest known version is {NEWEST}")
     packed = str(said.get("compression_mode") or "").lower()
     packed = "" if packed == "none" else packed
     if packed not in ("", "file", "message"):

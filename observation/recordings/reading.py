@@ -49,7 +49,7 @@ _EVENT = "_Event"
 _ENDLESS = 2_147_483_647
 """Seconds from which on a duration of a quality of service is without bound."""
 
-_REINDEX = "`ros2 bag reindex` or `mcap recover` may save what is whole"
+_REINDEX = "`ros2 bag reindex` or `mcap recover` may restore the intact part"
 
 
 class RecordedMessage(NamedTuple):
@@ -133,7 +133,7 @@ class Recording:
             self.count = sum(topic.messages or 0 for topic in self.topics)
             self.start, self.duration = self._times()
             if not self.count:
-                more = f" that can be read; left out: {'; '.join(left_out)}" if left_out else ""
+                more = f" that can be read; ignored: {'; '.join(left_out)}" if left_out else ""
                 raise self.error(f"holds no message{more}")
         except BaseException:
             self.close()
@@ -230,7 +230,7 @@ class Recording:
                     f"a folder with {METADATA}, or a file named *.mcap or *.db3",
                 )
         else:
-            raise self.error("there is no such recording")
+            raise self.error("this recording does not exist")
         is_folder = self._metadata is not None
         opened = [self._open.enter_context(stored(file, follow_links=not is_folder)) for file in files]
         self._bytes = sum(file.size for file in opened)
@@ -244,7 +244,7 @@ class Recording:
             )
         if not (self._path / METADATA).exists():
             raise self.error(
-                f"has no {METADATA}: the recorder did not end it",
+                f"has no {METADATA}: the recorder was not stopped properly",
                 f"`ros2 bag reindex` writes one; or name the file: {files[0].name}",
             )
         self._metadata = read_metadata(self._path)
@@ -296,7 +296,7 @@ class Recording:
             raise self._too_few(f"{counted(told, 'message')} on {topic!r:.300}", found)
 
     def _too_few(self, told: str, found: int) -> RecordingError:
-        return self.error(f"says to hold {told}, and only {found:,} can be read", _REINDEX)
+        return self.error(f"declares {told}, but only {found:,} can be read", _REINDEX)
 
     def _times(self) -> tuple[int, int]:
         """Return when the recording starts and how long it is, in nanoseconds, by the word of its files."""
@@ -318,7 +318,7 @@ class Recording:
         """Return why a topic cannot be read; None if it can."""
         types = sorted(told.types)
         if not _TOPIC.fullmatch(name) or not name.strip("/"):
-            return "has a name that no topic can have"
+            return "has a name that is not a valid topic name"
         if len(types) > 1:
             return f"is of several types: {', '.join(map(repr, types)):.300}"
         if not _TYPE.fullmatch(types[0]):

@@ -226,7 +226,7 @@ class _Attributing:
                 yield from frame.run(has_end=False, ended=False)
         if not self._nodes:
             raise TracingError(
-                "does not tell of any node (rcl_node_init)",
+                "contains no node (rcl_node_init)",
                 location=Location(self._tracing.path),
                 hint="start tracing before the nodes, with all events: `ros2 trace`",
             )
@@ -345,4 +345,4 @@ class _Attributing:
 
     def _bound(self, known: Sized, what: str) -> None:
         if len(known) > MOST:
-            raise TracingError(f"tells of more than {MOST:,} {what}", location=Location(self._tracing.path))
+            raise TracingError(f"contains more than {MOST:,} {what}", location=Location(self._tracing.path))

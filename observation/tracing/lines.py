@@ -85,7 +85,7 @@ def lines(path: Path, said: Said, stalled: float = STALLED) -> Iterator[bytes]:
     for number, line in enumerate(_split(pieces), 1):
         if len(line) > LONGEST_LINE:
             raise TracingError(
-                "is not text of Babeltrace 2: a line is too long", location=Location(path, number)
+                "is not output of Babeltrace 2: a line is too long", location=Location(path, number)
             )
         yield line
 
@@ -116,7 +116,7 @@ def _printed(folder: Path, said: Said, stalled: float) -> Iterator[bytes]:
         raise TracingError(
             f"a folder of LTTng is read by {PROGRAM}, which is not on the PATH",
             location=Location(folder),
-            hint=f"install it (Debian, Ubuntu: apt install babeltrace2), or give the text that "
+            hint=f"install it (Debian, Ubuntu: apt install babeltrace2), or give the output that "
             f"`{PROGRAM} {folder} > trace.txt` writes elsewhere",
         )
     try:
@@ -143,7 +143,7 @@ def _printed(folder: Path, said: Said, stalled: float) -> Iterator[bytes]:
         raise TracingError(
             f"{PROGRAM} cannot read it: {said.reason(folder.resolve())}",
             location=Location(folder),
-            hint="a trace is a folder that `ros2 trace` or `lttng` made and ended",
+            hint="a trace is a folder that `ros2 trace` or `lttng` created and completed",
         )
 
 
@@ -173,5 +173,5 @@ def _both(output: IO[bytes], errors: IO[bytes], said: Said, folder: Path, stalle
 
 def _silent(folder: Path, stalled: float) -> TracingError:
     return TracingError(
-        f"{PROGRAM} has said nothing for {stalled:g} s: the trace is damaged", location=Location(folder)
+        f"{PROGRAM} has printed nothing for {stalled:g} s: the trace is damaged", location=Location(folder)
     )

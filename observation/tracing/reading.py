@@ -129,7 +129,9 @@ class Tracing:
                 continue
             time = clock.time(head)
             if time is None:
-                raise self._wrong("is earlier than the event before", number, "give one trace, in its order")
+                raise self._wrong(
+                    "is earlier than the event before", number, "give one trace, sorted by time"
+                )
             where, name = named
             provider, _, name = name.partition(":")
             if provider != "ros2":
@@ -160,7 +162,7 @@ class Tracing:
                 values[found[2]] = found[3] if found[3] is not None else found[4][:LONGEST_NAME]
         if "vpid" not in values or "vtid" not in values:
             raise self._wrong(
-                "an event does not tell its process and thread (vpid, vtid)",
+                "an event has no process and thread (vpid, vtid)",
                 number,
                 "`ros2 trace` adds these contexts; so does `lttng add-context -u -t vpid -t vtid`",
             )
@@ -186,7 +188,8 @@ class Tracing:
         return TracingError(
             "is not a trace: not the text that babeltrace2 writes",
             location=location,
-            hint="`babeltrace2 FOLDER > trace.txt`, with times in seconds and names of fields, as usual",
+            hint="`babeltrace2 FOLDER > trace.txt`, with times in seconds and names of fields, which is the "
+            "default",
         )
 
 

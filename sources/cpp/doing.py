@@ -202,7 +202,7 @@ class Ros(Ports):
             if name and not name.startswith(("std::", "rclcpp::")):
                 self.machine.unread.append(
                     f"{self.machine.place(call.node, call.frame)}: {name} is spun as a node, but its code or "
-                    "that of its base is not in the folder, so its ports are not known"
+                    "that of its base class is not in the folder, so its ports are unknown"
                 )
 
     def _thread(self, call: Call, args: list[Value]) -> Value:

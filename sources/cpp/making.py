@@ -107,7 +107,7 @@ class Maker:
             return None
         if owner is None:
             place = self.machine.place(call.node, call.frame)
-            self.machine.unread.append(f"{place}: {call.last} on a node that could not be followed")
+            self.machine.unread.append(f"{place}: {call.last} on a node that could not be determined")
             return Open(call.last)
         call_at, frame_at = self._site(call)
         entity = self.machine.entity_of(kind, self._port(call_at), call_at, frame_at, owner)
@@ -194,7 +194,7 @@ class Maker:
         given = self.machine.templated(call.named, call.frame)
         if not given:
             first = args[1] if "generic" in call.last and len(args) > 1 else None
-            return shown(first) if isinstance(first, Const) else "open: no type is written"
+            return shown(first) if isinstance(first, Const) else "open: no type is given"
         text = self.machine.type_text(given[0], call.frame)
         known = ros_type(text)
         if known.startswith("open") and text.count("::") < 2:

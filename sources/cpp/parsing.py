@@ -71,7 +71,7 @@ def parse(folder: SourceFolder, path: str) -> Source | None:
     try:
         content.decode()
     except UnicodeDecodeError:
-        folder.unread.append(f"{path}: it is no text in UTF-8")
+        folder.unread.append(f"{path}: it is not text in UTF-8")
         return None
     if _nested(content) > MOST_NESTED:
         folder.unread.append(f"{path}: its brackets are nested more than {MOST_NESTED} deep")

@@ -97,8 +97,8 @@ class CppPrograms:
                     found += nodes
                     if cls in wanted and not nodes:
                         self._folder.unread.append(
-                            f"{cls.path}: the component {cls.full} is no node that can be read, so its ports "
-                            "are not known"
+                            f"{cls.path}: the component {cls.full} is not a node that can be read, so its "
+                            "ports are unknown"
                         )
         self._folder.unread += lines(calls_of(self._sources, self._made()), self._reached.calls)
         return sorted(_different(found), key=lambda node: (node.at.file, node.at.line))
@@ -164,7 +164,7 @@ class CppPrograms:
                 yield cls
             else:
                 self._folder.unread.append(
-                    f"{path}: the component {name} is not in the folder, so its ports are not known"
+                    f"{path}: the component {name} is not in the folder, so its ports are unknown"
                 )
 
     def _class_of(self, name: str, path: str) -> ClassInfo | None:
@@ -243,7 +243,7 @@ class CppPrograms:
                 _callbacks(machine)
         except (TooLong, RecursionError) as error:
             start, is_cut, is_whole = machine.fact, True, isinstance(error, TooLong)
-            unread.append(f"{path}: the program {program} is too large to be followed to its end")
+            unread.append(f"{path}: the program {program} is too large to be read completely")
         unread += machine.unread
         _share(machine)
         for node in machine.nodes:

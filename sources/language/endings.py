@@ -24,7 +24,7 @@ def why_endless(node: ast.While) -> str:
         is_inside = is_inside or isinstance(part, (ast.While, ast.For, ast.AsyncFor))
         todo += [(child, inner, is_inside) for child in ast.iter_child_nodes(part)]
     if not exits:
-        return "it has no way out"
+        return "the loop has no exit"
     for test in exits:
         if test is None:
             return ""
@@ -43,4 +43,4 @@ def why_endless(node: ast.While) -> str:
             return ""
     if any(isinstance(each, ast.Await) for each in ast.walk(node)):
         return ""
-    return "its ways out ask what the loop does not change"
+    return "the conditions of its exits do not depend on anything that the loop changes"

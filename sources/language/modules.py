@@ -162,7 +162,7 @@ class Modules:
         except (RecursionError, MemoryError):
             deep = True
         if deep:
-            self._folder.unread.append(f"{path}: it nests more than {MOST_DEPTH} levels")
+            self._folder.unread.append(f"{path}: its code is nested more than {MOST_DEPTH} levels deep")
             return None
         return tree
 

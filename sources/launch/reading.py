@@ -117,11 +117,11 @@ class LaunchFiles:
             return None
         walker = self._scopes[0][0]
         if path in walker.including:
-            self._folder.unread.append(f"{path}: it is included by itself, and is not read again")
+            self._folder.unread.append(f"{path}: it includes itself, and is not read again")
             return None
         self._includes += 1
         if self._includes > MOST_INCLUDES:
-            self._folder.unread.append(f"{path}: left out: more than {MOST_INCLUDES} includes")
+            self._folder.unread.append(f"{path}: ignored: more than {MOST_INCLUDES} includes")
             return None
         scope.file = path
         self._scopes[0] = (self._scopes[0][0], scope)
@@ -182,7 +182,7 @@ class LaunchFiles:
                 if isinstance(function, Function):
                     return [machine.call(function, [], {}, function.node, frame)]
         except (TooLong, RecursionError):
-            self._folder.unread.append(f"{path}: the launch file is too large to be followed to its end")
+            self._folder.unread.append(f"{path}: the launch file is too large to be read completely")
         return None
 
     def _call(self, function: Value, args: list[Value], keys: dict[str, Value], scope: Scope) -> Value:

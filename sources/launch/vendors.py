@@ -70,7 +70,7 @@ def vendor_node(started: Started, idioms: Mapping[str, Idiom]) -> NodeFact | Non
             role, kind = _CALLED[entity.kind]
             entity.callbacks[role] = CallbackFact(kind, kind, started.at, is_open=True)
     if any(each.kind in ("publishers", "clients", "action_clients") for each in fact.entities):
-        own = Entity("timers", "(no variable)", started.at, details={"period": "open: its code is not there"})
+        own = Entity("timers", "(no variable)", started.at, details={"period": "open: its code is missing"})
         own.callbacks["callback"] = CallbackFact("runs", "timer", started.at, is_open=True)
         fact.entities.append(own)
     fact.callbacks = [each for entity in fact.entities for each in entity.callbacks.values()]

@@ -37,7 +37,7 @@ def _among(*words: str) -> _Shape:
 
 
 _TEXT = _Shape("a text", lambda value: _is_text(value) and value != "")
-_TEXTS = _Shape("a list of texts", lambda value: isinstance(value, list) and all(map(_is_text, value)))
+_TEXTS = _Shape("a list of strings", lambda value: isinstance(value, list) and all(map(_is_text, value)))
 _COUNT = _Shape("a whole number from 0", _is_count)
 _TRUTH = _Shape("true or false", lambda value: isinstance(value, bool))
 _TABLE = _Shape("a table", lambda value: isinstance(value, dict))
@@ -51,7 +51,7 @@ _PERIOD = _Shape(
 )
 _USUAL = _Shape("true or false, or seconds", lambda value: isinstance(value, bool) or _is_seconds(value))
 _WORD_OR_COLUMN = _Shape(
-    "a text, or the number of a column", lambda value: _is_text(value) or _is_count(value)
+    "a string, or the number of a column", lambda value: _is_text(value) or _is_count(value)
 )
 _ARGUMENT = _Shape("an argument, or its number", lambda value: _is_text(value) or _is_count(value))
 
@@ -123,7 +123,7 @@ def checked(entry: Mapping[str, Any], number: int, file: Path) -> None:
     at = f"idiom {path}" if isinstance(path, str) and path else f"idiom {number}"
     _shaped(entry, _ENTRY, at, file, needs=("path",))
     if "do" not in entry and ("what" in entry or "how" in entry):
-        raise _wrong(file, at, "says `what` or `how` without `do`", 'write it like do = "call"')
+        raise _wrong(file, at, "has `what` or `how` without `do`", 'write it like do = "call"')
     makes = entry.get("makes", [])
     for index, make in enumerate(makes):
         of_make = f"{at}: makes[{index}]"
@@ -150,7 +150,7 @@ def _checked_make(make: Mapping[str, Any], at: str, file: Path) -> None:
         return
     for key in ("name", "type", "callback"):
         if key in make and not _is_text(make[key]):
-            raise _wrong(file, f"{at}: {key}", "is not a text", "numbers are columns of `each`")
+            raise _wrong(file, f"{at}: {key}", "is not a string", "numbers are columns of `each`")
     if make["kind"] == "timers" and "period" not in make:
         raise _wrong(file, at, "is a timer without a period", "write it like period = 1.0")
     if make["kind"] != "timers" and not {"name", "type"} <= set(make):
@@ -159,7 +159,9 @@ def _checked_make(make: Mapping[str, Any], at: str, file: Path) -> None:
 
 def _numbered(table: Mapping[str, Any], key: str, makes: list[Any], at: str, file: Path) -> None:
     if table.get(key, 0) >= max(len(makes), 1):
-        raise _wrong(file, f"{at}: {key}", "is no entity of `makes`", f"it makes {len(makes)}, from 0")
+        raise _wrong(
+            file, f"{at}: {key}", "is not an entity of `makes`", f"it makes {len(makes)}, counted from 0"
+        )
 
 
 def _shaped(

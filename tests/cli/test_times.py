@@ -12,8 +12,8 @@ from tests.cli.conftest import Run
 
 TIMED = "pl p (1)\npl r (1)\ntr t [1,2] p -> q\ntr u [5,6] p r -> late\n"
 LEFT_OUT = "firing intervals are left out (2 transitions, such as t [1,2])"
-NEED_NOT = "need not hold"
-HOLDS = "holds with times, too"
+NEED_NOT = "may not hold"
+HOLDS = "also holds with times"
 
 
 @pytest.fixture
@@ -61,8 +61,7 @@ def test_properties_are_told_apart(run: Run, timed: Path) -> None:
     result = run("verify", timed, *asked)
     (note,) = (line for line in result.stdout.splitlines() if LEFT_OUT in line)
     assert (
-        "holds with times, too: OneSafe; need not hold with times: ReachabilityDeadlock, QuasiLiveness"
-        in note
+        "also holds with times: OneSafe; may not hold with times: ReachabilityDeadlock, QuasiLiveness" in note
     )
     rows = json.loads(run("verify", timed, *asked, "--json").stdout)["properties"]
     assert [row["times"]["holds_with_times"] for row in rows] == [True, False, False]

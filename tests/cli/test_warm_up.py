@@ -25,7 +25,7 @@ def test_it_compiles_once(run: Run, kept: Path, monkeypatch: pytest.MonkeyPatch)
     assert first.stdout.startswith("compiled the engines in ")
     assert list(kept.glob("dineros-kernels-*/*/walks.walk-*.nbc"))
     again = run("warm-up")
-    assert (again.exit_code, again.stdout) == (0, "the engines are compiled already\n")
+    assert (again.exit_code, again.stdout) == (0, "the engines are already compiled\n")
 
 
 def test_a_package_that_was_copied_is_not_warm(

@@ -14,9 +14,9 @@ from dineros.sources.reading import Launch, read_source
 from tests.sources.support import HEAD, facts_of, written
 
 BROKEN = {
-    "f(" * 10_000 + ")" * 10_000: "it nests more than 400 levels",
-    "x = a" + ".b()" * 10_000: "it nests more than 400 levels",
-    "x = " + "+".join(["1"] * 10_000): "it nests more than 400 levels",
+    "f(" * 10_000 + ")" * 10_000: "its code is nested more than 400 levels deep",
+    "x = a" + ".b()" * 10_000: "its code is nested more than 400 levels deep",
+    "x = " + "+".join(["1"] * 10_000): "its code is nested more than 400 levels deep",
     'print "hello"': "cannot parse it in line 1",
     "x = 1\0": "null bytes",
     "x = 1\n" * 400_000: "is larger than 2 MiB",
@@ -54,7 +54,9 @@ def test_links_out_of_the_folder_are_not_followed(tmp_path: Path) -> None:
     (inside / "folder").symlink_to(outside)
     (inside / "again").symlink_to(".")
     facts = read_source(inside)
-    assert facts.nodes == [] and facts.unread == ["link.py: it is a link out of the folder"]
+    assert facts.nodes == [] and facts.unread == [
+        "link.py: it is a symbolic link to a path outside of the folder"
+    ]
 
 
 def test_pipes_and_links_to_nothing_are_left_alone(tmp_path: Path) -> None:
@@ -102,8 +104,8 @@ def test_launch_files_that_include_each_other_end_in_one_line(tmp_path: Path, ki
     facts = read_source(tmp_path, launch=Launch(first))
     assert facts.nodes == []
     assert facts.unread == [
-        f"{first}: it is included by itself, and is not read again",
-        f"{first}: it starts no node whose code is in this folder",
+        f"{first}: it includes itself, and is not read again",
+        f"{first}: it does not start any node whose code is in this folder",
     ]
 
 
@@ -124,7 +126,7 @@ def test_a_program_that_never_ends_is_followed_for_a_while(tmp_path: Path) -> No
         f'{functions}\ndef f20(): pass\nrclpy.init()\nnode = Node("there")\nf0()\nwhile True: f0()\n',
     )
     assert [node.name for node in facts.nodes] == ["there"]
-    assert facts.unread == ["program.py: the program program.py is too large to be followed to its end"]
+    assert facts.unread == ["program.py: the program program.py is too large to be read completely"]
     assert time.process_time() - begin < 30
 
 

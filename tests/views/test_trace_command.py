@@ -92,7 +92,7 @@ def test_the_model_that_is_gone_is_said_and_can_be_given(run: Run, greeting: Pat
     moved = greeting.rename(tmp_path / "other.sym.xmi")
     result = run("trace", found, "-o", tmp_path / "a.svg")
     assert result.exit_code == 0
-    assert "is not there" in result.stderr
+    assert "does not exist" in result.stderr
     assert "≤" not in (tmp_path / "a.svg").read_text(encoding="utf-8")
     result = run(
         "trace", found, "--model", moved, "--set", "Chatter.publisher.Said.limit=7", "-o", tmp_path / "b.svg"
@@ -138,8 +138,8 @@ def test_wrong_use_is_one_line_and_leaves_nothing(run: Run, witness: Path, tmp_p
             "is of the model 'another'",
         ),
         ((witness, "-o", tmp_path / "out.txt"), "'.txt' is not a format of traces"),
-        ((witness, "-o", tmp_path / "out.csv", "--compare", witness), "--compare goes with"),
-        ((witness, "-o", output, "--fold"), "--fold goes with .svg and .png"),
+        ((witness, "-o", tmp_path / "out.csv", "--compare", witness), "--compare requires"),
+        ((witness, "-o", output, "--fold"), "--fold requires .svg or .png"),
         ((witness, witness, "--follow"), "--follow takes one FILE or folder"),
         ((witness, "-o", tmp_path / "no" / "folder.html"), "cannot be written"),
     ]

@@ -74,31 +74,32 @@ ASKED_SHARE = 0.85
     "--given",
     type=click.Path(path_type=Path),
     metavar="FILE.toml",
-    help="With --source: what people say of the nodes, as for 'dineros import'.",
+    help="With --source: facts that the code does not show, as for 'dineros import'.",
 )
 @format_option("the findings")
 @click.option(
     "--suggest-capacities",
     is_flag=True,
-    help="Instead: the smallest capacity of each queue that loses no message.",
+    help="Instead of checking: find the smallest capacity of each queue that loses no message.",
 )
 @click.option(
     "--suggest-callback-groups",
     is_flag=True,
-    help="Instead: the smallest change of groups and threads after which no callback waits forever.",
+    help="Instead of checking: find the least change of groups and threads so that no callback waits "
+    "forever.",
 )
 @click.option(
     "--suggest-start-order",
     is_flag=True,
-    help="Instead: a start order of managed nodes in which no message is lost.",
+    help="Instead of checking: find a start order of managed nodes in which no message is lost.",
 )
 @click.option(
     "--behaviour",
     is_flag=True,
-    help="Decide liveness, reversibility and home markings, however long it takes.",
+    help="Decide liveness, reversibility and home markings without a limit of their own.",
 )
 @time_option("Take firing intervals into account; each finding has a schedule.")
-@click.option("--witnesses", is_flag=True, help="Print how each finding comes about, step by step.")
+@click.option("--witnesses", is_flag=True, help="Print the steps that lead to each finding.")
 @output_option(
     "Write a report (.html); or the witnesses of the findings to OUT, OUT with .2, .3 ... (JSON Lines)."
 )
@@ -185,7 +186,7 @@ def check(
         net, of_code, left_out = made.model, made.findings, made.left_out
         model, orders, faults = folders[0], None, faults_of_code()
     elif model is None or given is not None:
-        raise click.UsageError("say what is checked: MODEL, or --source FOLDER; --given goes with the latter")
+        raise click.UsageError("name what to check: MODEL, or --source FOLDER; --given requires --source")
     else:
         net, orders, faults = load_valid(model, settings), orders_beside(model, no_cache), TIMED_FAULTS
     if suggests:
@@ -228,7 +229,7 @@ def check(
 
             confirmation = confirm_space(report.space, run.budget())
     else:
-        run.stage(f"asking the workers of {scheduler}")
+        run.stage(f"using the workers of {scheduler}")
         confirmation = check_on_workers(
             net, scheduler, report, at_any_cost=behaviour, memory=run.limits.memory, is_confirmed=confirm
         )
@@ -279,28 +280,28 @@ def check(
 def _refuse_beside(options: Sequence[str], format: str, others: Sequence[str]) -> None:
     """Refuse what does not go with a suggestion."""
     if len(options) > 1:
-        raise click.UsageError(f"{options[0]} does not go with {options[1]}")
+        raise click.UsageError(f"{options[0]} cannot be combined with {options[1]}")
     what = "capacities" if options[0] == "--suggest-capacities" else "changes"
     if format not in ("text", "json"):
-        raise click.UsageError(f"{what} are not findings: there is no --format {format} of them")
+        raise click.UsageError(f"{what} are not findings: they cannot be printed with --format {format}")
     if "--scheduler" in others:
-        raise click.UsageError(f"--scheduler does not go with {options[0]}")
+        raise click.UsageError(f"--scheduler cannot be combined with {options[0]}")
     if others:
-        raise click.UsageError(f"{what} are not findings: {others[0]} does not go with {options[0]}")
+        raise click.UsageError(f"{what} are not findings: {others[0]} cannot be combined with {options[0]}")
 
 
 def _refuse_with_time(options: Mapping[str, object]) -> None:
     """Refuse what does not go with times."""
     for option, value in options.items():
         if value:
-            raise click.UsageError(f"--time does not go with {option}")
+            raise click.UsageError(f"--time cannot be combined with {option}")
 
 
 def _refuse_with_source(output: Path | None, certificate: Path | None) -> None:
     """Refuse files that name a model file, where there is none."""
     if certificate is not None or (output is not None and output.suffix.lower() != ".html"):
         option = "-o" if certificate is None else "--certificate"
-        hint = "write the model by 'dineros import --source', and check that"
+        hint = "import the model with 'dineros import --source', then check it"
         raise click.UsageError(f"with --source, {option} writes a report (.html) only: {hint}")
 
 

@@ -38,8 +38,10 @@ if TYPE_CHECKING:
 @model_argument()
 @click.option("--enabled", metavar="TRANSITION", help="Find a marking that enables a transition.")
 @click.option("--marking", metavar="EXPR", help="Find a marking with a property, such as 'Shown >= 2'.")
-@search_order_option("Breadth first finds a shortest way, depth first often a long one sooner.")
-@time_option("Ask about the net with its firing intervals; the way has a schedule.")
+@search_order_option(
+    "Breadth first finds a shortest firing sequence; depth first often finds a long one sooner."
+)
+@time_option("Take firing intervals into account; the firing sequence has a schedule.")
 @click.option("--quickest", is_flag=True, help="With --time: the firing sequence that takes the least time.")
 @question_options
 def find(enabled: str | None, marking: str | None, order: Order, quickest: bool, **options: Any) -> int:
@@ -56,9 +58,9 @@ def find(enabled: str | None, marking: str | None, order: Order, quickest: bool,
         raise click.UsageError("give either --enabled or --marking")
     asking, run = Asking(**options), search()
     if quickest and not asking.timed:
-        raise click.UsageError("--quickest goes with --time")
+        raise click.UsageError("--quickest requires --time")
     if quickest and (asking.certificate is not None or asking.confirm):
-        raise click.UsageError("--quickest goes without --certificate and --confirm")
+        raise click.UsageError("--quickest cannot be combined with --certificate or --confirm")
     asking.refuse_tina_on_workers()
     goal = f"enabled({enabled})" if enabled is not None else str(marking)
     first: dict[str, object] = {}

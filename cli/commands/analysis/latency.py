@@ -38,8 +38,12 @@ if TYPE_CHECKING:
 @model_argument()
 @click.option("--from", "first", metavar="X", help="Callback or topic at which data begins.")
 @click.option("--to", "last", metavar="Y", help="Callback or topic at which it ends.")
-@click.option("--bounds", is_flag=True, help="Give safe bounds instead of exact times: quick at any size.")
-@click.option("--depths", is_flag=True, help="Find the least depth of each reader that loses nothing.")
+@click.option(
+    "--bounds", is_flag=True, help="Give safe bounds instead of exact times; fast for models of any size."
+)
+@click.option(
+    "--depths", is_flag=True, help="Find the smallest depth at which each subscription loses no message."
+)
 @output_option("Write a page (.html); or, with --from and --to, the run that takes longest (.jsonl).")
 @settings_option
 @json_option
@@ -70,12 +74,12 @@ def latency(
     names it. The exit status is 3 if a bound is open.
     """
     if (first is None) != (last is None):
-        raise click.UsageError("--from and --to go together")
+        raise click.UsageError("--from and --to must be given together")
     is_page = output is not None and output.suffix.lower() == ".html"
     if output is not None and not is_page and (first is None or bounds):
         raise click.UsageError("-o writes a run with --from and --to and without --bounds, or a page (.html)")
     if depths and (first is not None or bounds or output is not None):
-        raise click.UsageError("--depths goes with none of --from, --to, --bounds and -o")
+        raise click.UsageError("--depths cannot be combined with --from, --to, --bounds or -o")
     start_quickly()
     from dineros.analysis.bounds.answers import Bounds
     from dineros.analysis.bounds.combining import known_everything, known_latency
@@ -87,7 +91,7 @@ def latency(
 
     net = load_valid(model, settings)
     if not isinstance(net, sym.SystemModel):
-        raise DinerosError("latencies are those of a system model", location=Location(model))
+        raise DinerosError("latencies are defined for system models only", location=Location(model))
     run = search()
     saying = _Saying(model, f"{first} to {last}", as_json)
     run.draft(saying.nothing)
@@ -105,7 +109,7 @@ def latency(
         safe = Bounds(net)
         found = bound = safe.everything() if ends is None else safe.between(*ends)
         if guarded(net):
-            reason = "it does not follow guards yet"
+            reason = "the analysis of latencies does not support guards yet"
         elif not bounds:
             run.draft(partial(saying.all, bound))
             run.stage("measuring times")
@@ -144,7 +148,7 @@ def latency(
             everything, safe, net, output, model, settings, chains, worst, _notes(found, reason)
         )
     elif worst is None:
-        warn(f"{output} is not written: no run is known")
+        warn(f"{output} is not written: no run was found")
         return status
     else:
         write_witness(worst[1], output, model, settings, saying.chain, "holds")
@@ -187,7 +191,7 @@ def _notes(found: Everything | Latency, reason: str) -> list[str]:
 
     notes = [f"the search for exact times has not ended: {reason}"] if reason else []
     if not found.is_exact:
-        notes.append(f"some bounds are safe, and need not be reached; they assume that {ASSUMES}")
+        notes.append(f"some bounds are safe bounds that may never be reached; they assume that {ASSUMES}")
     return notes
 
 
@@ -234,7 +238,7 @@ class _Saying:
             if ended:
                 say(f"note: the search for exact times has not ended: {ended}")
             if not is_exact:
-                say(f"note: these bounds are safe, and need not be reached; they assume that {ASSUMES}")
+                say(f"note: these are safe bounds that may never be reached; they assume that {ASSUMES}")
         return UNKNOWN if any(each.reason for each in times) else HOLDS
 
     def depths(self, found: Mapping[str, Depth]) -> int:
@@ -251,7 +255,7 @@ class _Saying:
         """Return what is known of the chain, a line each."""
         lost = {True: ", an instance can be lost", False: "", None: ""}
         if found.greatest is not None:
-            lost[None] = ", whether an instance can be lost is not known"
+            lost[None] = "; it is unknown whether an instance can be lost"
         lines = [f"{self.chain}: {span(found)}{lost[found.is_lost]}"]
         longest = [("reaction time", found.reaction), ("data age", found.age)]
         words = [f"{name} up to {float(each.value):g} s" for name, each in longest if each is not None]

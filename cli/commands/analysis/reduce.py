@@ -48,7 +48,7 @@ PROPERTIES = (
     "dineros reduce camera.net --time --keep queue -o small.net",
 )
 @model_argument()
-@output_option("The reduced net; its suffix tells the format: .net, .pnml, .xmi.", required=True)
+@output_option("The reduced net; its suffix selects the format: .net, .pnml, .xmi.", required=True)
 @click.option(
     "--preserve",
     "preserve",
@@ -59,7 +59,7 @@ PROPERTIES = (
     help="What the smaller net must preserve; repeatable.",
 )
 @click.option("--keep", multiple=True, metavar="ELEMENT", help="A place or transition to keep; repeatable.")
-@time_option("Keep all times: remove only what never decides anything at any time.")
+@time_option("Keep all times: remove only parts that never affect the behaviour.")
 @variant_options
 @settings_option
 @json_option
@@ -95,7 +95,9 @@ def reduce(
     run.draft(not_written)
     if timed:
         if click.get_current_context().get_parameter_source("preserve") is not ParameterSource.DEFAULT:
-            raise click.UsageError("--time goes without --preserve: all runs and times are preserved")
+            raise click.UsageError(
+                "--time cannot be combined with --preserve: all runs and times are preserved"
+            )
         timed_subject = load_timed_subject(model, settings, signals, overflow)
         return _reduce_timed(timed_subject, model, output, keep, as_json)
     subject = load_subject(model, settings, signals, overflow)
@@ -185,7 +187,7 @@ def _say_rules(rules: Sequence[str]) -> None:
 
 def _say_sizes(model: Path, output: Path, net: CompiledNet, small: CompiledNet, reason: str) -> None:
     if reason:
-        say(f"unknown: whether more can be left out: {reason}", "magenta")
+        say(f"unknown whether the net can be reduced further: {reason}", "magenta")
     summarise(
         f"{model} -> {output}: {len(net.places)} -> {len(small.places)} places, "
         f"{len(net.transitions)} -> {len(small.transitions)} transitions"

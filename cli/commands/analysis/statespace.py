@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 @click.option(
     "--reduce",
     is_flag=True,
-    help="Count on a reduced net; figures that the reduction does not preserve are left out.",
+    help="Count on a reduced net; counts that the reduction does not preserve are omitted.",
 )
 @click.option(
     "--engine",
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     help="With --time: linear classes by equality (W, the default) or inclusion (M), strong classes by "
     "equality (S, the default with priorities) or inclusion (E), atomic classes (A).",
 )
-@search_order_option("How the explicit engine goes; counts are the same.")
+@search_order_option("The search order of the explicit engine; the counts do not depend on it.")
 @confirm_option
 @cache_option
 @settings_option
@@ -85,17 +85,21 @@ def statespace(
     takes tokens, such as counters and logs, the state space of the net without them is counted.
     """
     if order == "depth-first" and engine != "explicit":
-        raise click.UsageError("--search depth-first goes with --engine explicit")
+        raise click.UsageError("--search depth-first requires --engine explicit")
     if timed:
         start_quickly()
         if reduce or engine not in ("auto", "classes", "integer", "tina"):
-            raise click.UsageError("--time goes with --engine classes, integer or tina, and without --reduce")
+            raise click.UsageError(
+                "--time requires --engine classes, integer or tina, and cannot be combined with --reduce"
+            )
         if engine == "integer" and construction is not None:
-            raise click.UsageError("--engine integer builds no state classes, so it goes without --classes")
+            raise click.UsageError(
+                "--engine integer builds no state classes, so it cannot be combined with --classes"
+            )
         asked_of = TimedCount(model, settings, signals, overflow, construction, engine, confirm, as_json)
         return count_with_time(asked_of)
     if engine in ("classes", "integer") or construction is not None:
-        raise click.UsageError("--classes and --engine classes or integer go with --time")
+        raise click.UsageError("--classes and --engine classes or integer require --time")
     start_quickly()
     orders = orders_beside(model, no_cache)
     from dineros.analysis.questions.reduced_space import reduced_state_space

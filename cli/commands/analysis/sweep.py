@@ -88,7 +88,7 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     help="Explicit search, or decision diagrams.",
 )
 @output_option(
-    "The table to write (.csv, .parquet); or figures (.svg, .png, .pdf) with the table beside, as .csv.",
+    "The table to write (.csv, .parquet); or figures (.svg, .png, .pdf) with the table as .csv.",
     required=True,
 )
 @click.option(
@@ -96,7 +96,7 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     type=click.IntRange(1),
     metavar="N",
     show_default="one for each processor",
-    help="Points at a time.",
+    help="Number of points that are counted in parallel.",
 )
 @click.option(
     "--scheduler",
@@ -136,7 +136,7 @@ def sweep(
     from dineros.analysis.sweeps import Axis, Grid
 
     if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers is for this machine; a scheduler has its own")
+        raise click.UsageError("--workers counts processes of this machine; a scheduler has its own workers")
     axes = tuple(Axis.parse(text) for text in vary)
     net = load_valid(model, settings)
     table, figures = table_and_figures(output)
@@ -159,5 +159,5 @@ def _variants(
     if isinstance(net, sym.SystemModel):
         return signals or ("input-enabled",), overflow or ("weighted",)
     if signals or overflow:
-        raise click.UsageError("--signals and --overflow are for system models; this is a plain net")
+        raise click.UsageError("--signals and --overflow require a system model; this is a plain net")
     return (None,), (None,)

@@ -58,7 +58,7 @@ from dineros.metamodel.errors import DinerosError
     help="Write the questions as a property file of the contest, instead of answering them.",
 )
 @cache_option
-@time_option("Ask about the runs of the net with its firing intervals.")
+@time_option("Decide for the runs of the net with its firing intervals.")
 @question_options
 def verify(
     property_name: str | None,
@@ -90,7 +90,7 @@ def verify(
     if property_name is not None:
         if any(other not in (None, ()) for other in (ltl, ctl, weak, strong, properties, written)):
             alone = "--ltl, --ctl, --fair, --properties and --write-properties"
-            raise click.UsageError(f"a property of the model goes with none of {alone}")
+            raise click.UsageError(f"a property of the model cannot be combined with {alone}")
         return verify_stored(asking, property_name, orders)
     if written is not None and not properties and ltl is None and ctl is None:
         return write_stored(asking.model, asking.settings, asking.overflow, written)
@@ -98,7 +98,7 @@ def verify(
         others = (ltl, ctl, weak, strong, asking.output)
         if asking.engine == "tina" or any(other not in (None, ()) for other in others):
             alone = "--ltl, --ctl, --fair, --engine tina and -o"
-            raise click.UsageError(f"--properties goes with none of {alone}")
+            raise click.UsageError(f"--properties cannot be combined with {alone}")
         return answer_properties(asking, properties, written)
     asking.refuse_tina_on_workers()
     if (ltl is None) == (ctl is None):
@@ -106,10 +106,10 @@ def verify(
     if ltl is not None:
         return verify_formula(asking, "ltl", ltl, written, weak=weak, strong=strong)
     if weak or strong:
-        raise click.UsageError("fairness goes with --ltl")
+        raise click.UsageError("--fair requires --ltl")
     if asking.engine == "tina":
         raise DinerosError(
-            "--ctl cannot go with --engine tina: its program selt verifies LTL only",
-            hint="leave out --engine, or say it in LTL",
+            "--ctl cannot be combined with --engine tina: its program selt verifies LTL only",
+            hint="omit --engine, or write the formula in LTL",
         )
     return verify_formula(asking, "ctl", str(ctl), written, orders=orders)

@@ -31,7 +31,7 @@ from dineros.cli.supervising import search_command
 @click.argument("traces", type=ModelPath(), metavar="TRACE...", nargs=-1)
 @output_option(
     "Write the merged run, with the steps inside of channels, as a trace of the flattened net; with "
-    "`--bag` a run that shows the last messages before the first that no run shows."
+    "`--bag` a run of the model up to the last message that it can explain."
 )
 @click.option(
     "--orders",
@@ -39,14 +39,14 @@ from dineros.cli.supervising import search_command
     default=50,
     show_default=True,
     metavar="N",
-    help="How many orders are tried if losses or messages without ids allow several.",
+    help="The number of orders to try if losses or messages without ids allow several.",
 )
 @click.option(
     "--invariant",
     "invariants",
     multiple=True,
     metavar="EXPR",
-    help="A condition that must hold all the time, such as 'PickRun + PlaceRun <= 1'; repeatable.",
+    help="A condition that must always hold, such as 'PickRun + PlaceRun <= 1'; repeatable.",
 )
 @click.option(
     "--allowance",
@@ -54,13 +54,14 @@ from dineros.cli.supervising import search_command
     default=0.005,
     show_default=True,
     metavar="S",
-    help="Seconds by which a time of the run may pass a declared one: clocks differ, machines are busy.",
+    help="Seconds by which a recorded time may exceed the declared one, because clocks differ and machines "
+    "are busy.",
 )
 @click.option(
     "--bag",
     type=ModelPath(),
     metavar="RECORDING",
-    help="Explain a recording of rosbag2 instead of traces, by a run that shows its messages.",
+    help="Check a recording of rosbag2 instead of traces: find a run of the model with the same messages.",
 )
 @recording_options("With `--bag`: ")
 @middleware_option
@@ -104,9 +105,11 @@ def conform(
     format = "json" if as_json else format
     if bag is not None:
         if traces or invariants:
-            raise click.UsageError("--bag stands for the traces: give no TRACE and no --invariant")
+            raise click.UsageError(
+                "--bag replaces the traces: it cannot be combined with TRACE or --invariant"
+            )
         if format not in ("text", "json"):
-            raise click.UsageError(f"there is no --format {format} of a recording")
+            raise click.UsageError(f"--format {format} is not available for a recording")
         return explain_bag(model, bag, tolerance, midway, output, settings, format == "json")
     if not traces:
         raise click.UsageError("give a TRACE, or a recording by --bag")

@@ -44,16 +44,28 @@ FOUND = 1
     "--templates",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Your own templates, which override the built-in ones file by file; must be named each time.",
+    help="Your own templates, which override the built-in ones file by file; give this option each time.",
 )
 @click.option("--default-templates", is_flag=True, help="Return to the built-in templates.")
-@click.option("--lifecycle/--plain", default=None, help="Lifecycle nodes or plain nodes; remembered.")
-@click.option("--systemd/--no-systemd", default=None, help="A unit that runs the nodes; remembered.")
 @click.option(
-    "--container/--no-container", default=None, help="A Containerfile for podman or docker; remembered."
+    "--lifecycle/--plain", default=None, help="Lifecycle nodes or plain nodes; stored in the workspace."
 )
-@click.option("--maintainer", metavar="'NAME <ADDRESS>'", help="Maintainer of the packages; remembered.")
-@click.option("--license", "licence", metavar="NAME", help="Licence of the packages; remembered.")
+@click.option(
+    "--systemd/--no-systemd",
+    default=None,
+    help="A systemd unit that runs the nodes; stored in the workspace.",
+)
+@click.option(
+    "--container/--no-container",
+    default=None,
+    help="A Containerfile for podman or docker; stored in the workspace.",
+)
+@click.option(
+    "--maintainer", metavar="'NAME <ADDRESS>'", help="Maintainer of the packages; stored in the workspace."
+)
+@click.option(
+    "--license", "licence", metavar="NAME", help="Licence of the packages; stored in the workspace."
+)
 @click.option(
     "--tests",
     type=click.Path(path_type=Path),

@@ -26,7 +26,7 @@ from dineros.cli.options import (
 @model_argument()
 @click.option("--local", is_flag=True, help="Run all nodes in this process, on threads, without ROS.")
 @click.option(
-    "--simulate", is_flag=True, help="As --local, in simulated time: the same seed gives the same run."
+    "--simulate", is_flag=True, help="Like --local, in simulated time: the same seed gives the same run."
 )
 @click.option(
     "--times",
@@ -38,7 +38,7 @@ from dineros.cli.options import (
     "--report",
     type=click.Path(path_type=Path),
     metavar="PAGE.html",
-    help="With --times: write a page with histograms, and the beginning of the run on the axis of time.",
+    help="With --times: write a page with histograms and a timeline of the first part of the run.",
 )
 @click.option(
     "--speed",
@@ -54,12 +54,12 @@ from dineros.cli.options import (
     metavar="FILE.py",
     help="The handlers; by default handlers.py in the model's folder, if it exists.",
 )
-@click.option("--until", metavar="EXPR", help="End when this condition holds, such as 'Shown >= 4'.")
+@click.option("--until", metavar="EXPR", help="Stop when this condition holds, such as 'Shown >= 4'.")
 @click.option(
     "--trace", type=click.Path(path_type=Path), metavar="DIR", help="Write the nodes' traces to this folder."
 )
 @click.option(
-    "--timeout", type=click.FloatRange(min=0), metavar="S", help="End after this number of seconds."
+    "--timeout", type=click.FloatRange(min=0), metavar="S", help="Stop after this number of seconds."
 )
 @click.option(
     "--watchdog",
@@ -89,13 +89,13 @@ from dineros.cli.options import (
 @click.option(
     "--restarts", type=click.IntRange(0), default=5, show_default=True, help="Restarts per minute and node."
 )
-@reach_options("How far ROS messages go.")
+@reach_options("Which computers ROS messages can reach.")
 @click.option(
     "--stale-after",
     multiple=True,
     metavar="SIGNAL=SECONDS[:THEN]",
-    help="Notice when this signal has not been set for so long; then keep its value (keep), stop its "
-    "node (stop), or give it a value (true, false). Repeatable.",
+    help="Seconds after which this signal is stale if it was not set; then keep its value (keep), stop its "
+    "node (stop), or set it to a value (true, false). Repeatable.",
 )
 @middleware_option
 @settings_option
@@ -146,9 +146,9 @@ def run(
             "--resume needs the traces to continue from", hint="name their folder with --trace"
         )
     if programs and (local or simulate):
-        raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
+        raise DinerosError("--with needs ROS", hint="define simulate(application) in handlers.py instead")
     if speed is not None and not simulate:
-        raise DinerosError("--speed needs --simulate", hint="elsewhere, time is that of the machine")
+        raise DinerosError("--speed needs --simulate", hint="only this option runs in simulated time")
     if times:
         return _simulate_times(model, settings, simulate, timeout, seed, report, as_json)
     if report is not None:
@@ -160,7 +160,7 @@ def run(
     application = application_of(model, settings, handler_file, stale_after)
     if only or without:
         if monitor:
-            raise DinerosError("--monitor needs all nodes", hint="leave --only and --without out")
+            raise DinerosError("--monitor needs all nodes", hint="omit --only and --without")
         application = some_of(application, only, without)
     say_what_is_by_hand(application.models, model)
     if is_on_ros:
@@ -200,10 +200,10 @@ def _simulate_times(
     default = click.core.ParameterSource.DEFAULT
     given = [name for name in context.params if context.get_parameter_source(name) != default]
     if not is_simulated:
-        raise DinerosError("--times needs --simulate", hint="elsewhere, times are those of the machine")
+        raise DinerosError("--times needs --simulate", hint="only simulation draws times from the model")
     for name in given:
         if name not in known and context.params[name] is not None and name in context.params:
-            raise DinerosError(f"--times does not go with --{name.replace('_', '-')}")
+            raise DinerosError(f"--times cannot be combined with --{name.replace('_', '-')}")
     if report is not None:
         refuse_output(report, (".html",))
     return simulate_times_of(model, settings, timeout, seed, report, as_json)

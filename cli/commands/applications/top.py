@@ -12,15 +12,15 @@ from dineros.cli.options import command, json_option, reach_options
     "dineros top --domain 7 --reach network",
     "dineros top --once --seconds 3 --json",
 )
-@reach_options("How far ROS messages go, as for the nodes.")
-@click.option("--once", is_flag=True, help="Listen for --seconds, show the result, and end.")
+@reach_options("Which computers ROS messages can reach, as set for the nodes.")
+@click.option("--once", is_flag=True, help="Listen for --seconds, print the result once, and exit.")
 @click.option(
     "--seconds",
     type=click.FloatRange(0.1, 3600),
     default=3.0,
     show_default=True,
     metavar="S",
-    help="How long to listen with --once.",
+    help="With --once: the number of seconds to listen.",
 )
 @json_option
 def top(domain: int | None, reach: str, once: bool, seconds: float, as_json: bool) -> int:
@@ -34,6 +34,6 @@ def top(domain: int | None, reach: str, once: bool, seconds: float, as_json: boo
     from dineros.metamodel.errors import DinerosError
 
     if as_json and not once:
-        raise DinerosError("--json needs --once", hint="one object is printed, and then the command ends")
+        raise DinerosError("--json needs --once", hint="--json prints one object and exits")
     chosen = domain_of(domain)
     return show_once(chosen, reach, seconds, as_json) if once else show_live(chosen, reach)  # type: ignore[arg-type]

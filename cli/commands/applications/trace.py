@@ -118,11 +118,11 @@ def _refuse(output: Path, suffix: str, compare: Path | None, **drawing: Any) -> 
 
     refuse_output(output, (*_PICTURES, *EXPORTS), "of traces")
     if suffix not in _PICTURES and compare is not None:
-        raise click.UsageError("--compare goes with .html, .svg and .png")
+        raise click.UsageError("--compare requires .html, .svg or .png")
     given = [name for name, value in drawing.items() if value not in (False, "", "light")]
     if given and suffix not in (".svg", ".png"):
         option = {"words": "filter"}.get(given[0], given[0])
-        raise click.UsageError(f"--{option} goes with .svg and .png; a page has buttons for it")
+        raise click.UsageError(f"--{option} requires .svg or .png; a page has buttons for it")
 
 
 def _list(builder: TraceBuilder) -> None:

@@ -37,7 +37,7 @@ def edit(model: Path, port: int, no_browser: bool) -> int:
         handle = serve_editor(document, port, own_program())
         try:
             if document.recovered:
-                say(f"{counted(document.recovered, 'change')} that were not saved came out of the journal")
+                say(f"{counted(document.recovered, 'unsaved change')} restored from the journal")
             say(f"editing {model}: {handle.url}")
             if not no_browser:
                 import webbrowser
@@ -51,7 +51,7 @@ def edit(model: Path, port: int, no_browser: bool) -> int:
         is_kept = not document.is_saved and document.undo_label is not None
     finally:
         document.close()
-    summarise(f"{model}: not saved; the journal keeps what was done" if is_kept else f"{model}: saved")
+    summarise(f"{model}: not saved; the journal keeps the changes" if is_kept else f"{model}: saved")
     return 0
 
 

@@ -41,10 +41,14 @@ if TYPE_CHECKING:
     help="Show what MODEL adds, removes and changes compared with OTHER.",
 )
 @click.option(
-    "--around", multiple=True, metavar="ELEMENT", help="Show only what is near this element; repeatable."
+    "--around", multiple=True, metavar="ELEMENT", help="Show only the elements near this one; repeatable."
 )
 @click.option(
-    "--steps", type=click.IntRange(min=0), default=2, show_default=True, help="How near, for --around."
+    "--steps",
+    type=click.IntRange(min=0),
+    default=2,
+    show_default=True,
+    help="With --around: the largest distance, in arcs.",
 )
 @click.option(
     "--collapse",
@@ -105,9 +109,9 @@ def view(
         refuse_output(output, PICTURES)
     ratio = _ratio(aspect)
     if width is None and ratio is not None:
-        raise click.UsageError("--aspect goes with --width")
+        raise click.UsageError("--aspect requires --width")
     if width is not None and (output is None or output.suffix.lower() not in (".svg", ".png")):
-        raise click.UsageError("--width goes with -o and .svg or .png")
+        raise click.UsageError("--width requires -o with .svg or .png")
     put = dict(_badge(text) for text in badges)
     with working("Drawing"):
         on_page = output is None or output.suffix.lower() == ".html"

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     "--interfaces",
     multiple=True,
     metavar="PACKAGE",
-    help="Instead: the messages of an installed package, as token types; repeatable.",
+    help="Import only the messages of an installed package, as token types; repeatable.",
 )
 @click.option(
     "--given",
@@ -84,7 +84,7 @@ def import_(
     refuse_output(output, (".xmi", ".pnml"))
     if interfaces:
         if graph or bag is not None:
-            raise click.UsageError("--interfaces goes neither with --graph nor with --bag")
+            raise click.UsageError("--interfaces cannot be combined with --graph or --bag")
         return _interfaces(interfaces, output, as_json)
     code = Code(folders, facts, launch, idioms, arguments, no_cache)
     from dineros.metamodel.files import save
@@ -102,7 +102,7 @@ def import_(
     if folders:
         code.refuse_beside(bag, graph=False)
         if domain is not None and not graph:
-            raise click.UsageError("--domain goes with --graph")
+            raise click.UsageError("--domain requires --graph")
         read, found = code.read()
         if graph:
             source = Source(graph, bag, domain, namespaces, without, seconds)

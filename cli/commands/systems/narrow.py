@@ -117,7 +117,7 @@ def narrow(
     """
     is_accepting = threshold is not None or bool(accept)
     if is_accepting != (output is not None):
-        raise click.UsageError("what --threshold or --accept takes is written to -o: give both, or neither")
+        raise click.UsageError("--threshold and --accept require -o, and -o requires one of them")
     if output is not None:
         refuse_output(output, (".xmi", ".pnml"))
         if traces is None:
@@ -128,7 +128,7 @@ def narrow(
         )
     if bag is None and tracing is None and traces is None:
         raise click.UsageError(
-            "say what was seen: --bag RECORDING, --tracing TRACE, or both; or --run TRACES"
+            "name the observations: --bag RECORDING, --tracing TRACE, or both; or --run TRACES"
         )
     from dineros.observation.measuring.proposing import TimeProposal
     from dineros.observation.narrowing import Proposal, narrowed

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Witness
     from dineros.metamodel import sym
 
-OVERFLOWS = {True: ", can overflow", False: "", None: ", whether it can overflow is not known"}
-TICKS = {True: "can lose ticks", False: "loses no tick", None: "whether it loses ticks is not known"}
+OVERFLOWS = {True: ", can overflow", False: "", None: "; it is unknown whether it can overflow"}
+TICKS = {True: "can lose ticks", False: "loses no tick", None: "it is unknown whether it loses ticks"}
 
 
 def write_latency_page(
@@ -116,7 +116,7 @@ def lines_of_depths(found: Mapping[str, Depth]) -> list[str]:
     lines = []
     for name, each in found.items():
         if each.least is None:
-            lines.append(f"reader {name}: no depth is known that loses nothing: {each.reason}")
+            lines.append(f"reader {name}: no sufficient depth is known: {each.reason}")
         else:
             enough = "" if each.least <= each.depth else ", loses messages"
             lines.append(f"reader {name}: least depth {each.least}; it has {each.depth}{enough}")

@@ -48,7 +48,7 @@ def simulate_times_of(
         say_json(_report(model, found, seed))
         return 0
     for each in found.missing:
-        warn(f"{model}: {each}: a time is drawn that the model does not say")
+        warn(f"{model}: {each}: a time is drawn that the model does not give")
     for times in found.responses:
         say(f"callback {times.first} responds: {_summary(times)}")
     for times in found.chains:

@@ -53,7 +53,7 @@ class GroupsOfNode:
             said = str(entity.details.get("group", "default"))
             if is_open(said):
                 self._taken.add(
-                    f"{self._at(entity.at)}: the callback group is {said}; that of the node is taken"
+                    f"{self._at(entity.at)}: the callback group is {said}; that of the node is assumed"
                 )
             return self._default or None
         if entity.group not in self._names:
@@ -89,6 +89,6 @@ class GroupsOfNode:
         kind = str(group.details.get("kind", ""))
         if is_open(kind):
             self._taken.add(
-                f"{self._at(group.at)}: the kind of the callback group is {kind}; exclusive is taken"
+                f"{self._at(group.at)}: the kind of the callback group is {kind}; exclusive is assumed"
             )
         return "reentrant" if kind.startswith("reentrant") else "exclusive"

@@ -90,7 +90,9 @@ def _join(
     asked = [port.name for name in names for port in (*nodes[name].clients, *nodes[name].action_clients)]
     heard = _heard(names, nodes)
     if len(asked) != len(set(asked)) or (heard is not None and _waits(names, given)):
-        taken.lack(f"nodes {', '.join(names)} share an executor; they are taken for nodes with one each")
+        taken.lack(
+            f"nodes {', '.join(names)} share an executor; they are treated as nodes with an executor each"
+        )
         given.update({name: replace(given[name], order=None) for name in names})
         return
     first = names[0]
@@ -158,4 +160,4 @@ def _join(
     nodes[first] = replace(nodes[first], **ports)
     for name in names[1:]:
         del nodes[name], given[name]
-    taken.add(f"nodes {', '.join(names)} share an executor: one node net, {first}, stands for them")
+    taken.add(f"nodes {', '.join(names)} share an executor: one node net, {first}, represents them")

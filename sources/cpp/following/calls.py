@@ -253,7 +253,7 @@ class Calls(Routines):
         self.fact.is_open = True
         place, name = self.place(call.node, call.frame), call.path
         self.unread.append(
-            f"{place}: {name} gets the node; its code is not in the folder, so its ports are not known"
+            f"{place}: {name} receives the node, but its code is not in the folder, so its ports are unknown"
         )
 
     def forget(self, call: Call) -> None:

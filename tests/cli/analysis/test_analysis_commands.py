@@ -105,7 +105,7 @@ class TestStatespace:
         at = found.index("  forever:")
         assert found[at + 1 : at + 4] == [
             "    1  t",
-            "the rest, without what nothing takes from (b):",
+            "without places that no transition takes from (b):",
             "  states                1",
         ]
         assert "states" not in "".join(found[:at])
@@ -123,7 +123,7 @@ class TestStatespace:
         assert [[report[key] for key in KEYS[4:13]] for report in reports[:1]] == [
             [report[key] for key in KEYS[4:13]] for report in reports[1:]
         ]
-        assert is_one_line_of_wrong_use(run("statespace", net, *orders[1]), "goes with --engine explicit")
+        assert is_one_line_of_wrong_use(run("statespace", net, *orders[1]), "requires --engine explicit")
 
     @uses("ends")
     def test_without_tina_it_says_so(self, run: Run, net: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -71,8 +71,7 @@ def test_the_smallest_change(run: Run, path: Path) -> None:
     assert result.stdout.splitlines()[1:] == [
         f"change: client monitor of service level in a callback group of its own: {own}",
         f"change: 2 threads for node net monitor: {threads}",
-        "proved: no callback waits forever, and no queue overflows that did not before; "
-        "no smaller change is enough",
+        "proved: no callback waits forever, and no further queue overflows; no smaller change suffices",
         f"{path}: 2 changes, 4 models checked",
     ]
     report = json.loads(run("check", path, "--suggest-callback-groups", "--json").stdout)
@@ -90,9 +89,9 @@ def test_the_smallest_change(run: Run, path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--format", "sarif"], "changes are not findings: there is no --format sarif"),
-        (["-o", "out.html"], "-o does not go with --suggest-callback-groups"),
-        (["--suggest-capacities"], "--suggest-capacities does not go with --suggest-callback-groups"),
+        (["--format", "sarif"], "changes are not findings: they cannot be printed with --format sarif"),
+        (["-o", "out.html"], "-o cannot be combined with --suggest-callback-groups"),
+        (["--suggest-capacities"], "--suggest-capacities cannot be combined with --suggest-callback-groups"),
     ],
 )
 def test_changes_that_cannot_be_asked_for(run: Run, path: Path, options: list[str], text: str) -> None:

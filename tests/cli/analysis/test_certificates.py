@@ -61,10 +61,10 @@ def test_what_rests_on_markings_or_a_run_has_no_certificate(run: Run, net: Path,
     file = tmp_path / "none.json"
     found = run("find", net, "--enabled", "stop", "--certificate", file)
     assert (found.exit_code, file.exists()) == (0, False)
-    assert f"{file} is not written: the answer rests on a run" in found.stderr
+    assert f"{file} is not written: the answer depends on a run" in found.stderr
     held = run("verify", net, "--ctl", "AG EF (idle >= 1)", "--certificate", file)
     assert (held.exit_code, file.exists()) == (0, False)
-    assert f"{file} is not written: the answer rests on all markings" in held.stderr
+    assert f"{file} is not written: the answer depends on all markings" in held.stderr
 
 
 @uses("cycle")

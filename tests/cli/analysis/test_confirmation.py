@@ -59,4 +59,4 @@ def test_the_commands_say_loudly_who_disagrees(
 @uses("ends")
 def test_what_rests_on_a_run_needs_no_confirmation(run: Run, net: Path) -> None:
     result = run("find", net, "--enabled", "t", "--confirm", "-v")
-    assert result.exit_code == 0 and "does not rest on all markings" in result.stderr
+    assert result.exit_code == 0 and "does not depend on all markings" in result.stderr

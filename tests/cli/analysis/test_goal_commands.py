@@ -174,7 +174,7 @@ class TestVerify:
             "    1  t",
             "    2  t",
             "    3  t",
-            "  then nothing is enabled any more",
+            "  then no transition is enabled",
         ]
 
     @pytest.mark.parametrize("option", ["--fair", "--strongly-fair"])
@@ -246,7 +246,7 @@ class TestVerify:
         [
             ([], "give either --ltl or --ctl"),
             (["--ltl", "G a >= 0", "--ctl", "AG a >= 0"], "give either --ltl or --ctl"),
-            (["--ctl", "AG a >= 0", "--fair", "t"], "fairness goes with --ltl"),
+            (["--ctl", "AG a >= 0", "--fair", "t"], "--fair requires --ltl"),
             (["--ltl", "G a >= 0", "--fair", "nix"], "--fair: no transition is named 'nix'"),
             (["--ltl", "G (a >= 0"], "--ltl, column 10: the formula ends too early"),
             (["--ltl", "G a"], "--ltl, column"),

@@ -92,7 +92,7 @@ def test_engines_that_disagree_leave_a_property_unknown(
 @uses("ends")
 def test_wrong_use(run: Run, net: Path, questions: Path, tmp_path: Path) -> None:
     with_formula = run("verify", net, "--properties", questions, "--ctl", "EF deadlock")
-    assert is_one_line_of_wrong_use(with_formula, "--properties goes with none of")
+    assert is_one_line_of_wrong_use(with_formula, "--properties cannot be combined with")
     twice = run("verify", net, "--properties", "Liveness", "--properties", "Liveness")
     assert is_one_line_of_wrong_use(twice, "'Liveness' is asked twice")
     assert is_one_line_of_wrong_use(run("verify", net, "--properties", net), "is not well-formed XML")

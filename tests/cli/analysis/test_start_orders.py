@@ -38,4 +38,4 @@ def test_wrong_use(run: Run, model: Path, tmp_path: Path) -> None:
     said = run("check", tmp_path / "talk.sym.xmi", "--suggest-start-order").stderr
     assert "no node net has a lifecycle" in said
     said = run("check", model, "--suggest-start-order", "--suggest-capacities").stderr
-    assert "--suggest-capacities does not go with --suggest-start-order" in said
+    assert "--suggest-capacities cannot be combined with --suggest-start-order" in said

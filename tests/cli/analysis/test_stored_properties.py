@@ -60,7 +60,7 @@ def test_a_witness_is_written(run: Run, model: Path, tmp_path: Path) -> None:
     [
         (["nothing"], "stores no property 'nothing'"),
         (["property4"], "property property4, column 7: no place is named 'Jamed' (did you mean 'Jammed'?)"),
-        (["no jam", "--engine", "tina", "--ltl", "true"], "goes with none of --ltl"),
+        (["no jam", "--engine", "tina", "--ltl", "true"], "cannot be combined with --ltl"),
     ],
 )
 def test_wrong_use(run: Run, model: Path, arguments: list[str], message: str) -> None:

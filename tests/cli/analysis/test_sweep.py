@@ -105,8 +105,8 @@ def test_figures_overwrite_no_table_of_somebody_else(run: Run, cycle: Path, tmp_
     result = run(*arguments)
     assert result.exit_code == 2
     assert result.stderr == (
-        f"{table}: is there already, and the table of out.svg would overwrite it "
-        "(name the figures otherwise, or move it away)\n"
+        f"{table}: already exists, and the table of out.svg would overwrite it "
+        "(choose another name for the figures, or move the existing file)\n"
     )
     assert table.read_text() == "precious\n"
     table.unlink()

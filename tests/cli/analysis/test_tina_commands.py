@@ -152,7 +152,7 @@ class TestVerify:
     def test_a_run_that_ends_stays_there(self, run: Run, net: Path) -> None:
         result = run("verify", net, "--ltl", "G F fired(t)", *TINA)
         assert result.exit_code == 1
-        assert lines(result)[1:] == ["    1  t", "    2  t", "    3  t", "  then nothing is enabled any more"]
+        assert lines(result)[1:] == ["    1  t", "    2  t", "    3  t", "  then no transition is enabled"]
 
     @uses("ends")
     def test_an_answer_stands_without_a_run(

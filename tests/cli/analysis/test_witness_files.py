@@ -44,4 +44,4 @@ def test_nothing_found_writes_nothing(run: Run, tmp_path: Path) -> None:
 def test_capacities_have_no_trace(run: Run, model: Path, tmp_path: Path) -> None:
     result = run("check", model, "--suggest-capacities", "-o", tmp_path / "trace.jsonl")
     assert result.exit_code == 2
-    assert "-o does not go with --suggest-capacities" in result.stderr
+    assert "-o cannot be combined with --suggest-capacities" in result.stderr

@@ -65,7 +65,7 @@ def test_a_declared_time_that_a_run_breaks(run: Run, tmp_path: Path, format: str
     assert result.exit_code == 1, result.output
     said = f"callback OnImage took {worst * 1e3:.3g} ms at"
     assert said in result.stdout
-    assert f"; at most 20 ms is declared ({count} of {len(known.durations)})" in result.stdout
+    assert f"; declared: at most 20 ms ({count} of {len(known.durations)})" in result.stdout
     if format == "json":
         found = json.loads(result.stdout)
         assert found["status"] == "violated"
@@ -125,13 +125,13 @@ def test_what_midway_cannot_tell_is_said(run: Run, tmp_path: Path, monkeypatch: 
     parts = run("conform", model, "--bag", recording, "--midway")
     assert parts.exit_code == 0
     assert "--midway cannot tell whether the states in which it lets nodes begin fit together" in parts.stderr
-    assert "said before on /scan; so more may conform than the model allows" in parts.stderr
+    assert "sent before on /scan; so it may accept recordings that the model does not allow" in parts.stderr
 
 
 def test_what_was_recorded_and_what_was_not_is_said(run: Run, model: Path, tmp_path: Path) -> None:
     recording = write_bag(tmp_path / "bag", [("/chatter", 0), ("/elsewhere", 1)])
     assert (
-        "what the model does not have is left out: /elsewhere"
+        "ignored because the model does not have it: /elsewhere"
         in run("conform", model, "--bag", recording).stderr
     )
 
@@ -142,7 +142,7 @@ def test_wrong_use_with_recordings(run: Run, model: Path, traces: Path, tmp_path
         ([], "give a TRACE, or a recording by --bag"),
         ([traces, "--bag", recording], "--bag stands for the traces"),
         (["--bag", other], "no topic of the model was recorded"),
-        (["--bag", tmp_path / "missing"], "there is no such recording"),
+        (["--bag", tmp_path / "missing"], "this recording does not exist"),
         (["--bag", tmp_path], "holds no recording"),
     ):
         result = run("conform", model, *arguments)

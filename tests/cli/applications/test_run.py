@@ -218,7 +218,7 @@ def test_handlers_that_cannot_be_used(run: Run, model: Path, handlers: str, said
         (["--with", "echo"], "--with needs ROS"),
         (["--handlers", "nothing.py"], "nothing.py"),
         (["--stale-after", "Buton=1"], "no node has a signal 'Buton' (did you mean 'Button'?)"),
-        (["--stale-after", "Button"], "names no time"),
+        (["--stale-after", "Button"], "gives no time"),
         (["--stale-after", "Button=soon"], "'soon' is not a time in seconds"),
         (["--stale-after", "Button=1:maybe"], "nothing is done with a stale signal by 'maybe'"),
     ],

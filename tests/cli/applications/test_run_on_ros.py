@@ -80,7 +80,7 @@ def test_a_node_that_cannot_start_is_told_of_and_announced(tmp_path: Path) -> No
     log = tmp_path / "traces/talker.log"
     assert lines[3:] == [
         f"talker cannot start, tried 3 times: {error} (its output is in {log})",
-        "node talker never came up",
+        "node talker did not start",
     ]
     assert "a node could not continue; marked: " in done.stdout
     assert "0 firings, 0 drops, 0 errors, 2 restarts" in done.stdout

@@ -41,7 +41,7 @@ def test_only_their_parts_of_the_marking_are_there(
     [
         (["--only", "talkr"], "did you mean 'talker'"),
         (["--without", "nobody"], "there is no node 'nobody'"),
-        (["--without", "talker", "--without", "listener"], "no node is left to run"),
+        (["--without", "talker", "--without", "listener"], "no node remains to be run"),
         (["--only", "talker", "--monitor"], "--monitor needs all nodes"),
         (["--only", "listener", "--until", "Words = 0"], "Words"),
     ],

@@ -175,10 +175,10 @@ def test_overflows_that_durations_decide_are_notes(
     ("arguments", "said"),
     [
         ([], "say what is checked: MODEL, or --source FOLDER"),
-        (["--source", "nowhere"], "there is no such folder of source code"),
+        (["--source", "nowhere"], "this folder of source code does not exist"),
         (["--source", ".", "a"], "'a' is not an ARG:=VALUE of a --launch FILE"),
         (["model.sym.xmi", "a:=b"], "'a:=b' is not an ARG:=VALUE of a --launch FILE"),
-        (["model.sym.xmi", "--given", "a.toml"], "--given goes with"),
+        (["model.sym.xmi", "--given", "a.toml"], "--given requires"),
         (["--source", ".", "-o", "found.jsonl"], "with --source, -o writes a report (.html) only"),
         (["--source", ".", "--certificate", "c.json"], "with --source, --certificate writes a report"),
     ],

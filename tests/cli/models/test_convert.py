@@ -78,7 +78,7 @@ def test_settings_are_not_blamed_for_what_was_wrong_before(run: Run, broken: Pat
         ("out.txt", "known are .xmi, "),
         ("out", "known are .xmi, "),
         ("folder.pnml", "is a directory"),
-        ("no/such/folder/out.pnml", "make the folder first"),
+        ("no/such/folder/out.pnml", "create the folder first"),
     ],
 )
 def test_an_output_that_cannot_be_written(

@@ -101,7 +101,7 @@ def test_what_was_not_saved_is_kept_whatever_ends_it(file: Path, start: Start) -
         assert tab.said[0]["recovered"] == 5
         tab.ask("undo")
     status, said, _ = interrupted(process)
-    assert (status, said) == (0, f"{file}: not saved; the journal keeps what was done")
+    assert (status, said) == (0, f"{file}: not saved; the journal keeps the changes")
     assert journal_of(file).exists() and file.read_bytes() == before
 
 

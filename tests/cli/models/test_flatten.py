@@ -227,7 +227,7 @@ def test_a_doubtful_model_is_flattened(run: Run, doubtful: Path, tmp_path: Path)
         ([], "missing option '-o' or '--explain'"),
         (["-o", "flat.txt"], "flat.txt: '.txt' is not a format of nets"),
         (["-o", "flat"], "flat: has no suffix"),
-        (["-o", "missing/flat.pnm"], "there is no folder 'missing' (make the folder first)"),
+        (["-o", "missing/flat.pnm"], "there is no folder 'missing' (create the folder first)"),
         (["-o", "greeting.sym.xmi"], "greeting.sym.xmi: is the system model itself (name another file)"),
         (["-o", "flat.pnm", "--signals", "never"], "'never' is not one of 'none'"),
         (["--explain", "Sayd"], "has the id 'Sayd' (did you mean 'Say' or 'Said'"),

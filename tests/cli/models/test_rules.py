@@ -57,7 +57,7 @@ def test_a_rule_is_drawn(run: Run, tmp_path: Path) -> None:
         (["T55"], "there is no rule 'T55' (did you mean 'T5b' or 'T5a'?)"),
         (["-o", "t2.svg"], "name the rule to draw"),
         (["T1", "-o", "t1.jpg"], "t1.jpg: '.jpg' is not a format of pictures (known are .svg, .png, .dot)"),
-        (["T1", "-o", "missing/t1.dot"], "make the folder first"),
+        (["T1", "-o", "missing/t1.dot"], "create the folder first"),
         (["--rules", "missing.py"], "missing.py: cannot be read: No such file or directory"),
     ],
 )

@@ -120,7 +120,7 @@ def test_nothing_is_left_when_drawing_fails(
     ("arguments", "part"),
     [
         (["-o", "out.gif"], "known are .svg, .png, .html"),
-        (["-o", "no/folder/out.svg"], "make the folder first"),
+        (["-o", "no/folder/out.svg"], "create the folder first"),
         (["-o", "out.svg", "--around", "Lsten"], "did you mean 'Listen'"),
         (["-o", "out.svg", "--collapse", "listner"], "did you mean 'listener'"),
         (["-o", "out.svg", "--badge", "Listen"], "is not ELEMENT=TEXT"),
@@ -148,7 +148,7 @@ def test_a_model_that_is_too_large_for_the_paper(run: Run, model: Path, tmp_path
     result = run("view", model, "--width", "90", "-o", tmp_path / "figure.svg")
     assert result.exit_code == 0
     assert "is too large for 90 mm" in result.stderr
-    assert "one by one" in result.stderr
+    assert "drawn separately" in result.stderr
     assert (tmp_path / "figure-talker.svg").is_file()
     refused = run("view", model, "--width", "20", "-o", tmp_path / "small.svg")
     assert is_one_line_of_wrong_use(refused, "it needs")

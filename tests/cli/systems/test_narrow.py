@@ -156,7 +156,7 @@ def test_a_response_that_no_client_took_is_a_finding(seen: Path, tmp_path: Path,
         ],
         types={topic: "std_srvs/srv/Trigger_Event"},
     )
-    said = "/where: answered, never taken: 1 response, the first 19 s before the end"
+    said = "/where: answered, never taken: 1 response, the first one 19 s before the end"
     result = run("narrow", seen, "--bag", bag)
     assert (result.exit_code, said in result.stdout.splitlines()) == (1, True)
     result = run("narrow", seen, "--bag", bag, "--threshold", 1, "-o", tmp_path / "narrowed.sym.xmi")
@@ -173,7 +173,7 @@ def test_a_response_that_no_client_took_is_a_finding(seen: Path, tmp_path: Path,
 def test_nothing_to_propose(seen: Path, tmp_path: Path, run: Run) -> None:
     few = write_bag(tmp_path / "few", [("/scan", 0), ("/map", 1)])
     result = run("narrow", seen, "--bag", few)
-    assert (result.exit_code, result.stdout) == (0, f"{few}: nothing to propose\n")
+    assert (result.exit_code, result.stdout) == (0, f"{few}: no proposals\n")
     assert json.loads(run("narrow", seen, "--bag", few, "--json").stdout)["proposals"] == []
     output = tmp_path / "same.sym.xmi"
     assert run("narrow", seen, "--bag", few, "--threshold", "0", "-o", output).exit_code == 0
@@ -193,7 +193,7 @@ def test_bad_recordings_are_one_line_and_nothing_is_half_written(
         write_bag(tmp_path / "silent", [], types=types).name: "holds no message",
         write_bag(tmp_path / "odd", [("/where/_service_event", 1)], types=types).name: "is not an event",
         write_bag(tmp_path / "other", [("/elsewhere", 1)]).name: "no topic of the model was recorded",
-        "missing": "there is no such recording",
+        "missing": "this recording does not exist",
     }
     before = sorted(tmp_path.iterdir())
     for name, message in bad.items():
@@ -212,7 +212,7 @@ def test_bad_recordings_are_one_line_and_nothing_is_half_written(
         (["--accept", "99", "-o", "new.sym.xmi"], "there is no proposal 99"),
         (["--threshold", "2", "-o", "new.sym.xmi"], "2"),
         (["--accept", "1", "-o", "new.svg"], ".xmi"),
-        (["--accept", "1", "-o", "seen.sym.xmi"], "is there already, and people may have written it"),
+        (["--accept", "1", "-o", "seen.sym.xmi"], "already exists and may contain manual edits"),
         (["--within", "0"], "0"),
     ],
 )

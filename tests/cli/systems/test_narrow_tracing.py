@@ -98,7 +98,7 @@ def test_proposals_of_a_trace_alone(seen: Path, trace: Path, run: Run) -> None:
         f"/lidar: timer_100ms ticks every 100 ms, jitter 0 s ({same(19, '100 ms')})",
         f"/mapper: /odom takes 1 µs to 1 µs ({same(20, '1 µs')})",
         f"/mapper: /scan takes 49 ms to 49 ms ({same(20, '49 ms')})",
-        f"{trace}: 60 runs of 3 callbacks; 20 of 50 messages from none of them",
+        f"{trace}: 60 runs of 3 callbacks; 20 of 50 messages outside of them",
     ]
     assert sorted(seen.parent.iterdir()) == before
 
@@ -136,7 +136,7 @@ def test_the_narrowed_model(with_bag: bool, seen: Path, bag: Path, trace: Path, 
     assert nodes["/mapper"].callbacks["/odom"].does == ()
     head = given_beside(output).read_text().splitlines()[0]
     sources = "monday and trace.txt show" if with_bag else "trace.txt shows"
-    assert head == f"# What {sources} of narrowed.sym.xmi, and what was given before."
+    assert head == f"# Facts that {sources} of narrowed.sym.xmi, and the facts given before."
     assert run("conform", output, "--bag", bag).exit_code == 0
     # A map after /odom, and no scan before it.
     odd = write_bag(
@@ -163,10 +163,10 @@ def test_what_the_trace_lacks_is_said(
     result = run("narrow", seen, "--tracing", tmp_path / "folder")
     assert result.exit_code == 0
     assert [line.partition(": ")[2] for line in result.stderr.splitlines()] == [
-        "the tracer had no room for 3 events, which are missing",
-        "1 line left out: no event, or cut off",
-        "does not tell the nodes of 1 run of callbacks and 2 messages: they began before it",
-        "nothing in it is of 2 nodes of the model: /lidar, /wheels",
+        "the tracer's buffer was full: 3 events are missing",
+        "1 line ignored: not an event, or cut off",
+        "unknown nodes of 1 run of callbacks and 2 messages: they started before the trace",
+        "it contains no data of 2 nodes of the model: /lidar, /wheels",
     ]
     assert json.loads(run("narrow", seen, "--tracing", tmp_path / "folder", "--json").stdout)["tracing"] == {
         "nodes": ["/mapper"],
@@ -198,7 +198,7 @@ def test_bad_traces_are_one_line_and_nothing_is_half_written(
         "pipe": "is not a plain file",
         "missing": "cannot be read: No such file",
         "late.txt": "does not tell of any node",
-        "foreign.txt": "nothing in it is of a node of the model (it tells of /robot/mapper)",
+        "foreign.txt": "it contains no data of a node of the model (it contains /robot/mapper)",
         "folder": "babeltrace2, which is not on the PATH",
     }
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -235,7 +235,7 @@ def test_names_in_a_trace_steer_no_terminal(odd: str, seen: Path, tmp_path: Path
     )
     result = run("narrow", seen, "--tracing", trace)
     assert result.exit_code == 2
-    assert "nothing in it is of a node of the model (it tells of /A" in result.stderr
+    assert "it contains no data of a node of the model (it contains /A" in result.stderr
     assert all(each.isprintable() for each in result.output.splitlines())
 
 
@@ -246,7 +246,7 @@ def test_accepted_times_are_intervals_of_the_model(seen: Path, bag: Path, trace:
     listed = [line.split()[0] for line in run(*words).stdout.splitlines() if " takes " in line]
     accept = [word for number in listed for word in ("--accept", number)]
     result = run(*words, *accept, "-o", output)
-    assert "left out, as the model has no such callback" in result.stderr, result.output
+    assert "omitted, because the model has no such callback" in result.stderr, result.output
     pages = [each for each in load(output).eAllContents() if isinstance(each, sym.CallbackPage)]
     times = {str(each.id): each.duration for each in pages if each.duration is not None}
     assert [(each.earliest, each.latest) for each in times.values()] == [(1e-06, 1e-06), (0.048996, 0.048998)]

@@ -108,14 +108,14 @@ def test_stored_bounds(run: Run, robot: Path) -> None:
     )
     assert run("verify", "--time", robot, "Slow").exit_code == 0
     confirmed = run("verify", "--time", "--confirm", robot, "Slow")
-    assert confirmed.exit_code == 0 and "one engine only knows latencies" in confirmed.stderr
+    assert confirmed.exit_code == 0 and "only one engine decides latencies" in confirmed.stderr
     assert run("verify", robot, "Slow").exit_code == 3
     assert run("verify", "--time", robot, "Bad").exit_code == 2
 
 
 ASSUMED = (
-    "note: these bounds are safe, and need not be reached; they assume that each thread of an executor has a "
-    "processor of its own, and nothing outside of the model publishes"
+    "note: these are safe bounds that may never be reached; they assume that each thread of an executor has "
+    "a processor of its own, and nothing outside of the model publishes"
 )
 
 
@@ -125,7 +125,7 @@ def test_bounds(run: Run, robot: Path) -> None:
     assert found.stdout.splitlines() == [
         "callback tick: at least 0 s, at most 0.01 s",
         "callback log: at least 0.02 s, at most 0.15 s",
-        "reader log.heard: at most 2 waiting, whether it can overflow is not known",
+        "reader log.heard: at most 2 waiting; it is unknown whether it can overflow",
         "timer tick: loses no tick",
         ASSUMED,
     ]
@@ -139,7 +139,7 @@ def test_bounds_of_a_chain(run: Run, robot: Path) -> None:
     found = run("latency", robot, "--bounds", "--from", "tick", "--to", "log")
     assert found.exit_code == 0
     assert found.stdout.splitlines() == [
-        "tick to log: at least 0.02 s, at most 0.17 s, whether an instance can be lost is not known",
+        "tick to log: at least 0.02 s, at most 0.17 s; it is unknown whether an instance can be lost",
         ASSUMED,
     ]
     answer = json.loads(run("latency", robot, "--bounds", "--from", "tick", "--to", "log", "--json").stdout)
@@ -229,7 +229,7 @@ def test_what_is_open_ends_with_status_3(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--from", "tick"), "--from and --to go together"),
+        (("--from", "tick"), "--from and --to must be given together"),
         (("-o", "run.jsonl"), "-o writes a run with --from and --to"),
         (("--from", "tick", "--to", "tock"), "no callback or topic is called tock"),
         (("--from", "log", "--to", "tick"), "no data goes from callback log to callback tick"),

@@ -54,7 +54,7 @@ def test_wrong_use(run: Run, robot: Path, model: Path) -> None:
         (("--times", "--simulate", "--report", "page.txt"), "page.txt"),
         (("--times",), "--times needs --simulate"),
         (("--times", "--local"), "--times needs --simulate"),
-        (("--times", "--simulate", "--monitor"), "--times does not go with --monitor"),
+        (("--times", "--simulate", "--monitor"), "--times cannot be combined with --monitor"),
     ):
         assert is_one_line_of_wrong_use(run("run", robot, *words), text), words
     assert is_one_line_of_wrong_use(

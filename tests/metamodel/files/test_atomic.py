@@ -90,7 +90,7 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for path, message in [
         (tmp_path, "it is a directory"),
-        (tmp_path / "missing" / "a", "make the folder first"),
+        (tmp_path / "missing" / "a", "create the folder first"),
         (tmp_path / "pipe", "it is not a plain file"),
         (tmp_path / "nul\0", "null byte"),
     ]:

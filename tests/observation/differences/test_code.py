@@ -33,7 +33,7 @@ def test_what_agrees_is_proved() -> None:
 
 def test_missing_nodes_on_either_side() -> None:
     assert compared(TALKER, ObservedNode("/other")) == [
-        ("node-missing", "node /idle is not there", ()),
+        ("node-missing", "node /idle is missing", ()),
         ("node-extra", "the code has no node /other", ()),
     ]
 

@@ -37,8 +37,8 @@ def changed(**features: Any) -> ObservedSystem:
 @pytest.mark.parametrize(
     ("there", "rule", "words"),
     [
-        (replace(SYSTEM, nodes=NODES[1:]), "node-missing", "node /a is not there"),
-        (replace(SYSTEM, departed=("/a",)), "node-missing", "node /a is not there"),
+        (replace(SYSTEM, nodes=NODES[1:]), "node-missing", "node /a is missing"),
+        (replace(SYSTEM, departed=("/a",)), "node-missing", "node /a is missing"),
         (changed(name="/aa"), "node-missing", "did you mean '/aa'?"),
         (changed(name="/aa"), "node-extra", "the model has no node /aa"),
         (changed(publishers=()), "port-missing", "node /a has no publisher of /x"),

@@ -149,8 +149,8 @@ def test_the_first_message_without_an_explanation_is_named_with_what_was_possibl
     verdict = explain(model, recorded("/scans", "/dones"), messages)
     assert verdict.status == "violated" and verdict.messages == 100
     assert str(verdict.unexplained) == (
-        "message 101, on /dones, 9.900 s after the first: no run of the model shows it; "
-        "possible was a message on /scans"
+        "message 101, on /dones, 9.900 s after the first: no run of the model explains it; "
+        "the next message could only be on /scans"
     )
     assert verdict.unexplained is not None and verdict.unexplained.publishers == ("mapper",)
 

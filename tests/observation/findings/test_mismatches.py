@@ -21,7 +21,7 @@ def test_the_robot_has_two_mismatches() -> None:
         ("/battery_level", "/battery", "/monitor"),
         ("/image", "/sensors/camera", "/detector"),
     ]
-    assert "durability of /battery is volatile, and /monitor asks for transientLocal" in findings[0].message
+    assert "durability of /battery is volatile, and /monitor requests transientLocal" in findings[0].message
 
 
 def test_what_is_offered_may_be_more_than_what_is_asked_for() -> None:

@@ -103,7 +103,7 @@ def test_odd_names_are_left_out_and_the_others_listed() -> None:
 def test_a_node_without_a_name_hides_no_other() -> None:
     listing = Listing(Graph(nameless=True))
     assert listing.nodes() == [("lidar", "/"), ("mapper", "/")]
-    assert list(listing.left_out) == ["node '': no name that ROS 2 allows"]
+    assert list(listing.left_out) == ["node '': not a name that ROS 2 allows"]
 
 
 def test_what_cannot_be_listed_is_one_line() -> None:
@@ -142,7 +142,7 @@ def test_what_seems_to_be_missing_is_looked_for_again(hasty: None) -> None:
     assert mismatches(second) == []
     assert second.watched is not None and second.watched.is_checked and second.watched.is_stable
     assert second.watched.seconds > 0.4
-    assert ", as something seemed to be missing; nothing new in the last 0." in str(second.watched)
+    assert ", because something seemed to be missing; nothing new in the last 0." in str(second.watched)
 
 
 def test_endpoints_whose_nodes_are_not_known_yet_are_waited_for(hasty: None) -> None:

@@ -72,8 +72,8 @@ def test_twelve_plain_nodes(environment: dict[str, str], tmp_path: Path) -> None
 
         imported = run("import", "--graph", "--watch", "5", "-o", "robot.sym.xmi")
         assert imported.exit_code == 1, imported.output
-        assert "/detector gets nothing of /image from /sensors/camera" in imported.stdout
-        assert "/monitor gets nothing of /battery_level from /battery" in imported.stdout
+        assert "/detector receives nothing on /image from /sensors/camera" in imported.stdout
+        assert "/monitor receives nothing on /battery_level from /battery" in imported.stdout
         assert "12 nodes, 11 topics, 3 services, 2 found" in imported.stdout
         assert (tmp_path / "robot.given.toml").exists()
 

@@ -322,7 +322,7 @@ def test_services_of_a_recording_are_there_where_somebody_says_whose_they_are() 
     system = ObservedSystem("bag", (), (RecordedTopic("/x", TEXT, (USUAL,)),), services=services)
     imported = to_model(system)
     assert imported.recorded == ("/x", "/ask")
-    assert imported.left_out == ("service /ask: its events do not tell whose it is",)
+    assert imported.left_out == ("service /ask: its events do not show which node serves it",)
     said = read('[service."/ask"]\nservers = ["/a"]\nclients = ["/b", "/c"]\n')
     imported = to_model(system, said)
     assert errors(imported.model) == []

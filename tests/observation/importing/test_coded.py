@@ -183,7 +183,7 @@ def test_of_alternatives_with_different_types_one_is_taken(tmp_path: Path) -> No
     found = read(source)
     (node,) = found.system.nodes
     assert [each.type for each in node.publishers] == ["std_msgs/msg/String"]
-    assert any("left out of the model: /out of line" in line for line in found.taken)
+    assert any("omitted in the model: /out of line" in line for line in found.taken)
 
 
 @pytest.mark.parametrize("heard", ["String", "Bool"])
@@ -212,7 +212,7 @@ def test_the_alternative_is_taken_that_others_hear(tmp_path: Path, heard: str) -
     found = read(source)
     assert [each.type for node in found.system.nodes for each in node.publishers] == [f"std_msgs/msg/{heard}"]
     assert [each.rule for each in mismatches(found.system) if each.severity == "error"] == []
-    assert ["left out of the model: /out of line" in each for each in found.taken] == [True]
+    assert ["omitted in the model: /out of line" in each for each in found.taken] == [True]
 
 
 def test_a_launch_file_says_which_nodes_there_are(tmp_path: Path) -> None:
@@ -246,12 +246,12 @@ def test_people_correct_what_code_says(tmp_path: Path) -> None:
     ("words", "expected"),
     [
         (("--source", "nowhere"), "there is no such folder"),
-        (("--source", ".", "--bag", "b"), "--source does not go with --bag"),
-        (("--source", ".", "--domain", "7"), "--domain goes with --graph"),
-        (("--facts", "f.json"), "--facts goes with --source"),
+        (("--source", ".", "--bag", "b"), "--source cannot be combined with --bag"),
+        (("--source", ".", "--domain", "7"), "--domain requires --graph"),
+        (("--facts", "f.json"), "--facts requires --source"),
         (("--source", ".", "x:=1"), "ARG:=VALUE"),
         (("--source", ".", "--launch", "no.launch.py"), "there is no launch file no.launch.py"),
-        (("--source", "."), "no node is in the source code"),
+        (("--source", "."), "the source code contains no node"),
     ],
 )
 def test_wrong_use_is_refused(
@@ -296,7 +296,7 @@ def test_a_time_out_that_is_not_known_is_one(tmp_path: Path) -> None:
     words = ["import", "-v", "--source", str(source), "-o", str(model)]
     result = CliRunner().invoke(main, words)
     assert 'timeout="1"' in model.read_text()
-    assert "with a time-out that is open; 1 s is taken" in result.stderr
+    assert "with a time-out that is open; 1 s is assumed" in result.stderr
 
 
 def test_what_the_main_function_does_belongs_to_the_node_whose_ports_it_uses(tmp_path: Path) -> None:

@@ -63,7 +63,7 @@ def test_a_topic_that_only_the_files_know_is_read(storage: str, tmp_path: Path) 
 @pytest.mark.parametrize("storage", STORAGES)
 def test_a_topic_that_only_the_metadata_knows_is_refused(storage: str, tmp_path: Path) -> None:
     bag = edited(write_bag(tmp_path / "bag", MESSAGES, storage=storage), "name: /b", "name: /c")
-    with pytest.raises(RecordingError, match="says to hold 1 message on '/c', and only 0 can be read"):
+    with pytest.raises(RecordingError, match="declares 1 message on '/c', but only 0 can be read"):
         read(bag)
 
 
@@ -71,7 +71,7 @@ def test_a_topic_that_only_the_metadata_knows_is_refused(storage: str, tmp_path:
 def test_fewer_messages_than_the_recording_says_are_refused(storage: str, tmp_path: Path) -> None:
     bag = write_bag(tmp_path / "bag", MESSAGES, storage=storage)
     edited(bag, "message_count: 2", "message_count: 4")
-    with pytest.raises(RecordingError, match="says to hold 4 messages on '/a', and only 2 can be read"):
+    with pytest.raises(RecordingError, match="declares 4 messages on '/a', but only 2 can be read"):
         Recording(bag)
 
 
@@ -79,7 +79,7 @@ def test_fewer_messages_than_the_recording_says_are_refused(storage: str, tmp_pa
 def test_the_sum_of_messages_counts_as_well(storage: str, tmp_path: Path) -> None:
     bag = write_bag(tmp_path / "bag", MESSAGES, storage=storage)
     edited(bag, "message_count: 3", "message_count: 7")
-    with pytest.raises(RecordingError, match="says to hold 7 messages, and only 3 can be read"):
+    with pytest.raises(RecordingError, match="declares 7 messages, but only 3 can be read"):
         Recording(bag)
 
 
@@ -94,7 +94,7 @@ def test_messages_missing_behind_a_count_are_noticed_at_the_end(tmp_path: Path) 
     file.write_bytes(content)
     with Recording(bag) as recording:
         found = recording.messages()
-        with pytest.raises(RecordingError, match="says to hold 2 messages on '/a', and only 1 can be read"):
+        with pytest.raises(RecordingError, match="declares 2 messages on '/a', but only 1 can be read"):
             list(found)
 
 
@@ -158,9 +158,9 @@ def test_a_topic_without_a_slash_is_read_by_its_name(storage: str, tmp_path: Pat
 @pytest.mark.parametrize(
     ("topic", "kind", "why"),
     [
-        ("a b", "std_msgs/msg/String", "topic 'a b' has a name that no topic can have"),
-        ("/a\x1b[2J", "std_msgs/msg/String", r"topic '/a\x1b[2J' has a name that no topic can have"),
-        ("/", "std_msgs/msg/String", "topic '/' has a name that no topic can have"),
+        ("a b", "std_msgs/msg/String", "topic 'a b' has a name that is not a valid topic name"),
+        ("/a\x1b[2J", "std_msgs/msg/String", r"topic '/a\x1b[2J' has a name that is not a valid topic name"),
+        ("/", "std_msgs/msg/String", "topic '/' has a name that is not a valid topic name"),
         (
             "good",
             "std_msgs/msg/String",

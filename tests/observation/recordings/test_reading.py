@@ -74,7 +74,7 @@ def refusal(path: Path) -> str:
 
 
 def test_what_is_no_recording_is_said_in_one_line(tmp_path: Path) -> None:
-    assert "there is no such recording" in refusal(tmp_path / "missing")
+    assert "this recording does not exist" in refusal(tmp_path / "missing")
     (tmp_path / "empty").mkdir()
     assert "holds no recording" in refusal(tmp_path / "empty")
     (tmp_path / "notes.txt").write_text("hello")
@@ -94,7 +94,7 @@ def test_an_empty_recording_says_so(storage: str, tmp_path: Path) -> None:
 def test_a_recorder_that_was_killed_is_told(tmp_path: Path) -> None:
     bag = write_bag(tmp_path / "bag", MESSAGES)
     (bag / "metadata.yaml").unlink()
-    assert "the recorder did not end it" in refusal(bag)
+    assert "the recorder was not stopped properly" in refusal(bag)
 
 
 def test_messages_that_are_not_in_the_database_yet_are_not_left_out(tmp_path: Path) -> None:

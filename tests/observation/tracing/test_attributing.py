@@ -262,5 +262,5 @@ def test_what_is_remembered_is_bounded(
     assert told(mapper, tmp_path)[0] == [("/scan", [("/map", 1)], True)]
     for number in range(6):
         mapper.publisher(mapper.mapper, f"/topic_{number}")
-    with pytest.raises(TracingError, match="tells of more than 5 publishers"):
+    with pytest.raises(TracingError, match="contains more than 5 publishers"):
         told(mapper, tmp_path)

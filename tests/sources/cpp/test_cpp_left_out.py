@@ -115,7 +115,7 @@ def test_calls_in_code_that_nothing_runs_are_named(tmp_path: Path) -> None:
     facts = _read(tmp_path, mux=MUX, plugin=plugin)
     assert facts.unread == [
         "plugin.cpp:4: 3 calls of create_publisher, create_subscription, create_server (also lines 8, 9) "
-        "in code that no node was found to run; the model lacks them"
+        "in code that no node is known to run; the model lacks them"
     ]
 
 
@@ -132,7 +132,7 @@ def test_calls_of_libraries_in_code_that_nothing_runs_are_named(tmp_path: Path) 
     facts = _read(tmp_path, mux=MUX, plugin=plugin)
     assert facts.unread == [
         "plugin.cpp:3: 3 calls of Subscriber, TransformListener, subscribeCamera (also lines 4, 6) "
-        "in code that no node was found to run; the model lacks them"
+        "in code that no node is known to run; the model lacks them"
     ]
 
 

@@ -80,7 +80,7 @@ export class Editor {
       this.places.forget();
       this.canvas.openPages.recall();
       const count = message.recovered;
-      if (count) this.say(`${counted(count, "change")} that were not saved came out of the journal`);
+      if (count) this.say(`${counted(count, "unsaved change")} restored from the journal`);
     }
     this.worker.hear(message);
     if (message.type === "job") return;
