@@ -37,7 +37,7 @@ def flow(*nodes: pn.Node, weight: int = 1) -> list[pn.Arc]:
     Raises
     ------
     DinerosError
-        Two neighbours do not stand on the same page.
+        Two neighbours are not on the same page.
     """
     return [_arc(source, target, weight, "normal") for source, target in pairwise(nodes)]
 
@@ -56,7 +56,7 @@ def _arc(source: pn.Node, target: pn.Node, weight: int, kind: str) -> pn.Arc:
     page = source.page
     if page is None or page is not target.page:
         raise DinerosError(
-            f"{source.id} and {target.id} do not stand on the same page",
+            f"{source.id} and {target.id} are not on the same page",
             element=source.id,
             hint="use a reference place or a reference transition",
         )

@@ -93,7 +93,7 @@ def callers_first(model: pn.Net) -> list[sym.ServiceChannel]:
         raise CallCircleError(
             f"services call each other in a circle: {' -> '.join(each.id for each in circle)}",
             element=circle[0].id,
-            hint="say how many instances one of them has",
+            hint="set the number of instances of one of them",
         ) from None
 
 

@@ -120,7 +120,7 @@ def _reason(
         _setting("subscriber", subscriber, feature, given),
     )
     return Mismatch(
-        f"the publisher's {words} is {shown(given)}, and the subscriber asks for {shown(asked)}",
+        f"the publisher's {words} is {shown(given)}, and the subscriber requests {shown(asked)}",
         mended,
     )
 

@@ -183,14 +183,14 @@ def _group(owner: _Grouped, id: str) -> sym.CallbackGroup:
     asks = owner.request if isinstance(owner, sym.ClientPort) else getattr(owner, "goal", owner)
     node = elements.node_net_of(asks)
     if node is None or node.net is None:
-        raise UnknownElementError("stands on no node net, which has callback groups", hint="leave it out")
+        raise UnknownElementError("is not in a node net, which has callback groups", hint="leave it out")
     for group in node.callbackGroups:
         if group.id == id:
             return group
     other = next((element for element in elements.elements(node.net) if element.id == id), None)
     if other is not None:
         raise FeatureValueError(
-            f"takes a callback group of {node.id}, and {id!r} is {_kind(other)} that is none of them",
+            f"takes a callback group of {node.id}, and {id!r} is {_kind(other)} that is not one of them",
             hint=f"known here: {', '.join(str(group.id) for group in node.callbackGroups) or 'none'}",
         )
     made = sym.CallbackGroup(id=id)

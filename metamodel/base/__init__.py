@@ -144,7 +144,7 @@ def _literal(feature: Any, name: str) -> object:
     if literal is None:
         names = list(literals)
         raise FeatureValueError(
-            f"{feature.name} is one of {', '.join(names)}, not {name!r}", hint=near_matches(name, names)
+            f"{feature.name} must be one of {', '.join(names)}, not {name!r}", hint=near_matches(name, names)
         )
     return literal
 

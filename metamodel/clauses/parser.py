@@ -63,7 +63,7 @@ def parse(text: str) -> Expression:
         raise ClauseError(
             f"the clause nests {expression.depth} operators, more than {MAX_DEPTH}",
             column=1,
-            hint="write it flatter, such as a & b & c",
+            hint="write it with less nesting, such as a & b & c",
         )
     return expression
 
@@ -159,7 +159,7 @@ def _syntax_error(text: str, error: UnexpectedInput) -> ClauseError:
         ends = {"RPAR": " or ')'", "$END": " or the end"}
         wanted = "an operator" + "".join(shown for terminal, shown in ends.items() if terminal in expected)
         if found and (found[0].isalnum() or found[0] in '"._-'):
-            hint = "a name with blanks or signs stands in double quotes"
+            hint = "put a name with blanks or special characters into double quotes"
     where = f"line {line}, column {column}" if "\n" in text else f"column {column}"
     shown = repr(found) if found else "the end"
     return ClauseError(f"{where}: expected {wanted}, found {shown}", column=column, hint=hint)

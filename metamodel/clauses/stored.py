@@ -48,7 +48,7 @@ def complete_clause(clause: sym.InputClause) -> None:
     ClauseError
         As for `set_clause`.
     """
-    assert clause.transition is not None, "a clause stands on its transition"
+    assert clause.transition is not None, "a clause belongs to its transition"
     clause.disjunctions.extend(_normal_form(clause.transition, clause.text or ""))
 
 
@@ -198,7 +198,7 @@ def _unknown_signal(
     node_net = node_net_of(transition)
     if node_net is None:
         return ClauseError(
-            f"the transition {label(transition)!r} stands in no node net, so it has no signal {used!r}",
+            f"the transition {label(transition)!r} is not in a node net, so it has no signal {used!r}",
             hint="put its page into a node net",
         )
     hint = near_matches(used, known) or (

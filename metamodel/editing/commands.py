@@ -194,7 +194,7 @@ def decode(found: object, kinds: Mapping[str, type[K]], what: str) -> K:
     kind = kinds.get(name) if isinstance(name, str) else None
     if kind is None:
         hint = near_matches(name[:100], kinds) if isinstance(name, str) else None
-        raise CommandError(f"{what} is of no known kind", hint=hint or f"kinds: {', '.join(kinds)}")
+        raise CommandError(f"{what} has an unknown kind", hint=hint or f"kinds: {', '.join(kinds)}")
     called, fields = kind_of(kind), {each.name: each for each in dataclasses.fields(kind)}
     for given in found:
         if given != "kind" and given not in fields:

@@ -133,9 +133,9 @@ class Document:
                 self._replay(entry)
             except DinerosError as error:
                 raise JournalError(
-                    f"holds what cannot be done again: {error.message}",
+                    f"holds a change that cannot be repeated: {error.message}",
                     location=Location(self._journal.path, number),
-                    hint="move it away to continue without what it holds",
+                    hint="move it away to continue without its changes",
                 ) from error
         if digest(content) != self._known and content is not None:
             # The process was killed between writing the file and recording that.
@@ -158,7 +158,7 @@ class Document:
         elif isinstance(entry.get("saved"), str):
             self._mark_saved(entry["saved"])
         else:
-            raise CommandError("an entry of no known kind")
+            raise CommandError("an entry of unknown kind")
 
     # ------------------------------------------------------------------------------------ looking
 
@@ -300,7 +300,7 @@ class Document:
         """Undo or redo a group; `noted`: it is in the journal already."""
         source, target = (self._undo, self._redo) if back else (self._redo, self._undo)
         if not source:
-            what = "undo or do again" if noted else "undo" if back else "do again"
+            what = "undo or redo" if noted else "undo" if back else "do again"
             raise CommandError(f"there is nothing to {what}")
         if not noted:
             self._journal.append(_signed({"undo" if back else "redo": True}, by))

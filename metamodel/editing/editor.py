@@ -105,7 +105,7 @@ class Editor(Changing):
             hint = near_matches(name[:100], features_of(type(element)))
             raise c.CommandError(f"{name_of(type(element))} has no feature {name[:100]!r}", hint=hint)
         if class_of(element).features[name].kind not in kinds:
-            raise c.CommandError(f"{name} of {describe(element)} is not changed in this way")
+            raise c.CommandError(f"{name} of {describe(element)} cannot be changed by this command")
         if follows_from_text(element):
             raise c.CommandError(f"{describe(element)} follows from a text", hint="use the command clause")
         return feature
@@ -182,7 +182,8 @@ class Editor(Changing):
             depth, above = depth + 1, above.eContainer()
         if outer is not None and any(isinstance(each, sym.NodeNet) for each in subtree(element)):
             raise c.CommandError(
-                f"{describe(outer)} cannot hold a node net", hint="put it next to that; node nets do not nest"
+                f"{describe(outer)} cannot hold a node net",
+                hint="put it next to the other node net; node nets do not nest",
             )
         if depth + _height(element) > DEEPEST:
             raise c.CommandError(f"more than {DEEPEST} elements inside each other")
@@ -205,7 +206,9 @@ class Editor(Changing):
     def _delete(self, command: c.Delete) -> None:
         chosen = [self.find(name) for name in command.elements]
         if any(follows_from_text(element) for element in chosen):
-            raise c.CommandError("what follows from a text is not deleted", hint="use the command clause")
+            raise c.CommandError(
+                "an element that follows from a text cannot be deleted", hint="use the command clause"
+            )
         self.take_away(closure(self.root, chosen))
 
     def _place(self, command: c.Place) -> None:
@@ -243,7 +246,7 @@ class Editor(Changing):
     def _refer(self, element: EObject, feature: Any, value: c.Value) -> None:
         if value is None:
             if class_of(element).features[feature.name].required:
-                raise c.CommandError(f"{feature.name} of {describe(element)} must lead somewhere")
+                raise c.CommandError(f"{feature.name} of {describe(element)} must have a target")
             self.relink(element, feature, None)
             return
         if not isinstance(value, str):
@@ -292,7 +295,7 @@ class Editor(Changing):
     def _move(self, command: c.Move) -> None:
         element = self.find(command.element)
         if not isinstance(element, (pn.PageObject, sym.Channel)):
-            raise c.CommandError(f"{describe(element)} stands at no point", hint="arcs have bend points")
+            raise c.CommandError(f"{describe(element)} has no position", hint="arcs have bend points")
         graphics = self._graphics(element)
         if len(graphics.positions):
             self.assign(graphics.positions[0], "x", command.x)

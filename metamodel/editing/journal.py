@@ -100,7 +100,7 @@ class Journal:
                 raise self._error("holds a line that is not an entry", number)
             entries.append(entry)
         if entries and entries[0].get("version") != VERSION:
-            raise self._error("is of another version", 1)
+            raise self._error("has another version", 1)
         return entries
 
     @property
@@ -143,9 +143,9 @@ class Journal:
             unpacking = zlib.decompressobj()
             content = unpacking.decompress(base64.b64decode(str(said), validate=True), SIZE_LIMIT)
         except (ValueError, zlib.error) as error:
-            raise self._error("does not hold the model it began with", 1) from error
+            raise self._error("does not hold the model with which it began", 1) from error
         if not unpacking.eof or digest(content) != self.entries[0].get("digest"):
-            raise self._error("does not hold the model it began with", 1)
+            raise self._error("does not hold the model with which it began", 1)
         return content
 
     def append(self, entry: Mapping[str, Any]) -> None:
@@ -189,5 +189,5 @@ class Journal:
             raise self._error(f"cannot be written: {error.strerror}") from error
 
     def _error(self, message: str, line: int | None = None, hint: str | None = None) -> JournalError:
-        hint = hint or "move it away to continue without what it holds"
+        hint = hint or "move it away to continue without its changes"
         return JournalError(message, location=Location(self.path, line), hint=hint)

@@ -63,7 +63,7 @@ def class_to_make(root: EObject, name: str) -> type[EObject]:
     if cls is None:
         shown = name[:100]
         raise CommandError(
-            f"nothing of the class {shown!r} can be made here", hint=near_matches(shown, known)
+            f"an element of the class {shown!r} cannot be created here", hint=near_matches(shown, known)
         )
     if issubclass(cls, _FOLLOWS):
         raise CommandError(f"a {name} follows from the text of a clause", hint="use the command clause")

@@ -92,7 +92,7 @@ class _Patch:
         for id, old in self._old.items():
             if id in self._new:
                 if _anchor_of(old) != _anchor_of(self._new[id]):
-                    raise NoPatchError(f"{id} stands elsewhere now")
+                    raise NoPatchError(f"{id} is now in another place")
                 self._compare(id, (), old, self._new[id])
         return self._edits
 
@@ -136,20 +136,20 @@ class _Patch:
             same = [child for child in span.children if child.tag == tag]
             span = same[number] if number < len(same) else None
         if span is None:
-            raise NoPatchError("the file says it in another way")
+            raise NoPatchError("the file writes it in another form")
         return span
 
     def _attribute(self, span: Span, name: str, before: str | None, after: str | None) -> None:
         known = attribute_values(self._content, span)
         if after is None:
             if name not in known:
-                raise NoPatchError("the file says it in another way")
+                raise NoPatchError("the file writes it in another form")
             start, end = known[name]
             whole = re.search(
                 rb"\s+" + re.escape(name.encode()) + rb"\s*=\s*.$", self._content[span.start : start]
             )
             if whole is None:
-                raise NoPatchError("the file says it in another way")
+                raise NoPatchError("the file writes it in another form")
             self._edits.append(_Edit(span.start + whole.start(), end + 1, b""))
         elif name in known:
             self._edits.append(_Edit(*known[name], _escaped(after)))
@@ -159,7 +159,7 @@ class _Patch:
 
     def _text(self, span: Span, text: str) -> None:
         if span.children or span.is_empty_tag:
-            raise NoPatchError("the file says it in another way")
+            raise NoPatchError("the file writes it in another form")
         self._edits.append(_Edit(span.head_end, span.tail_start, _escaped(text)))
 
     def _take_out(self, span: Span) -> None:

@@ -85,7 +85,7 @@ def _refuse_clauses(gone: dict[EObject, None], leading: dict[EObject, list[tuple
             transition = clause.eContainer() if clause is not None else None
             if transition is not None and transition not in gone:
                 raise CommandError(
-                    f"the clause of {describe(transition)} speaks of {describe(element)}",
+                    f"the clause of {describe(transition)} refers to {describe(element)}",
                     hint="change the clause first",
                 )
 
@@ -127,6 +127,6 @@ def check_clauses(changes: Sequence[Change], root: EObject) -> None:
         lost += [label(signal) for signal in spoken if known.get(label(signal)) is not signal]
         if lost:
             raise CommandError(
-                f"the clause of {describe(transition)} speaks of the signal {lost[0]!r}",
+                f"the clause of {describe(transition)} refers to the signal {lost[0]!r}",
                 hint="change the clause first; signals belong to one ROS node",
             )

@@ -45,7 +45,7 @@ def checked(feature: Any, value: Value) -> Any:
         return _number(feature.name, value)
     if kind.name == "EBoolean":
         if not isinstance(value, bool):
-            raise CommandError(f"{feature.name} is true or false")
+            raise CommandError(f"{feature.name} must be true or false")
         return value
     text = _text(feature.name, value)
     return checked_id(text) if feature.iD else text
@@ -55,37 +55,37 @@ def _literal(name: str, kind: EEnum, value: Value) -> Any:
     names = [str(each.name) for each in kind.eLiterals]
     if not isinstance(value, str) or value not in names:
         hint = near_matches(value[:100], names) if isinstance(value, str) else None
-        raise CommandError(f"{name} is one of {', '.join(names)}", hint=hint)
+        raise CommandError(f"{name} must be one of {', '.join(names)}", hint=hint)
     return kind.getEEnumLiteral(value)
 
 
 def _integer(name: str, value: Value) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise CommandError(f"{name} is a whole number")
+        raise CommandError(f"{name} must be a whole number")
     if not -(2**31) <= value < 2**31:
-        raise CommandError(f"{name} is a whole number of 32 bits")
+        raise CommandError(f"{name} must be a whole number of 32 bits")
     return value
 
 
 def _number(name: str, value: Value) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise CommandError(f"{name} is a number")
+        raise CommandError(f"{name} must be a number")
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise CommandError(f"{name} is a finite number")
+        raise CommandError(f"{name} must be a finite number")
     return number
 
 
 def _text(name: str, value: Value) -> str:
     if not isinstance(value, str):
-        raise CommandError(f"{name} is a text")
+        raise CommandError(f"{name} must be a string")
     if len(value) > LONGEST_TEXT:
         raise CommandError(f"{name} has more than {LONGEST_TEXT} characters")
     if found := NOT_XML.search(value):
-        raise CommandError(f"{name} holds the character {found.group()!r}, which no file can carry")
+        raise CommandError(f"{name} holds the character {found.group()!r}, which files cannot store")
     return value
 
 
@@ -100,9 +100,7 @@ def checked_id(text: str) -> str:
     if not text or len(text) > LONGEST_ID:
         raise CommandError(f"an id has 1 to {LONGEST_ID} characters")
     if any(character.isspace() for character in text):
-        raise CommandError(f"the id {text!r} has white space", hint="names may have it, ids may not")
+        raise CommandError(f"the id {text!r} has white space", hint="only names may contain white space")
     if text.startswith(("/", "$")) or "#" in text:
-        raise CommandError(
-            f"the id {text!r} looks like a path", hint="leave out '#', and '/' or '$' in front"
-        )
+        raise CommandError(f"the id {text!r} looks like a path", hint="omit '#', and '/' or '$' at the start")
     return text

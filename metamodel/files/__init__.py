@@ -71,7 +71,7 @@ def save(net: EObject, path: Path | str) -> None:
     write(net, Path(path))
 
 
-_ELSEWHERE = "{} does not say a Petri net by itself; a tool such as {} exports one as PNML"
+_ELSEWHERE = "{} alone does not describe a Petri net; a tool such as {} exports one as PNML"
 _OTHER_FORMATS = {
     ".tapn": "this is TAPAAL's own format: export the net as PNML there",
     ".ndr": "this is TINA's drawing: save it as .net, or use 'ndrio FILE.ndr FILE.net'",

@@ -112,7 +112,7 @@ class ModelProgram:
         except Exception as error:
             raise self._error(f"{type(error).__name__}: {error}", error) from error
         if not isinstance(model, pn.Net):
-            raise self._error(f"build returns {model!r}, which is not a model")
+            raise self._error(f"build returns {model!r}, not a model")
         return model
 
     def _error(

@@ -174,7 +174,7 @@ def _feature(feature: Any) -> Feature:
         if etype.__name__ == "EObject":
             etype = AnyObject
     else:
-        assert not feature.many, "no metamodel has many-valued attributes"
+        assert not feature.many, "attributes with several values are not supported"
         kind = Kind.ATTRIBUTE
         read, write = _conversions(etype)
     if feature.transient or feature.derived:

@@ -50,7 +50,10 @@ def decode_toml(content: bytes, path: Path) -> dict[str, Any]:
     except RecursionError:
         location, said = Location(path), "nested too deep"
     except ValueError:  # Python limits the digits of a number
-        location, said = Location(path), "a value cannot be read, such as a number of thousands of digits"
+        location, said = (
+            Location(path),
+            "a value cannot be read, for example a number with thousands of digits",
+        )
     raise DinerosError(f"is not TOML: {said}", location=location, hint="see https://toml.io")
 
 

@@ -83,7 +83,7 @@ def _parsed(text: str, start: str) -> Any:
         where = f"column {error.column} has {found!r:.40}" if found else "it ends too early"
         example = "success = false and level between 1 and 3"
         hint = f"write it like {example if start == 'condition' else 'Answer.success := true'}"
-        raise GuardError(f"{where}, which does not fit there" if found else where, hint=hint) from None
+        raise GuardError(f"{where}, which is not allowed there" if found else where, hint=hint) from None
 
 
 @cache

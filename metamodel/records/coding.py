@@ -221,7 +221,7 @@ class RecordDecoder:
             raise RecordError(
                 "its checksum is wrong: the record is damaged",
                 location=location,
-                hint="restore the file; without crc, a record that was changed on purpose is read",
+                hint="restore the file; to read a record that was changed on purpose, remove its crc",
             )
         try:
             text = line.decode("utf-8")

@@ -149,7 +149,7 @@ def traces_of_runs(paths: Iterable[Path]) -> dict[str, list[Path]]:
             raise RecordError("is empty", location=Location(file))
         if not isinstance(first, Header) or first.kind != "run" or first.node is None:
             said = (
-                "is a witness, no trace"
+                "is a witness, not a trace"
                 if isinstance(first, Header) and first.kind == "witness"
                 else "is not a trace"
             )

@@ -119,8 +119,8 @@ class Canceling(GoalStep, event="canceling"):
     """The server receives a cancel request and agrees to cancel the goal; its token has this `data`."""
 
     declared = Declaration(
-        does="the server hears of the request to cancel goal {message}",
-        does_nameless="the server hears of the request to cancel no goal",
+        does="the server receives the request to cancel goal {message}",
+        does_nameless="the server receives the request to cancel no goal",
         token="may arrive",
         goal="is to be canceled",
         end="server",
@@ -128,7 +128,7 @@ class Canceling(GoalStep, event="canceling"):
         receives="cancel",
         mark="x",
         state="canceling",
-        happens="{slot} of action {action} hears that {goal} is to be canceled",
+        happens="{slot} of action {action} receives the request to cancel {goal}",
     )
 
     data: Data = field(default_factory=dict)
@@ -156,8 +156,8 @@ class Hear(GoalStep, event="hear"):
     """Feedback with this `data` arrives at the client; `number` is 0 if it has none."""
 
     declared = Declaration(
-        does="the client hears feedback on goal {message}",
-        does_nameless="the client hears feedback on no goal",
+        does="the client receives feedback on goal {message}",
+        does_nameless="the client receives feedback on no goal",
         token="may arrive",
         goal="has its feedback heard",
         end="client",
@@ -165,7 +165,7 @@ class Hear(GoalStep, event="hear"):
         receives="feedback",
         mark="h",
         state="heard",
-        happens="{client} hears feedback of action {action}",
+        happens="{client} receives feedback of action {action}",
     )
 
     number: int = 0

@@ -147,7 +147,7 @@ def requests_of(value: Any, location: Location | None = None) -> list[dict[str, 
                 if isinstance(age, (int, float)) and age >= 0:
                     found.append({**request, "age": float(age)})
                     continue
-        raise DinerosError("a checkpoint with a request that is none", location=location)
+        raise DinerosError("a checkpoint with a malformed request", location=location)
     return found
 
 
@@ -155,7 +155,9 @@ class Timeout(Record, event="timeout"):
     """A request got no response in time and is sent again; `attempt` counts from 1."""
 
     declared = Declaration(
-        mark="o", state="timed out", happens="{client} of service {service} waits too long: asks again"
+        mark="o",
+        state="timed out",
+        happens="{client} of service {service} gets no response in time: sends its request again",
     )
 
     channel: str

@@ -65,9 +65,9 @@ def require_known(model: sym.SystemModel) -> None:
         for port in (*channel.publishers, *channel.subscribers):
             if quality_of(port).lifespan is not None:
                 raise DinerosError(
-                    f"topic {channel.topic} has a lifespan, which questions with time do not know yet",
+                    f"topic {channel.topic} has a lifespan, which questions with time do not support yet",
                     element=channel.id,
-                    hint="ask without --time, or take the lifespan away",
+                    hint="omit --time, or remove the lifespan",
                 )
 
 

@@ -60,7 +60,7 @@ def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
         raise TooManyOnTheWayError(
             f"up to {found} messages of topic {topic} can be on their way at once",
             element=topic,
-            hint="give durations to what publishes them, or a smaller latency",
+            hint="give durations to the callbacks that publish them, or a smaller latency",
         )
     return max(1, found)
 

@@ -27,7 +27,7 @@ def test_flow_read_and_inhibit() -> None:
 
 def test_flow_between_pages_is_refused() -> None:
     place, transition = pn.Place(id="p", page=pn.Page(id="x")), pn.Transition(id="t", page=pn.Page(id="y"))
-    with pytest.raises(DinerosError, match=r"do not stand on the same page.*reference place"):
+    with pytest.raises(DinerosError, match=r"are not on the same page.*reference place"):
         flow(place, transition)
 
 

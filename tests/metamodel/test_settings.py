@@ -205,7 +205,7 @@ def test_a_reference_with_the_name_of_its_place_is_not_meant() -> None:
         ("Danger.initial=yes", FeatureValueError, "takes true or false"),
         ("selector.executor=multy", FeatureValueError, "did you mean 'multi'"),
         ("TSense.clause=Sensor &", ClauseError, ""),
-        ("OnObject.group=Red", FeatureValueError, "'Red' is a Place that is none of them"),
+        ("OnObject.group=Red", FeatureValueError, "'Red' is a Place that is not one of them"),
         ("Red.group=calls", UnknownFeatureError, "is not a feature of a Place"),
         ("Pick.client.pick.group=calls", UnknownElementError, "did you mean 'picker'"),
         ("TSense.clause=Sensr", ClauseError, "Sensor"),

@@ -102,7 +102,9 @@ def test_wrong_values_are_refused() -> None:
 def test_enumerations_may_be_given_by_name() -> None:
     arc = pn.Arc(id="a", kind="inhibitor")
     assert arc.kind is pn.ArcKind.inhibitor
-    with pytest.raises(FeatureValueError, match=r"kind is one of normal, inhibitor, read, not 'inhibiter'"):
+    with pytest.raises(
+        FeatureValueError, match=r"kind must be one of normal, inhibitor, read, not 'inhibiter'"
+    ):
         arc.kind = "inhibiter"  # type: ignore[assignment]
 
 

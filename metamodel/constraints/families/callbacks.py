@@ -116,7 +116,7 @@ def server_begins_callback(port: sym.ServerPort, index: Index) -> Outcome:
 
 @constraint(
     "{it} holds {element.tokens} tokens at the start, which began no callback",
-    fix="let it be empty at the start",
+    fix="make it empty at the start",
     guard=lambda place, index: (
         place.tokens > 0
         and _runs(place, index)
@@ -142,7 +142,7 @@ group_of_node_net = constraint(
 
 group_has_effect = constraint(
     "{it} is in {found}, which has no effect",
-    fix=f"{_BY_CALLBACKS}, or do not count on it",
+    fix=f"{_BY_CALLBACKS}, or do not rely on it",
     severity="warning",
     guard=_is_of_node_net,
 )
@@ -205,11 +205,11 @@ def response_callback_group(port: sym.ClientPort, index: Index) -> Outcome:
 def awaits_has_effect(page: sym.CallbackPage, index: Index) -> Outcome:
     """A callback that awaits works on goals or calls a service on its page, and its node runs callbacks."""
     if not (_runs(page, index) and _has_executors(index)):
-        return DinerosError("its node does not run callbacks", hint=f"{_BY_CALLBACKS}, or take it away")
+        return DinerosError("its node does not run callbacks", hint=f"{_BY_CALLBACKS}, or remove it")
     if page in _awaiting(index) or works_on_goals(page):
         return True
     return DinerosError(
-        "it calls nothing on its page", hint="put request and response of a client there, or take it away"
+        "it calls nothing on its page", hint="put request and response of a client there, or remove it"
     )
 
 
@@ -224,7 +224,7 @@ def _awaiting(index: Index) -> set[sym.CallbackPage | None]:
 
 @constraint(
     "{it} awaits one response at a time, but continues in several ways after {found}",
-    fix="put one call after the other, or let it not await",
+    fix="put one call after the other, or set awaits to false",
     guard=lambda page, index: bool(page.awaits) and _runs(page, index) and page in _awaiting(index),
 )
 def awaits_in_turn(page: sym.CallbackPage, index: Index) -> Outcome:

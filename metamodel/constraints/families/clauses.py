@@ -127,7 +127,7 @@ def clause_within_node_net(clause: sym.InputClause, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} says {element.text!r}, but its normal form says {found!r}",
+    "{it} has the text {element.text!r}, but its normal form is {found!r}",
     fix="set the clause from its text again",
     guard=lambda clause, index: (
         _compares_values(clause, index) and clause_within_node_net.check(clause, index) is True
@@ -225,7 +225,7 @@ def signal_values(signal: sym.InputSignal, index: Index) -> Outcome:
     return not (names and signal.initial) or "has values, and is true at the start"
 
 
-@constraint("{it} is used by no clause", fix="use it in a clause or remove it", severity="warning")
+@constraint("no clause uses {it}", fix="use it in a clause or remove it", severity="warning")
 def signal_used(signal: sym.InputSignal, index: Index) -> Outcome:
     """A signal is used by a clause."""
     return len(signal.literals) > 0

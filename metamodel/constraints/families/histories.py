@@ -55,8 +55,8 @@ def in_hand_positive(port: sym.SubscriberPort, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} says how many messages are in hand, and its place {element.place.id!r} has a capacity",
-    fix="say only one of both",
+    "{it} gives the number of messages in hand, and its place {element.place.id!r} has a capacity",
+    fix="give only one of the two",
     guard=_has_in_hand,
 )
 def in_hand_or_capacity(port: sym.SubscriberPort, index: Index) -> Outcome:
@@ -140,8 +140,8 @@ def deadlines_of_ros2(port: sym.SubscriberPort, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} gets no message of {found}",
-    fix="let the publisher offer what the subscriber requests",
+    "{it} receives no message of {found}",
+    fix="set the publisher to offer what the subscriber requests",
     severity="warning",
 )
 def ports_match(port: sym.SubscriberPort, index: Index) -> Outcome:

@@ -31,7 +31,7 @@ _TOPIC = re.compile(rf"(?:/|~/)?{_TOKEN}(?:/{_TOKEN})*|~")
 _INTERFACE = r"[a-z][a-z0-9_]*/{}/[A-Z][A-Za-z0-9]*"
 _MESSAGE, _SERVICE = re.compile(_INTERFACE.format("msg")), re.compile(_INTERFACE.format("srv"))
 _ACTION = re.compile(_INTERFACE.format("action"))
-_RULES = "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks"
+_RULES = "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires"
 
 
 def _id(element: pn.Element) -> str:
@@ -66,7 +66,10 @@ def _kind_and_place(element: pn.Element) -> str:
     return f"{with_article(kind)}{named}" + (f" in {describe(holder)}" if holder else "")
 
 
-@constraint("{it} has white space in its id", fix="write the id without blanks and use the name for people")
+@constraint(
+    "{it} has white space in its id",
+    fix="write the id without blanks, and put the readable text into the name",
+)
 def id_without_blanks(element: pn.Element, index: Index) -> Outcome:
     """An id has no white space."""
     return not (element.id and _BLANK.search(element.id))
@@ -74,7 +77,8 @@ def id_without_blanks(element: pn.Element, index: Index) -> Outcome:
 
 @constraint(
     "{it} has {found} in its id",
-    fix="write the id with letters, digits and signs such as _ - . @ and use the name for people",
+    fix="write the id with letters, digits and characters such as _ - . @, and put the readable text into "
+    "the name",
     guard=lambda element, index: index.is_distributed and bool(element.id),
 )
 def id_characters(element: pn.Element, index: Index) -> Outcome:
@@ -116,7 +120,7 @@ def node_name_valid(node_net: sym.NodeNet, index: Index) -> Outcome:
 
 @constraint(
     "{it} has the package {element.package!r}, which is not a name for a ROS package",
-    fix="use two or more small letters, digits and _, starting with a letter, as REP 144 asks",
+    fix="use two or more small letters, digits and _, starting with a letter, as REP 144 requires",
     guard=lambda node_net, index: node_net.package is not None,
 )
 def package_name_valid(node_net: sym.NodeNet, index: Index) -> Outcome:
@@ -298,7 +302,7 @@ def channel_name_reserved(channel: sym.Channel, index: Index) -> Outcome:
     """No topic or service has a name that the nodes of the model need for themselves."""
     part = hidden_part(_ros_name_of(channel))
     if part is not None:
-        return f"{_ros_name_of(channel)}, because {part} stands for what belongs to another name"
+        return f"{_ros_name_of(channel)}, because {part} is a placeholder for another name"
     made_here = (why for node, why in _taken(channel, index) if node.execution == sym.Execution.net)
     return next(made_here, True)
 

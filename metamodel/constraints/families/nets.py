@@ -30,7 +30,7 @@ def arc_joins_place_and_transition(arc: pn.Arc, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} joins {found}, which stand on different pages",
+    "{it} joins {found}, which are on different pages",
     fix="put a reference place or a reference transition on one of the pages",
 )
 def arc_within_page(arc: pn.Arc, index: Index) -> Outcome:
@@ -39,7 +39,7 @@ def arc_within_page(arc: pn.Arc, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} stands on another page than its ends",
+    "{it} is on another page than its ends",
     fix="move it to {found}",
     severity="warning",
 )
@@ -118,7 +118,7 @@ def interval_finite(interval: pn.TimeInterval, index: Index) -> Outcome:
 
 @constraint(
     "{it} is empty: it runs from {element.earliest} to {element.latest}{found}",
-    fix="let the latest time come after the earliest one, or equal it with both ends included",
+    fix="use a latest time after the earliest one, or the same time with both ends included",
     guard=lambda interval, index: (
         interval.latest is not None and interval_finite.check(interval, index) is True
     ),
@@ -132,7 +132,7 @@ def interval_not_empty(interval: pn.TimeInterval, index: Index) -> Outcome:
     return earliest <= latest or ""
 
 
-@constraint("priorities run in a circle: {found}", fix="take one of these overrides away")
+@constraint("priorities run in a circle: {found}", fix="remove one of these overrides")
 def overrides_acyclic(transition: pn.Transition, index: Index) -> Outcome:
     """No transition has, over others, a higher priority than itself."""
     return circles(index, pn.Transition, _overridden).get(transition, True)
@@ -149,8 +149,8 @@ def layout_finite(point: pn.Point, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} ends on {element.until!r}, which is not a day",
-    fix="write the day as 2027-03-31, or leave it out",
+    "{it} ends on {element.until!r}, which is not a date",
+    fix="write the date as 2027-03-31, or omit it",
     guard=lambda suppression, index: suppression.until is not None,
 )
 def suppression_until_day(suppression: pn.Suppression, index: Index) -> Outcome:
@@ -161,7 +161,7 @@ def suppression_until_day(suppression: pn.Suppression, index: Index) -> Outcome:
         return False
 
 
-@constraint("{it} gives no reason", fix="say why the finding is accepted")
+@constraint("{it} gives no reason", fix="write why the finding is accepted")
 def suppression_has_reason(suppression: pn.Suppression, index: Index) -> Outcome:
     """A suppression says why the finding is accepted."""
     return bool((suppression.reason or "").strip())

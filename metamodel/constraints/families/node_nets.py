@@ -18,7 +18,7 @@ def _is_outside(node: pn.Node, index: Index) -> bool:
     return index.is_distributed and index.node_net_of(node) is None
 
 
-@constraint("{it} stands in {found}", fix="put it next to that; node nets do not nest")
+@constraint("{it} is inside {found}", fix="put it next to the other node net; node nets do not nest")
 def node_net_not_nested(node_net: sym.NodeNet, index: Index) -> Outcome:
     """A node net stands in no other node net."""
     outer = index.node_net_of(node_net.page) if node_net.page is not None else None
@@ -26,7 +26,7 @@ def node_net_not_nested(node_net: sym.NodeNet, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} stands outside of all node nets",
+    "{it} is outside of all node nets",
     fix="move it into the node net of the ROS node that it is part of",
     guard=lambda node, index: (
         _is_outside(node, index) and len(index.reached_from.get(node, ())) < 2 and node not in index.port_uses
@@ -49,7 +49,7 @@ def node_not_shared(node: pn.Node, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} reaches {found} of another node net",
+    "{it} refers to {found} of another node net",
     fix="join the node nets by a topic or a service",
     guard=lambda node, index: isinstance(node, (pn.ReferencePlace, pn.ReferenceTransition)),
 )
@@ -62,7 +62,7 @@ def reference_within_node_net(node: pn.Node, index: Index) -> Outcome:
 
 @constraint(
     "{it} overrides {found} of another node net",
-    fix="take the priority away; ROS nodes do not wait for each other's transitions",
+    fix="remove the priority; ROS nodes do not wait for each other's transitions",
 )
 def overrides_within_node_net(transition: pn.Transition, index: Index) -> Outcome:
     """A transition has priority only over transitions of its own node net."""
@@ -88,7 +88,7 @@ def threads_need_multi(node_net: sym.NodeNet, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} stands outside of all node nets",
+    "{it} is outside of all node nets",
     fix="move it into the node net of the ROS node that calls it",
     guard=lambda page, index: index.is_distributed,
 )
@@ -97,7 +97,7 @@ def callback_page_in_node_net(page: sym.CallbackPage, index: Index) -> Outcome:
     return index.node_net_of(page) is not None
 
 
-@constraint("{it} stands in {found}", fix="put it next to that", severity="warning")
+@constraint("{it} is inside {found}", fix="put it next to that", severity="warning")
 def callback_page_not_nested(page: sym.CallbackPage, index: Index) -> Outcome:
     """A callback page stands in no other callback page."""
     outer = index.callback_page_of(page.page) if page.page is not None else None
@@ -123,7 +123,7 @@ def timer_positive(page: sym.CallbackPage, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} is called by a timer but stands on the server page {found}: there is one timer for all instances",
+    "{it} is called by a timer but is on the server page {found}: all instances have one timer in common",
     fix="put it next to the server page",
     guard=lambda page, index: page.kind == sym.CallbackKind.timer,
 )
@@ -135,7 +135,7 @@ def timer_outside_server_page(page: sym.CallbackPage, index: Index) -> Outcome:
 
 @constraint(
     "{it} has a timer but is called by a {element.kind}",
-    fix="take the timer away or set the kind to timer",
+    fix="remove the timer or set the kind to timer",
     severity="warning",
     guard=lambda page, index: page.timer is not None,
 )
@@ -158,11 +158,11 @@ def callback_page_called(page: sym.CallbackPage, index: Index) -> Outcome:
             return page.kind == sym.CallbackKind.goal or "it is the server page of an action"
         return page.kind == sym.CallbackKind.server or "it is the server page of a service"
     if page.kind == sym.CallbackKind.server:
-        return "it is the server page of no service"
+        return "it is not the server page of a service"
     if page.kind == sym.CallbackKind.goal:
-        return "it is the server page of no action"
+        return "it is not the server page of an action"
     if page.kind == sym.CallbackKind.client:
-        return page in _called(index) or "no response to a request from elsewhere comes to it"
+        return page in _called(index) or "it does not receive the response to a request from another page"
     return (
         page.kind != sym.CallbackKind.subscriber
         or page in _called(index)
@@ -207,7 +207,7 @@ def timed_transition_has_interval(transition: sym.Transition, index: Index) -> O
 
 @constraint(
     "{it} has a lifecycle, which the rules of {element.net.middleware} do not know",
-    fix="set the middleware of the model to ros2, or take it away",
+    fix="set the middleware of the model to ros2, or remove it",
     severity="warning",
     guard=lambda node_net, index: (
         node_net.lifecycle is not None and isinstance(node_net.net, sym.SystemModel)
@@ -227,7 +227,7 @@ def start_steps_positive(lifecycle: sym.Lifecycle, index: Index) -> Outcome:
 
 @constraint(
     "{it} is configured in step {element.configureStep}, and activated in step {element.activateStep}",
-    fix="let it be activated in a later step",
+    fix="set a later step for its activation",
     guard=lambda lifecycle, index: lifecycle.configureStep > 0 and lifecycle.activateStep > 0,
 )
 def configured_before_active(lifecycle: sym.Lifecycle, index: Index) -> Outcome:

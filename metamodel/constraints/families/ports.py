@@ -83,7 +83,8 @@ def _received(uses: list[PortUse]) -> list[tuple[str, str]]:
 
 
 @constraint(
-    "{it} receives messages but stands on the server page {found}: which instance is a message for?",
+    "{it} receives messages but is on the server page {found}: the instance that a message is for is "
+    "undefined",
     fix="put it on a callback page next to the server page and use a reference place there",
     guard=lambda place, index: place in index.port_uses and index.server_page_of(place) is not None,
 )
@@ -95,7 +96,7 @@ def subscriber_outside_server_page(place: pn.Place, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} maps to the token field {element.tokenField!r}, which is none of the token type",
+    "{it} maps to the token field {element.tokenField!r}, which the token type does not have",
     fix="use a field of the token type or add this one",
 )
 def mapped_field_known(mapping: sym.FieldMapping, index: Index) -> Outcome:

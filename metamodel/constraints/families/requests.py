@@ -27,7 +27,7 @@ def request_depth_positive(channel: sym.ServiceChannel, index: Index) -> Outcome
 
 @constraint(
     "{it} has {element.outstanding} requests under way at most",
-    fix="let it have 1 or more, or -1 for any number",
+    fix="use 1 or more, or -1 for any number",
 )
 def outstanding_positive(port: sym.ClientPort, index: Index) -> Outcome:
     """A client has 1 request under way or more, or any number."""
@@ -41,7 +41,7 @@ def timeout_positive(port: sym.ClientPort, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} names the place {element.timedOut.id!r} for time-outs, and waits forever",
+    "{it} names the place {element.timedOut.id!r} for time-outs, but waits forever",
     fix="give it a time-out, or name no place",
     guard=_tells_of_time_outs,
 )
@@ -107,7 +107,7 @@ def _waiting_callback(port: sym.ClientPort, index: Index) -> sym.CallbackPage | 
 
 
 @constraint(
-    "{it} names the place {element.timedOut.id!r} for time-outs on {found}, which a time-out does not begin",
+    "{it} names the place {element.timedOut.id!r} for time-outs on {found}, which a time-out does not start",
     fix="put the place on the callback page that asks, or on none",
     guard=lambda port, index: port.timedOut is not None and runs_callbacks(index.node_net_of(port.timedOut)),
 )

@@ -154,7 +154,7 @@ def in_one_instance(request: pn.Place, other: pn.Place, index: Index, what: str 
 @constraint(
     "{it} is one of services that call each other in a circle, and each would have an instance for every "
     "client: {found}",
-    fix="say how many instances one of them has",
+    fix="set the number of instances of one of them",
     guard=lambda channel, index: channel.instances is None,
 )
 def service_circle_has_instances(channel: sym.ServiceChannel, index: Index) -> Outcome:
@@ -177,8 +177,8 @@ def _counted_before(index: Index, channel: sym.ServiceChannel) -> list[sym.Servi
 
 
 @constraint(
-    "{it} puts its responses on a place that all instances of the server page {found} share: one may get "
-    "the answer to another",
+    "{it} puts its responses on a place that all instances of the server page {found} share: one instance "
+    "may take the response to another",
     fix="put its request and response on the server page: each instance then has its own",
     severity="warning",
 )
@@ -225,7 +225,7 @@ def server_page_closed(node: pn.Node, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} lets all server instances share {found}, which then needs and serves all of them at once",
+    "{it} lets all server instances share {found}, which then needs and serves all instances at once",
     fix="put the transition on the server page and share places only",
     severity="warning",
     guard=lambda node, index: index.server_page_of(node) is not None,

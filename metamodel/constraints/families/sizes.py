@@ -57,7 +57,7 @@ def size_within_limit(element: EObject, index: Index) -> Outcome:
     return True
 
 
-@constraint("{it} has {found}", fix="make it smaller, unless that is what you mean", severity="warning")
+@constraint("{it} has {found}", fix="make it smaller, unless this size is intended", severity="warning")
 def size_usual(element: EObject, index: Index) -> Outcome:
     """A number that costs memory or time is not unusually large."""
     for feature, name, size in _sizes(element, index):

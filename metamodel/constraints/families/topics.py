@@ -67,7 +67,7 @@ def dispatcher_subscribes(dispatcher: sym.Dispatcher, index: Index) -> Outcome:
     )
 
 
-@constraint("{it} is not the only one for {found}", fix="keep one of them")
+@constraint("{it} is for {found}, as another one is", fix="keep one of them")
 def dispatcher_once(dispatcher: sym.Dispatcher, index: Index) -> Outcome:
     """A node net has at most one dispatcher for a topic."""
     first = index.earliest(dispatcher, sym.Dispatcher, _receiver)

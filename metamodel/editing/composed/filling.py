@@ -50,9 +50,11 @@ def filled(root: pn.Net, token: EObject, handle: str, field: str, text: str | No
     try:
         data = decode_json(token.data)
     except DinerosError as error:
-        raise c.CommandError(f"its data is not JSON: {error.message}", hint="mend the data itself") from error
+        raise c.CommandError(
+            f"its data is not JSON: {error.message}", hint="correct the data itself"
+        ) from error
     if not isinstance(data, dict):
-        raise c.CommandError("its data is not a JSON object", hint="mend the data itself")
+        raise c.CommandError("its data is not a JSON object", hint="correct the data itself")
     if text is None:
         data.pop(field, None)
     else:

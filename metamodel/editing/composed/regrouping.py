@@ -31,7 +31,7 @@ def moved(root: pn.Net, handles: Handles, elements: Sequence[EObject], page: pn.
         raise c.CommandError(f"{describe(page)} cannot be put into itself")
     if node_net_of(page) is not node_net_of(source):
         raise c.CommandError(
-            f"{describe(page)} is part of another ROS node", hint="copy there what is needed"
+            f"{describe(page)} is part of another ROS node", hint="copy the elements that are needed"
         )
     return [] if page is source else _NodeMove(root, handles, elements, page).commands()
 
@@ -68,7 +68,7 @@ def split(root: pn.Net, handles: Handles, page: EObject) -> list[c.Command]:
         raise c.CommandError(f"{describe(page)} is not a page within a page")
     for other, name in referrers(root)[page]:
         if class_of(other).features[name].required:
-            raise c.CommandError(f"{describe(other)} cannot be without {describe(page)}")
+            raise c.CommandError(f"{describe(other)} cannot exist without {describe(page)}")
     contents = list(page.objects)
     found: list[c.Command] = []
     shift = (0.0, 0.0)
@@ -238,9 +238,9 @@ def _page_of(elements: Sequence[EObject]) -> pn.Page:
     for each in elements:
         page = each.eContainer()
         if not isinstance(each, pn.PageObject) or not isinstance(page, pn.Page):
-            raise c.CommandError(f"{describe(each)} stands on no page")
+            raise c.CommandError(f"{describe(each)} is not on a page")
         if page is not elements[0].eContainer():
-            raise c.CommandError(f"{describe(each)} and {describe(elements[0])} stand on two pages")
+            raise c.CommandError(f"{describe(each)} and {describe(elements[0])} are on two pages")
     page = elements[0].eContainer()
     assert isinstance(page, pn.Page)
     return page

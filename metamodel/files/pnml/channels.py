@@ -102,7 +102,9 @@ class ChannelReader:
                 id, [key for key, each in self._models.items() if isinstance(each, pn.PlaceNode)]
             )
             is_there = found is not None
-            what = f"{with_article(type(found).__name__)}, not a place" if is_there else "which is not there"
+            what = (
+                f"{with_article(type(found).__name__)}, not a place" if is_there else "which does not exist"
+            )
             raise self._source.error(f"a port names {id!r}, {what}", xml, id=id, hint=hint)
         try:
             place = resolve(found)

@@ -104,7 +104,7 @@ class _Groups:
         if (kind := item_text(xml, "type")) is not None:
             plain = kind.lower().removeprefix("mutually")
             if not plain.startswith(("exclusive", "reentrant")):
-                hint = "groups are exclusive or reentrant"
+                hint = "kinds are exclusive and reentrant"
                 raise self._source.error(f"{kind!r} is not a kind of callback group", xml, id=name, hint=hint)
             group.kind = "exclusive" if plain.startswith("exclusive") else "reentrant"  # type: ignore[assignment]
         if (priority := item_text(xml, "priority")) is not None:
@@ -121,6 +121,6 @@ class _Groups:
             (node_net,) = found
             assert node_net is not None
             return node_net
-        what = f"names the node {node!r}, which is not there" if node else "names no node"
+        what = f"names the node {node!r}, which does not exist" if node else "names no node"
         hint = f"nodes are {', '.join(sorted(label(each) for each in known)) or 'missing'}"
         raise self._source.error(f"the callback group {name!r} {what}", xml, id=name, hint=hint)

@@ -69,7 +69,7 @@ def _ends(net: NetRecord, source: Source) -> Ends:
 def _end(arc: ArcRecord, id: str, net: NetRecord, source: Source) -> NodeRecord:
     node = net.ids.get(id)
     if not isinstance(node, NodeRecord):
-        what = "which is not there" if node is None else "which is not a place or transition"
+        what = "which does not exist" if node is None else "which is not a place or transition"
         hint = near_matches(id, [each.id for each in net.root.nodes()])
         raise source.error(f"arc {arc.id!r} ends at {id!r}, {what}", arc.xml, id=arc.id, hint=hint)
     if node.is_channel:
@@ -118,7 +118,7 @@ def _totals(root: PageRecord) -> Counter[PageRecord]:
 def _check_node(node: NodeRecord, name: str | None, around: PageRecord, source: Source) -> None:
     if name is not None and not around.is_called(name):
         where = node.extension.fields["node"]
-        hint = f"it stands on the node page {around.id!r}; move it or change its <node>"
+        hint = f"it is on the node page {around.id!r}; move it or change its <node>"
         raise source.error(f"{node.id!r} names the node {name!r}", where, id=node.id, hint=hint)
 
 

@@ -64,7 +64,7 @@ def read_records(net: etree._Element, source: Source) -> NetRecord:
         It has no page.
     """
     if not (net.get("id") or "").strip():
-        source.note("the net got an id")
+        source.note("the net is given an id")
         known = {xml.get("id") for xml in net.iter()}
         net.set(
             "id", next(id for id in map("net{}".format, ("", *range(2, len(known) + 3))) if id not in known)
@@ -181,7 +181,7 @@ class _PnmlReader:
         start, end = source.attribute(xml, "source"), source.attribute(xml, "target")
         id = (xml.get("id") or "").strip() and xml.get("id")
         if not id:
-            source.note("arcs without an id got one")
+            source.note("arcs without an id are given one")
             id = self._net.unique(f"{start}-{end}")
         elif id in self._net.ids:
             self._taken.append((self._net.ids[id], xml))
@@ -221,7 +221,7 @@ def _check_reference(node: NodeRecord, net: NetRecord, source: Source) -> None:
         known = [each.id for each in net.root.nodes() if each.is_place == node.is_place]
         hint = near_matches(node.ref or "", known)
         raise source.error(
-            f"{node.id!r} refers to {node.ref!r}, which is not there", node.xml, id=node.id, hint=hint
+            f"{node.id!r} refers to {node.ref!r}, which does not exist", node.xml, id=node.id, hint=hint
         )
     if not isinstance(target, NodeRecord) or target.is_channel or target.is_place != node.is_place:
         raise source.error(
@@ -246,11 +246,13 @@ def _extension(xml: etree._Element, source: Source) -> Extension:
             for inner in children(block):
                 first = extension.fields.setdefault(local(inner), inner)
                 if first is not inner and local(inner) in ALL_FIELDS and canonical(first) != canonical(inner):
-                    raise source.error(f"<{local(inner)}> stands here twice, and differs", inner)
+                    raise source.error(f"<{local(inner)}> occurs here twice, with different content", inner)
         elif tool == OWN:
             if block.get("version") != OWN_VERSION:
                 hint = "it was written by a newer DiNeROS"
-                raise source.error(f"version {block.get('version')!r} of our own block", block, hint=hint)
+                raise source.error(
+                    f"version {block.get('version')!r} of the block of DiNeROS", block, hint=hint
+                )
             extension.own = child(block, "element")
     return extension
 

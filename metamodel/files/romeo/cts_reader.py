@@ -50,7 +50,7 @@ _ROLES = {"read": pn.ArcKind.read, "inhibitor": pn.ArcKind.inhibitor}
 _PLACES = ("place", "int")
 """Versions up to 3.4 declare places as whole numbers."""
 _NO_VARIABLES = "a net has places only: variables, types and functions are not analysed"
-_CHANGES = "what a transition does is read as NAME = NAME + NUMBER, or with -"
+_CHANGES = "only changes such as NAME = NAME + NUMBER, or with -, are read"
 
 
 @dataclass(slots=True)
@@ -116,7 +116,7 @@ class _CtsReader:
             raise self._unexpected(rest, "a transition, or a formula to check")
         for later in self._tokens[self._at :]:
             if later.text in ("transition", "initially"):
-                raise self._text.error(later, f"{later.text!r} stands behind {rest.text!r}")
+                raise self._text.error(later, f"{later.text!r} follows {rest.text!r}")
         return self._net()
 
     # Tokens ------------------------------------------------------------------------------------------------
@@ -164,7 +164,7 @@ class _CtsReader:
         while True:
             name = self._name()
             if name.text in self._places:
-                raise self._text.error(name, f"place {name.text[:40]!r} is there already")
+                raise self._text.error(name, f"place {name.text[:40]!r} is declared twice")
             self._expect("=")
             self._places[name.text] = self._whole("tokens with colours are not read: unfold the net"), name
             token = self._next()
@@ -216,7 +216,7 @@ class _CtsReader:
             while self._peek() not in (",", "]") and value.kind != "end":
                 value = self._next()  # changes no behaviour
         else:
-            raise self._text.error(option, f"the option {option.text[:40]!r} is not read")
+            raise self._text.error(option, f"the option {option.text[:40]!r} is not supported")
 
     def _interval(self, transition: Token) -> pn.TimeInterval | None:
         start = self._next()
@@ -343,7 +343,7 @@ class _CtsReader:
             put = one.effect.get(place, 0) + take
             if put < 0:
                 message = f"transition {name!r} takes tokens from {place!r}, which 'intermediate' keeps"
-                raise self._text.error(one.token, message, "say in 'intermediate' what it takes")
+                raise self._text.error(one.token, message, "list in 'intermediate' the tokens that it takes")
             if need < take:
                 message = f"transition {name!r} takes {take} from {place!r}, and its guard asks for {need}"
                 raise self._text.error(one.token, message, f"write {place} >= {take}")

@@ -26,7 +26,7 @@ class NetOfRomeo:
     Raises
     ------
     ModelFileError
-        It has channels, capacities or clauses, which Romeo cannot say.
+        It has channels, capacities or clauses, which Romeo cannot express.
     """
 
     def __init__(self, net: pn.Net, path: Path | None) -> None:
@@ -42,11 +42,11 @@ class NetOfRomeo:
         self._places, self._transitions = list(places(net)), list(transitions(net))
         for place in self._places:
             if place.capacity is not None:
-                raise self._error(place, "has a capacity, which Romeo cannot say", "use .pnml, or .xmi")
+                raise self._error(place, "has a capacity, which Romeo cannot express", "use .pnml, or .xmi")
         for transition in self._transitions:
             if isinstance(transition, sym.Transition) and transition.clause is not None:
                 raise self._error(
-                    transition, "has a clause, which Romeo cannot say", "flatten the model first"
+                    transition, "has a clause, which Romeo cannot express", "flatten the model first"
                 )
 
     def _error(self, node: pn.Node, what: str, hint: str) -> ModelFileError:
@@ -88,7 +88,7 @@ class NetOfRomeo:
             for other in ordered:
                 if (ranks[other] < ranks[transition]) != (other in under):
                     hint = f"give one of {transition.id} and {other.id} priority over the other, or neither"
-                    what = "has priorities that Romeo's numbers, which order all transitions, cannot say"
+                    what = "has priorities that Romeo's numbers, which order all transitions, cannot express"
                     raise self._error(transition, what, hint)
         return [ranks[transition] for transition in ordered]
 

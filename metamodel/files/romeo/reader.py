@@ -174,7 +174,7 @@ class _RomeoReader:
             node = known_nodes.get(attributes.text(name))
             if node is None:
                 missing = f"{name} {attributes.text(name)[:40]!r}"
-                raise attributes.error(f"the arc names {missing}, which is not there")
+                raise attributes.error(f"the arc names {missing}, which does not exist")
             ends.append(node)
         place, transition = ends
         assert isinstance(place, pn.Place) and isinstance(transition, pn.Transition)

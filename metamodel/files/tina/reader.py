@@ -159,7 +159,7 @@ class _TinaReader:
         except ValueError as error:
             raise self._text.error(token, f"{text[:40]!r} is too large") from error
         if value < least:
-            raise self._text.error(token, f"a weight is {least} or more, not {value}")
+            raise self._text.error(token, f"a weight must be {least} or more, not {value}")
         return self._in_range(value, token)
 
     def _in_range(self, value: int, token: Token) -> int:

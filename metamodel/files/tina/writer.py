@@ -36,7 +36,7 @@ def net_text(net: pn.Net, path: Path | None = None) -> str:
     for place in places(net):
         if place.capacity is not None:
             raise ModelFileError(
-                f"place {place.id!r} has a capacity, which .net cannot say",
+                f"place {place.id!r} has a capacity, which .net cannot express",
                 location=location,
                 element=place.id,
                 hint="use .pnml, or .xmi",
@@ -46,7 +46,7 @@ def net_text(net: pn.Net, path: Path | None = None) -> str:
     for transition in transitions(net):
         if isinstance(transition, sym.Transition) and transition.clause is not None:
             raise ModelFileError(
-                f"transition {transition.id!r} has a clause, which .net cannot say",
+                f"transition {transition.id!r} has a clause, which .net cannot express",
                 location=location,
                 element=transition.id,
                 hint="flatten the model first",

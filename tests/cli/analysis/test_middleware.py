@@ -98,7 +98,7 @@ def test_ports_that_do_not_match(run: Run, own: Path) -> None:
     wanted = ("--set", "talk.subscriber.Heard.qos.durability=transientLocal")
     result = run("check", own, "--middleware", "ros2", *wanted)
     assert (
-        "warning: Heard gets no message of Said (topic /talk): the publisher's durability is volatile, "
+        "warning: Heard receives no message of Said (topic /talk): the publisher's durability is volatile, "
         "and the subscriber asks for transientLocal; to mend it, "
         "set talk.publisher.Said.qos.durability=transientLocal or "
         "talk.subscriber.Heard.qos.durability=volatile [ports-not-matched]\n"

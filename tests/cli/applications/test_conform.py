@@ -265,7 +265,7 @@ class TestWrongUse:
         witness = tmp_path / "witness.jsonl"
         assert run("find", model, "--enabled", "Listen", "-o", witness).exit_code == 0
         assert is_one_line_of_wrong_use(
-            run("conform", model, witness), "is a witness, no trace of a node's run"
+            run("conform", model, witness), "is a witness, not a trace of a node's run"
         )
 
     @uses("ends")

@@ -103,7 +103,8 @@ def test_names_with_line_breaks_and_braces_stay_on_one_line() -> None:
     broken = small.plain()
     broken["p"].id = "{p}\n"
     assert [str(violation) for violation in validate(broken.net)] == [
-        "place '{p}\\n' has white space in its id (write the id without blanks and use the name for people)"
+        "place '{p}\\n' has white space in its id (write the id without blanks, and put the readable text "
+        "into the name)"
     ]
 
 

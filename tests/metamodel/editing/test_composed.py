@@ -101,7 +101,7 @@ def test_a_group_and_its_split() -> None:
     do(editor, {"kind": "split", "page": handle(editor, "Page1")})
     assert {each.id for each in elements(model)} == {each.id for each in elements(wanted)}
     assert flat(model) == flat(wanted)
-    with pytest.raises(CommandError, match="cannot be without callback page 'PickServer'"):
+    with pytest.raises(CommandError, match="cannot exist without callback page 'PickServer'"):
         do(editor, {"kind": "split", "page": handle(editor, "PickServer")})
 
 
@@ -129,7 +129,7 @@ def test_an_arc_between_two_pages_leads_to_a_reference() -> None:
 def test_what_cannot_be_put_elsewhere_says_why() -> None:
     editor = Editor(talker())
     for operation, said in (
-        ({"kind": "group", "elements": ["e1"]}, "stands on no page"),
+        ({"kind": "group", "elements": ["e1"]}, "is not on a page"),
         (
             {"kind": "group", "elements": [handle(editor, "Words")], "type": "sym.NodeNet"},
             "becomes a pn.Page",

@@ -242,7 +242,7 @@ def test_a_new_model_begins_empty(tmp_path: Path) -> None:
     [
         (b'{"do": "nothing"}\n', "a group is a list of commands"),
         (b'{"do": [{"kind": "delete", "elements": ["e0"]}]}\n', "the model itself cannot be deleted"),
-        (b'{"redo": true}\n', "nothing to undo or do again"),
+        (b'{"redo": true}\n', "nothing to undo or redo"),
         (b"[[[[\n", "no JSON"),
         (b"7\n", "not an entry"),
         (b'{"what": 1}\n', "no known kind"),
@@ -262,7 +262,7 @@ def test_a_journal_that_somebody_damaged_is_said(tmp_path: Path, line: bytes, sa
     assert journal.read_bytes() == whole + line  # nothing is thrown away
     first = json.loads(whole.splitlines()[0])
     journal.write_bytes(json.dumps({**first, "base": "AAAA"}).encode() + b"\n")
-    with pytest.raises(JournalError, match="does not hold the model it began with"):
+    with pytest.raises(JournalError, match="does not hold the model with which it began"):
         Document(file)
 
 

@@ -78,7 +78,7 @@ def test_an_unknown_parameter_is_named_with_what_is_near(tmp_path: Path) -> None
         ("x = 1\ny = 1 / 0\n", "ZeroDivisionError: division by zero", 2),
         ("model = 1\n", "defines no function build", None),
         ("def build(n: int = 1):\n    raise ValueError('no')\n", "ValueError: no", 2),
-        ("def build():\n    return 3\n", "build returns 3, which is not a model", None),
+        ("def build():\n    return 3\n", "build returns 3, not a model", None),
         ("def build(n):\n    return None\n", "the parameter 'n' of build has no default", None),
         ("def build(*n):\n    return None\n", "the parameter 'n' of build has no default", None),
         ("def build(n=None):\n    return None\n", "the parameter 'n' of build has no default", None),

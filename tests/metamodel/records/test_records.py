@@ -206,7 +206,7 @@ class TestFiles:
         late, early, other = header("x", "n", 7), header("y", "n", 0), header("z", "o", 0)
         assert traces_of_runs([late, other, early, late]) == {"n": [early, late], "o": [other]}
         for path, says in (
-            (header("w", "n", 0, "witness"), "w:1: is a witness, no trace of a node's run"),
+            (header("w", "n", 0, "witness"), "w:1: is a witness, not a trace of a node's run"),
             (header("double", "n", 7), "double:1: begins at record 7 of node 'n', as "),
             (self.write(tmp_path / "empty", b""), "empty: is empty"),
             (tmp_path / "none", "No such file"),

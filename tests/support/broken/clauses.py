@@ -51,7 +51,8 @@ def foreign_signal(small: Small) -> None:
 
 @CASES.breaks(
     "clause-form-is-text",
-    "input clause of transition 'Talk' says 'Ready & !Danger', but its normal form says '!Ready | !Danger'",
+    "input clause of transition 'Talk' has the text 'Ready & !Danger', but its normal form is '!Ready | "
+    "!Danger'",
     "set the clause from its text again",
 )
 def other_text(small: Small) -> None:
@@ -60,7 +61,8 @@ def other_text(small: Small) -> None:
 
 @CASES.breaks(
     "clause-form-is-text",
-    "input clause of transition 'Talk' says 'Ready -> !Danger', but its normal form says '!Ready | Danger'",
+    "input clause of transition 'Talk' has the text 'Ready -> !Danger', but its normal form is '!Ready | "
+    "Danger'",
     "set the clause from its text again",
 )
 def negation_lost(small: Small) -> None:
@@ -69,7 +71,7 @@ def negation_lost(small: Small) -> None:
 
 @CASES.breaks(
     "clause-form-is-text",
-    "input clause of transition 'Done' says 'Ready & Danger', but its normal form says 'Ready'",
+    "input clause of transition 'Done' has the text 'Ready & Danger', but its normal form is 'Ready'",
     "set the clause from its text again",
 )
 def disjunctions_lost(small: Small) -> None:
@@ -108,7 +110,7 @@ def same_name(small: Small) -> None:
 
 @CASES.breaks(
     "signal-used",
-    "input signal 'Spare' is used by no clause",
+    "no clause uses input signal 'Spare'",
     "use it in a clause or remove it",
 )
 def unused(small: Small) -> None:

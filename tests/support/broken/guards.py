@@ -25,7 +25,7 @@ def _with_fields(small: Small) -> Small:
 
 @CASES.breaks(
     "guard-usable",
-    "transition 'Done' has a guard that cannot be used: column 4 has '!', which does not fit there",
+    "transition 'Done' has a guard that cannot be used: column 4 has '!', which is not allowed there",
     "write it like success = false and level between 1 and 3",
 )
 def no_condition(small: Small) -> None:
@@ -143,7 +143,7 @@ def copy_of_a_wider_field(small: Small) -> None:
 @CASES.breaks(
     "guard-not-sent",
     "transition 'Done' has a guard about tokens that a port sends: place 'Ask'",
-    "ask before: about the token that the transition before it takes",
+    "put the guard on the transition before it, about the token that this one takes",
 )
 def guard_about_a_request(small: Small) -> None:
     done = _with_fields(small)["Done"]

@@ -33,7 +33,7 @@ def named_place_with_an_empty_id(small: Small) -> None:
 @CASES.breaks(
     "id-without-blanks",
     "place 'r 1' has white space in its id",
-    "write the id without blanks and use the name for people",
+    "write the id without blanks, and put the readable text into the name",
     of=plain,
 )
 def id_with_a_blank(small: Small) -> None:
@@ -43,7 +43,8 @@ def id_with_a_blank(small: Small) -> None:
 @CASES.breaks(
     "id-characters",
     'place "it\'s" has "\'" in its id',
-    "write the id with letters, digits and signs such as _ - . @ and use the name for people",
+    "write the id with letters, digits and characters such as _ - . @, and put the readable text into the "
+    "name",
 )
 def quote_in_an_id(small: Small) -> None:
     small["Idle"].id = "it's"
@@ -52,7 +53,8 @@ def quote_in_an_id(small: Small) -> None:
 @CASES.breaks(
     "id-characters",
     "place 'right\\u202eleft' has '\\u202e' in its id",
-    "write the id with letters, digits and signs such as _ - . @ and use the name for people",
+    "write the id with letters, digits and characters such as _ - . @, and put the readable text into the "
+    "name",
 )
 def unprintable_id(small: Small) -> None:
     small["Idle"].id = "right\u202eleft"
@@ -109,7 +111,7 @@ def name_with_a_dash(small: Small) -> None:
 @CASES.breaks(
     "package-name-valid",
     "node net 'talker' has the package 'Talking', which is not a name for a ROS package",
-    "use two or more small letters, digits and _, starting with a letter, as REP 144 asks",
+    "use two or more small letters, digits and _, starting with a letter, as REP 144 requires",
 )
 def package_with_a_capital(small: Small) -> None:
     small["talker"].package = "Talking"
@@ -118,7 +120,7 @@ def package_with_a_capital(small: Small) -> None:
 @CASES.breaks(
     "package-name-valid",
     "node net 'talker' has the package '', which is not a name for a ROS package",
-    "use two or more small letters, digits and _, starting with a letter, as REP 144 asks",
+    "use two or more small letters, digits and _, starting with a letter, as REP 144 requires",
 )
 def empty_package(small: Small) -> None:
     small["talker"].package = ""
@@ -136,7 +138,7 @@ def relative_namespace(small: Small) -> None:
 @CASES.breaks(
     "topic-name-valid",
     "topic channel 'chatter' has the topic '/cell/2nd', which is not a ROS topic name",
-    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires",
 )
 def part_starts_with_a_digit(small: Small) -> None:
     small["chatter"].topic = "/cell/2nd"
@@ -145,7 +147,7 @@ def part_starts_with_a_digit(small: Small) -> None:
 @CASES.breaks(
     "topic-name-valid",
     "topic channel 'chatter' has the topic '/cell//chatter', which is not a ROS topic name",
-    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires",
 )
 def doubled_slash(small: Small) -> None:
     small["chatter"].topic = "/cell//chatter"
@@ -154,7 +156,7 @@ def doubled_slash(small: Small) -> None:
 @CASES.breaks(
     "topic-name-valid",
     "topic channel 'chatter' has the topic '/chatter/', which is not a ROS topic name",
-    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires",
 )
 def slash_at_the_end(small: Small) -> None:
     small["chatter"].topic = "/chatter/"
@@ -163,7 +165,7 @@ def slash_at_the_end(small: Small) -> None:
 @CASES.breaks(
     "topic-name-valid",
     "topic channel 'chatter' has the topic 'the chatter', which is not a ROS topic name",
-    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires",
 )
 def blank(small: Small) -> None:
     small["chatter"].topic = "the chatter"
@@ -172,7 +174,7 @@ def blank(small: Small) -> None:
 @CASES.breaks(
     "topic-name-valid",
     "topic channel 'chatter' has the topic '{node/chatter', which is not a ROS topic name",
-    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires",
 )
 def open_brace(small: Small) -> None:
     small["chatter"].topic = "{node/chatter"
@@ -181,7 +183,7 @@ def open_brace(small: Small) -> None:
 @CASES.breaks(
     "topic-name-valid",
     "topic channel 'chatter' has the topic '~chatter', which is not a ROS topic name",
-    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires",
 )
 def tilde_without_slash(small: Small) -> None:
     small["chatter"].topic = "~chatter"
@@ -190,7 +192,7 @@ def tilde_without_slash(small: Small) -> None:
 @CASES.breaks(
     "service-name-valid",
     "service channel 'ask' has the service '/ask-me', which is not a ROS service name",
-    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires",
 )
 def dash(small: Small) -> None:
     small["ask"].service = "/ask-me"
@@ -199,7 +201,7 @@ def dash(small: Small) -> None:
 @CASES.breaks(
     "port-name-valid",
     "publisher port 'chat ter' of place 'Said' is for 'chat ter', which is not a ROS name",
-    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires",
     of=runtime,
 )
 def topic_of_a_runtime_port(small: Small) -> None:
@@ -209,7 +211,7 @@ def topic_of_a_runtime_port(small: Small) -> None:
 @CASES.breaks(
     "port-name-valid",
     "client port 'c1' of place 'Ask' is for '2ask', which is not a ROS name",
-    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires",
     of=runtime,
 )
 def service_of_a_runtime_port(small: Small) -> None:

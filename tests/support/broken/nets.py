@@ -32,7 +32,7 @@ def two_transitions(small: Small) -> None:
 
 @CASES.breaks(
     "arc-within-page",
-    "arc 'p-t' joins place 'p' and transition 'u', which stand on different pages",
+    "arc 'p-t' joins place 'p' and transition 'u', which are on different pages",
     "put a reference place or a reference transition on one of the pages",
     of=plain,
 )
@@ -42,7 +42,7 @@ def ends_on_two_pages(small: Small) -> None:
 
 @CASES.breaks(
     "arc-on-page-of-its-ends",
-    "arc 'p-t' stands on another page than its ends",
+    "arc 'p-t' is on another page than its ends",
     "move it to page 'left'",
     of=plain,
 )
@@ -154,7 +154,7 @@ def infinite_latest_time(small: Small) -> None:
 @CASES.breaks(
     "interval-not-empty",
     "time interval of transition 't' is empty: it runs from 1.0 to 0.5",
-    "let the latest time come after the earliest one, or equal it with both ends included",
+    "use a latest time after the earliest one, or the same time with both ends included",
     of=plain,
 )
 def latest_before_earliest(small: Small) -> None:
@@ -164,7 +164,7 @@ def latest_before_earliest(small: Small) -> None:
 @CASES.breaks(
     "interval-not-empty",
     "time interval of transition 't' is empty: it runs from 1.0 to 1.0, ends excluded",
-    "let the latest time come after the earliest one, or equal it with both ends included",
+    "use a latest time after the earliest one, or the same time with both ends included",
     of=plain,
 )
 def open_point(small: Small) -> None:
@@ -175,7 +175,7 @@ def open_point(small: Small) -> None:
 @CASES.breaks(
     "overrides-acyclic",
     "priorities run in a circle: t -> u -> t",
-    "take one of these overrides away",
+    "remove one of these overrides",
     of=plain,
 )
 def circle_of_two_2(small: Small) -> None:
@@ -185,7 +185,7 @@ def circle_of_two_2(small: Small) -> None:
 @CASES.breaks(
     "overrides-acyclic",
     "priorities run in a circle: t -> t",
-    "take one of these overrides away",
+    "remove one of these overrides",
     of=plain,
 )
 def over_itself(small: Small) -> None:
@@ -204,8 +204,8 @@ def no_number(small: Small) -> None:
 
 @CASES.breaks(
     "suppression-until-day",
-    "suppression 'deadlock' of place 'p' ends on '2027-02-30', which is not a day",
-    "write the day as 2027-03-31, or leave it out",
+    "suppression 'deadlock' of place 'p' ends on '2027-02-30', which is not a date",
+    "write the date as 2027-03-31, or omit it",
     of=plain,
 )
 def suppression_until_no_day(small: Small) -> None:
@@ -214,8 +214,8 @@ def suppression_until_no_day(small: Small) -> None:
 
 @CASES.breaks(
     "suppression-until-day",
-    "suppression 'deadlock' of place 'p' ends on '20270331', which is not a day",
-    "write the day as 2027-03-31, or leave it out",
+    "suppression 'deadlock' of place 'p' ends on '20270331', which is not a date",
+    "write the date as 2027-03-31, or omit it",
     of=plain,
 )
 def suppression_until_another_notation(small: Small) -> None:
@@ -225,7 +225,7 @@ def suppression_until_another_notation(small: Small) -> None:
 @CASES.breaks(
     "suppression-has-reason",
     "suppression 'deadlock' of place 'p' gives no reason",
-    "say why the finding is accepted",
+    "write why the finding is accepted",
     of=plain,
 )
 def suppression_without_reason(small: Small) -> None:

@@ -12,7 +12,7 @@ CASES = Cases()
 @CASES.breaks(
     "node-net-not-nested",
     "node net 'inner' stands in node net 'talker'",
-    "put it next to that; node nets do not nest",
+    "put it next to the other node net; node nets do not nest",
 )
 def node_net_in_a_node_net(small: Small) -> None:
     sym.NodeNet(id="inner", page=small["state"])
@@ -20,7 +20,7 @@ def node_net_in_a_node_net(small: Small) -> None:
 
 @CASES.breaks(
     "node-in-node-net",
-    "place 'Alone' stands outside of all node nets",
+    "place 'Alone' is outside of all node nets",
     "move it into the node net of the ROS node that it is part of",
 )
 def place_on_a_page_outside(small: Small) -> None:
@@ -30,7 +30,7 @@ def place_on_a_page_outside(small: Small) -> None:
 
 @CASES.breaks(
     "node-in-node-net",
-    "place 'Alone' stands outside of all node nets",
+    "place 'Alone' is outside of all node nets",
     "move it into the node net of the ROS node that it is part of",
 )
 def place_reached_from_one_node_net(small: Small) -> None:
@@ -40,7 +40,7 @@ def place_reached_from_one_node_net(small: Small) -> None:
 
 @CASES.breaks(
     "node-in-node-net",
-    "reference place 'Alone' stands outside of all node nets",
+    "reference place 'Alone' is outside of all node nets",
     "move it into the node net of the ROS node that it is part of",
 )
 def reference_outside(small: Small) -> None:
@@ -60,7 +60,7 @@ def place_reached_from_two_node_nets(small: Small) -> None:
 
 @CASES.breaks(
     "reference-within-node-net",
-    "reference place 'BusyHere' reaches place 'Count' of another node net",
+    "reference place 'BusyHere' refers to place 'Count' of another node net",
     "join the node nets by a topic or a service",
 )
 def reference_across(small: Small) -> None:
@@ -70,7 +70,7 @@ def reference_across(small: Small) -> None:
 @CASES.breaks(
     "overrides-within-node-net",
     "transition 'Talk' overrides transition 'Serve' of another node net",
-    "take the priority away; ROS nodes do not wait for each other's transitions",
+    "remove the priority; ROS nodes do not wait for each other's transitions",
 )
 def priority_across(small: Small) -> None:
     small["Talk"].overrides.append(small["Serve"])
@@ -96,7 +96,7 @@ def single_with_threads(small: Small) -> None:
 
 @CASES.breaks(
     "callback-page-in-node-net",
-    "callback page 'lost' stands outside of all node nets",
+    "callback page 'lost' is outside of all node nets",
     "move it into the node net of the ROS node that calls it",
 )
 def callback_page_outside(small: Small) -> None:
@@ -142,7 +142,7 @@ def period_0(small: Small) -> None:
 @CASES.breaks(
     "timer-used",
     "callback page 'hear' has a timer but is called by a subscriber",
-    "take the timer away or set the kind to timer",
+    "remove the timer or set the kind to timer",
 )
 def subscriber_with_a_timer(small: Small) -> None:
     small["hear"].timer = 1.0
@@ -159,7 +159,7 @@ def no_subscriber(small: Small) -> None:
 
 @CASES.breaks(
     "callback-page-called",
-    "callback page 'idle' is a server callback, but it is the server page of no service",
+    "callback page 'idle' is a server callback, but it is not the server page of a service",
     "set its kind to what calls it, or add the port",
 )
 def no_server(small: Small) -> None:
@@ -177,7 +177,8 @@ def server_page_of_another_kind(small: Small) -> None:
 
 @CASES.breaks(
     "callback-page-called",
-    "callback page 'answered' is a client callback, but no response to a request from elsewhere comes to it",
+    "callback page 'answered' is a client callback, but it does not receive the response to a request from "
+    "another page",
     "set its kind to what calls it, or add the port",
 )
 def no_response(small: Small) -> None:
@@ -211,7 +212,7 @@ def timer_on_a_server_page(small: Small) -> None:
 @CASES.breaks(
     "lifecycle-has-effect",
     "node net 'talker' has a lifecycle, which the rules of ros1 do not know",
-    "set the middleware of the model to ros2, or take it away",
+    "set the middleware of the model to ros2, or remove it",
 )
 def lifecycle_of_ros1(small: Small) -> None:
     small["talker"].lifecycle = sym.Lifecycle()
@@ -230,7 +231,7 @@ def step_before_the_first(small: Small) -> None:
 @CASES.breaks(
     "configured-before-active",
     "lifecycle of node net 'talker' is configured in step 2, and activated in step 2",
-    "let it be activated in a later step",
+    "set a later step for its activation",
 )
 def active_before_configured(small: Small) -> None:
     small.net.middleware = "ros2"

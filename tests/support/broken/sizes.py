@@ -6,7 +6,7 @@ from tests.support.broken.cases import Cases
 from tests.support.broken.small import Small, runtime
 
 CASES = Cases()
-WARNING = "make it smaller, unless that is what you mean"
+WARNING = "make it smaller, unless this size is intended"
 
 
 @CASES.breaks(

@@ -9,7 +9,7 @@ from tests.support.broken.small import Small, callbacks
 
 CASES = Cases()
 IN_NET = "set the execution of its node net to callbacks, or give the duration to its transitions"
-LATE = "let a single strike be late by 0 or more, and by less than the period"
+LATE = "set the jitter to 0 or more, and to less than the period"
 
 
 def timer(small: Small) -> sym.CallbackPage:
@@ -29,7 +29,7 @@ def duration_of_a_callback_in_a_net(small: Small) -> None:
 @CASES.breaks(
     "strikes-of-timers",
     "callback page 'serve' has an offset and a jitter, but is not called by a timer",
-    "take that away, or set its kind to timer",
+    "remove it, or set its kind to timer",
 )
 def strikes_of_a_server(small: Small) -> None:
     small["serve"].offset, small["serve"].jitter = pn.TimeInterval(latest=0.1), 0.01
@@ -61,7 +61,7 @@ def order_of_a_net(small: Small) -> None:
 @CASES.breaks(
     "interval-not-empty",
     "time interval of topic channel 'chatter' is empty: it runs from 0.2 to 0.1",
-    "let the latest time come after the earliest one, or equal it with both ends included",
+    "use a latest time after the earliest one, or the same time with both ends included",
 )
 def latency_upside_down(small: Small) -> None:
     small["chatter"].latency = pn.TimeInterval(earliest=0.2, latest=0.1)

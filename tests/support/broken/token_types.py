@@ -84,7 +84,7 @@ def _says(small: Small, ros: str) -> None:
     "channel-type-of-tokens",
     "topic channel 'chatter' has the type 'std_msgs/msg/String', but its tokens are the ROS message "
     "std_msgs/msg/Int64",
-    "leave the type of the channel out, or give its places a token type with fields of its own",
+    "omit the type of the channel, or give its places a token type with fields of its own",
 )
 def channel_of_another_message(small: Small) -> None:
     _says(small, "std_msgs/msg/Int64")

@@ -21,7 +21,7 @@ def same_name(small: Small) -> None:
 @CASES.breaks(
     "field-name-valid",
     "token field 'the pose' of token type 'Token' has no name that Python and ROS interfaces can use",
-    "use letters, digits and _, starting with a letter, and no keyword",
+    "use letters, digits and _, starting with a letter, that is not a keyword",
 )
 def blank(small: Small) -> None:
     small["Token"].fields[1].name = "the pose"
@@ -30,7 +30,7 @@ def blank(small: Small) -> None:
 @CASES.breaks(
     "field-name-valid",
     "token field 'class' of token type 'Token' has no name that Python and ROS interfaces can use",
-    "use letters, digits and _, starting with a letter, and no keyword",
+    "use letters, digits and _, starting with a letter, that is not a keyword",
 )
 def keyword(small: Small) -> None:
     small["Token"].fields[1].name = "class"

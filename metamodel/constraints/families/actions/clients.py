@@ -74,7 +74,7 @@ def goal_client_outside_server_pages(port: sym.ActionClientPort, index: Index) -
     return next((describe(page) for page in pages if page is not None), True)
 
 
-@constraint("{it} has {element.outstanding} goals under way at most", fix="let it have 1 goal or more")
+@constraint("{it} has {element.outstanding} goals under way at most", fix="set it to 1 goal or more")
 def outstanding_goals_positive(port: sym.ActionClientPort, index: Index) -> Outcome:
     """A client of an action may have 1 goal under way or more."""
     return port.outstanding is None or port.outstanding >= 1

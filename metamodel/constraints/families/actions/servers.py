@@ -98,7 +98,7 @@ def goal_page_of_its_own(port: sym.ActionServerPort, index: Index) -> Outcome:
 
 @constraint(
     "{it} has tokens at the start in {found}, where no goal is worked on yet",
-    fix="let the places be empty at the start",
+    fix="make the places empty at the start",
 )
 def goal_places_empty(port: sym.ActionServerPort, index: Index) -> Outcome:
     """The places of an action's server are empty at the start."""

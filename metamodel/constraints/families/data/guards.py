@@ -122,7 +122,7 @@ def _sent(places: Mapping[pn.Place, object], index: Index) -> Outcome:
 
 @constraint(
     "{it} has a guard about tokens that a port sends: {found}",
-    fix="ask before: about the token that the transition before it takes",
+    fix="put the guard on the transition before it, about the token that this one takes",
     guard=_has_guard,
 )
 def guard_not_sent(transition: sym.Transition, index: Index) -> Outcome:

@@ -75,7 +75,7 @@ def _parts(channel: sym.Channel) -> tuple[str, ...]:
 
 @constraint(
     "{it} has the type {element.type!r}, but its tokens are the ROS message {found}",
-    fix="leave the type of the channel out, or give its places a token type with fields of its own",
+    fix="omit the type of the channel, or give its places a token type with fields of its own",
     guard=lambda channel, index: bool(channel.type),
 )
 def channel_type_of_tokens(channel: sym.Channel, index: Index) -> Outcome:

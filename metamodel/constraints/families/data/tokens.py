@@ -37,7 +37,7 @@ def field_unique(field: sym.TokenField, index: Index) -> Outcome:
 
 @constraint(
     "{it} has no name that Python and ROS interfaces can use",
-    fix="use letters, digits and _, starting with a letter, and no keyword",
+    fix="use letters, digits and _, starting with a letter, that is not a keyword",
 )
 def field_name_valid(field: sym.TokenField, index: Index) -> Outcome:
     """A field has an identifier as its name."""

@@ -44,7 +44,7 @@ def handler_duration_usable(transition: sym.Transition, index: Index) -> Outcome
 
 @constraint(
     "{it} has {found}, but is not called by a timer",
-    fix="take that away, or set its kind to timer",
+    fix="remove it, or set its kind to timer",
     severity="warning",
     guard=lambda page, index: page.offset is not None or page.jitter is not None,
 )
@@ -58,7 +58,7 @@ def strikes_of_timers(page: sym.CallbackPage, index: Index) -> Outcome:
 
 @constraint(
     "{it} has the jitter {element.jitter}{found}",
-    fix="let a single strike be late by 0 or more, and by less than the period",
+    fix="set the jitter to 0 or more, and to less than the period",
     guard=lambda page, index: page.jitter is not None,
 )
 def jitter_within_period(page: sym.CallbackPage, index: Index) -> Outcome:

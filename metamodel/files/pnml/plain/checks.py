@@ -122,7 +122,7 @@ class NetWide:
         inside = any(said is not None and xml.get("priority") is None for said, xml in self._priorities)
         hint = "a net with priorities can be written as .net or .xmi"
         self._differ(self._priorities, "1" if inside else "0", "the priority {}", hint)
-        hint = "immediate transitions go first, which is a priority: remove what is not meant"
+        hint = "immediate transitions fire first, which is a priority: remove one of both"
         self._differ(self._timed, "false", "timed = {}", hint)
 
     def _differ(

@@ -38,7 +38,7 @@ def only_net(root: etree._Element, source: Source) -> etree._Element:
         raise source.error(f"holds {len(nets) or 'no'} nets", where, hint="a model is one <net>")
     for inner in children(root):
         if local(inner) not in BESIDE_NET:
-            hint = MEANINGS.get(local(inner), "remove it if it says nothing about the net")
+            hint = MEANINGS.get(local(inner), "remove it if it does not describe the net")
             source.complain(f"<{local(inner)}> is not known next to the net", inner, hint=hint)
         elif local(inner) == "feature" and inner.get("isColored", "").strip().lower() == "true":
             source.complain("the net is coloured", inner, hint="only P/T nets are read; unfold it first")

@@ -31,9 +31,9 @@ _TYPES = {
 }
 """Types of arcs; those of nets with time are what they are without: what their intervals say is checked."""
 _REFUSED_TYPES = {
-    "reset": "a reset arc takes all tokens, which arcs here cannot say",
-    "stopwatch": "stopwatch arcs stop a clock, which arcs here cannot say",
-    "stopwatch-inhibitor": "stopwatch arcs stop a clock, which arcs here cannot say",
+    "reset": "a reset arc takes all tokens, which arcs cannot express here",
+    "stopwatch": "stopwatch arcs stop a clock, which arcs cannot express here",
+    "stopwatch-inhibitor": "stopwatch arcs stop a clock, which arcs cannot express here",
 }
 _UNTIMED = re.compile(r"\[0,\s*inf\)(:\d+)?")
 """An interval of ages that says nothing, with the number of a transport arc."""
@@ -297,7 +297,7 @@ def _count(text: str, where: etree._Element, what: str, least: int, source: Sour
 def contradiction(xml: etree._Element, what: str, first: str, second: str, source: Source) -> ModelFileError:
     """Return the error about an element that says one thing in two ways."""
     both = f"{shortened(first)} and {shortened(second.strip())}"
-    message = f"<{local(xml)}> {_named(xml)} says its {what} twice: {both}"
+    message = f"<{local(xml)}> {_named(xml)} gives its {what} twice: {both}"
     return source.error(message, xml, id=xml.get("id"))
 
 

@@ -48,7 +48,7 @@ BAD = {
         6,
     ),
     "arc without end": (inside('<arc id="a" source="p"/>'), "<arc> has no target", 6),
-    "arc to nothing": (inside('<arc id="a" source="p" target="tt"/>'), "'tt', which is not there", 6),
+    "arc to nothing": (inside('<arc id="a" source="p" target="tt"/>'), "'tt', which does not exist", 6),
     "arc to a page": (
         inside('<arc id="a" source="p" target="g"/>'),
         "'g', which is not a place or transition",
@@ -61,7 +61,7 @@ BAD = {
     ),
     "reference to nothing": (
         inside('<referencePlace id="r" ref="q"/>'),
-        "'r' refers to 'q', which is not there",
+        "'r' refers to 'q', which does not exist",
         6,
     ),
     "reference without target": (inside('<referencePlace id="r"/>'), "<referencePlace> has no ref", 6),
@@ -170,7 +170,7 @@ BAD = {
     ),
     "port to nothing": (
         inside(TOPIC.format("<publishers><publisher><id>pp</id></publisher></publishers>")),
-        "a port names 'pp', which is not there (did you mean 'p'?)",
+        "a port names 'pp', which does not exist (did you mean 'p'?)",
         6,
     ),
     "port to a transition": (
@@ -206,7 +206,7 @@ BAD = {
             dineros("<callbackgroups><group><id>x</id><node>y</node></group></callbackgroups>")
             + f'<page id="g">{NODE}</page>'
         ),
-        "names the node 'y', which is not there (nodes are g)",
+        "names the node 'y', which does not exist (nodes are g)",
         4,
     ),
     "callback page with a group outside of a node": (

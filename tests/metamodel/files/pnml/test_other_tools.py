@@ -238,7 +238,8 @@ REFUSED = {
     ),
     "two markings": (
         page(
-            inplace="<initialMarking><text>1</text></initialMarking>\n<initialMarking><text>1</text></initialMarking>"
+            inplace=""
+            "<initialMarking><text>1</text></initialMarking>\n<initialMarking><text>1</text></initialMarking>"
         ),
         "<place> 'p' has two <initialMarking>, on lines 5 and 6",
         6,
@@ -261,7 +262,7 @@ REFUSED = {
     "two capacities": (page(inplace="<capacity>1</capacity>\n<capacity>1</capacity>"), "two <capacity>", 6),
     "two markings in two forms": (
         page(place='initialMarking="1"', inplace="<initialMarking><text>2</text></initialMarking>"),
-        "<place> 'p' says its marking twice: '2' and '1'",
+        "<place> 'p' gives its marking twice: '2' and '1'",
         5,
     ),
     "two weights in two forms": (page(arc='weight="2" inscription="3"'), "says its weight twice", 7),
@@ -297,7 +298,7 @@ REFUSED = {
     "two names of a page": ("<page id='g'><name/>\n<name/></page>", "<page> 'g' has two <name>", 5),
     "two priorities in two forms": (
         page(transition='priority="2"', intransition="<priority><value>1</value></priority>"),
-        "<transition> 't' says its priority twice: '1' and '2'",
+        "<transition> 't' gives its priority twice: '1' and '2'",
         6,
     ),
     "many servers with times": (

@@ -203,7 +203,7 @@ REFUSED: dict[str, tuple[str, str, int]] = {
     "a marking of a variable": (net_with(place='initialMarking="x"'), "initialMarking takes a whole", 2),
     "a negative marking": (net_with(place='initialMarking="-1"'), "initialMarking is 0 or more", 2),
     "a weight of nothing": (net_with(arc='weight="0"'), "weight is 1 or more", 4),
-    "an unknown place": (net_with(arc='place="9"'), "the arc names place '9', which is not there", 4),
+    "an unknown place": (net_with(arc='place="9"'), "the arc names place '9', which does not exist", 4),
     "two places of an id": (net_with(more=PLACE.format("")), "the id '1' is taken by another place", 5),
     "an arc twice": (net_with(more=ARC.format("")), "two arcs of type PlaceTransition join place p", 5),
     "an unknown attribute of a place": (

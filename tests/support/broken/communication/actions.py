@@ -140,7 +140,7 @@ def _other(small: Small, page: pn.Page) -> None:
 @CASES.breaks(
     "goal-places-empty",
     f"{_SERVER} has tokens at the start in place 'Stop', where no goal is worked on yet",
-    "let the places be empty at the start",
+    "make the places empty at the start",
     of=acting,
 )
 def marked(small: Small) -> None:
@@ -242,7 +242,7 @@ def goal_of_a_server(small: Small) -> None:
 @CASES.breaks(
     "outstanding-goals-positive",
     f"{_CLIENT} has 0 goals under way at most",
-    "let it have 1 goal or more",
+    "set it to 1 goal or more",
     of=acting,
 )
 def no_goal(small: Small) -> None:
@@ -296,7 +296,7 @@ def group_without_effect(small: Small) -> None:
 @CASES.breaks(
     "action-name-valid",
     "action channel 'Delivery' has the action '/2nd', which is not a ROS action name",
-    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires",
     of=acting,
 )
 def bad_name(small: Small) -> None:

@@ -104,7 +104,7 @@ def requests_of_a_plain_page(small: Small) -> None:
 @CASES.breaks(
     "callbacks-begin-later",
     "place 'Heard' holds 1 tokens at the start, which began no callback",
-    "let it be empty at the start",
+    "make it empty at the start",
     of=callbacks,
 )
 def message_at_the_start(small: Small) -> None:
@@ -124,7 +124,7 @@ def client_in_a_foreign_group(small: Small) -> None:
 @CASES.breaks(
     "callback-group-has-effect",
     "callback page 'clock' is in callback group 'group', which has no effect",
-    f"{_BY_CALLBACKS}, or do not count on it",
+    f"{_BY_CALLBACKS}, or do not rely on it",
 )
 def own_group(small: Small) -> None:
     small["clock"].group = small["group"]
@@ -133,7 +133,7 @@ def own_group(small: Small) -> None:
 @CASES.breaks(
     "client-group-has-effect",
     "client port 'clock' of service channel 'Service' is in callback group 'own', which has no effect",
-    f"{_BY_CALLBACKS}, or do not count on it",
+    f"{_BY_CALLBACKS}, or do not rely on it",
     of=callbacks,
 )
 def group_of_a_net(small: Small) -> None:
@@ -160,7 +160,7 @@ def response_in_a_group_of_its_own(small: Small) -> None:
 @CASES.breaks(
     "awaits-has-effect",
     "callback page 'clock' awaits responses, but its node does not run callbacks",
-    f"{_BY_CALLBACKS}, or take it away",
+    f"{_BY_CALLBACKS}, or remove it",
     of=system,
 )
 def net_that_awaits(small: Small) -> None:
@@ -170,7 +170,7 @@ def net_that_awaits(small: Small) -> None:
 @CASES.breaks(
     "awaits-has-effect",
     "callback page 'Hear' awaits responses, but it calls nothing on its page",
-    "put request and response of a client there, or take it away",
+    "put request and response of a client there, or remove it",
     of=callbacks,
 )
 def nothing_to_await(small: Small) -> None:
@@ -181,7 +181,7 @@ def nothing_to_await(small: Small) -> None:
     "awaits-in-turn",
     "callback page 'Clock' awaits one response at a time, but continues in several ways after "
     "transition 'Begin'",
-    "put one call after the other, or let it not await",
+    "put one call after the other, or set awaits to false",
     of=callbacks,
 )
 def two_calls_at_once(small: Small) -> None:

@@ -44,7 +44,7 @@ def nothing_in_hand(small: Small) -> None:
     "in-hand-or-capacity",
     "subscriber port 'Heard' of topic channel 'chatter' says how many messages are in hand, "
     "and its place 'Heard' has a capacity",
-    "say only one of both",
+    "give only one of the two",
 )
 def in_hand_twice(small: Small) -> None:
     small["chatter"].subscribers[0].inHand = -1
@@ -78,14 +78,14 @@ def _differ(small: Small, name: str, offered: object, requested: object) -> None
 
 
 _NOTHING = (
-    "subscriber port 'Heard' of topic channel 'chatter' gets no message of "
+    "subscriber port 'Heard' of topic channel 'chatter' receives no message of "
     "publisher port 'Said' of topic channel 'chatter': the publisher's "
 )
 
 
 @CASES.breaks(
     "ports-match",
-    f"{_NOTHING}reliability is bestEffort, and the subscriber asks for reliable",
+    f"{_NOTHING}reliability is bestEffort, and the subscriber requests reliable",
     "chatter.publisher.Said.qos.reliability=reliable or chatter.subscriber.Heard.qos.reliability=bestEffort",
 )
 def best_effort_for_reliable(small: Small) -> None:
@@ -94,7 +94,7 @@ def best_effort_for_reliable(small: Small) -> None:
 
 @CASES.breaks(
     "ports-match",
-    f"{_NOTHING}durability is volatile, and the subscriber asks for transientLocal",
+    f"{_NOTHING}durability is volatile, and the subscriber requests transientLocal",
     "chatter.publisher.Said.qos.durability=transientLocal or "
     "chatter.subscriber.Heard.qos.durability=volatile",
 )
@@ -104,7 +104,7 @@ def volatile_for_transient_local(small: Small) -> None:
 
 @CASES.breaks(
     "ports-match",
-    f"{_NOTHING}deadline is without bound, and the subscriber asks for 0.5 s",
+    f"{_NOTHING}deadline is without bound, and the subscriber requests 0.5 s",
     "chatter.publisher.Said.qos.deadline=0.5 or chatter.subscriber.Heard.qos.deadline=",
 )
 def no_deadline_for_one(small: Small) -> None:
@@ -113,7 +113,7 @@ def no_deadline_for_one(small: Small) -> None:
 
 @CASES.breaks(
     "ports-match",
-    f"{_NOTHING}liveliness is automatic, and the subscriber asks for manualByTopic",
+    f"{_NOTHING}liveliness is automatic, and the subscriber requests manualByTopic",
     "chatter.publisher.Said.qos.liveliness=manualByTopic or "
     "chatter.subscriber.Heard.qos.liveliness=automatic",
 )
@@ -123,7 +123,7 @@ def automatic_for_manual(small: Small) -> None:
 
 @CASES.breaks(
     "ports-match",
-    f"{_NOTHING}lease duration is 3 s, and the subscriber asks for 2 s",
+    f"{_NOTHING}lease duration is 3 s, and the subscriber requests 2 s",
     "chatter.publisher.Said.qos.leaseDuration=2.0 or chatter.subscriber.Heard.qos.leaseDuration=3.0",
 )
 def longer_lease(small: Small) -> None:

@@ -70,7 +70,8 @@ def subscribed_twice(small: Small) -> None:
 
 @CASES.breaks(
     "subscriber-outside-server-page",
-    "place 'News' receives messages but stands on the server page 'serve': which instance is a message for?",
+    "place 'News' receives messages but is on the server page 'serve': the instance that a message is for is "
+    "undefined",
     "put it on a callback page next to the server page and use a reference place there",
 )
 def subscriber_on_a_server_page(small: Small) -> None:

@@ -31,7 +31,7 @@ def nothing_kept(small: Small) -> None:
 @CASES.breaks(
     "outstanding-positive",
     f"{CLIENT} has 0 requests under way at most",
-    "let it have 1 or more, or -1 for any number",
+    "use 1 or more, or -1 for any number",
 )
 def nothing_outstanding(small: Small) -> None:
     _client(small).outstanding = 0
@@ -48,7 +48,7 @@ def endless_timeout(small: Small) -> None:
 
 @CASES.breaks(
     "timed-out-has-timeout",
-    f"{CLIENT} names the place 'Late' for time-outs, and waits forever",
+    f"{CLIENT} names the place 'Late' for time-outs, but waits forever",
     "give it a time-out, or name no place",
 )
 def told_of_nothing(small: Small) -> None:

@@ -152,7 +152,7 @@ def same_id_as_an_instance(small: Small) -> None:
     "service-circle-has-instances",
     "service channel 'ask' is one of services that call each other in a circle, and each would have an "
     "instance for every client: ask -> ask",
-    "say how many instances one of them has",
+    "set the number of instances of one of them",
 )
 def client_on_the_server_page(small: Small) -> None:
     small["ask"].instances = None
@@ -163,7 +163,7 @@ def client_on_the_server_page(small: Small) -> None:
     "service-circle-has-instances",
     "service channel 'ask' is one of services that call each other in a circle, and each would have an "
     "instance for every client: ask -> other -> ask",
-    "say how many instances one of them has",
+    "set the number of instances of one of them",
 )
 def two_services_in_a_circle(small: Small) -> None:
     small["ask"].instances = None
@@ -232,7 +232,7 @@ def reference_from_outside(small: Small) -> None:
 @CASES.breaks(
     "server-shares-places-only",
     "reference transition 'CloseHere' lets all server instances share transition 'Close', which "
-    "then needs and serves all of them at once",
+    "then needs and serves all instances at once",
     "put the transition on the server page and share places only",
 )
 def reference_transition(small: Small) -> None:

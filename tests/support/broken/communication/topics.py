@@ -95,7 +95,7 @@ def publishing_node_net(small: Small) -> None:
 
 @CASES.breaks(
     "dispatcher-once",
-    "dispatcher 'listener' of topic channel 'chatter' is not the only one for node net 'listener'",
+    "dispatcher 'listener' of topic channel 'chatter' is for node net 'listener', as another one is",
     "keep one of them",
 )
 def two_dispatchers(small: Small) -> None:
