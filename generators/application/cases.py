@@ -81,10 +81,10 @@ def case_of(
     change.subtract(taken)
     marking = {place: taken[place] + read[place] for place in (*taken, *read)}
     signals = satisfying(clause, initial)
-    obstacle = "" if signals is not None else "its clause cannot be true"
+    obstacle = "" if signals is not None else "its clause can never be true"
     for place, limit in limits.items():
         if marking.get(place, 0) >= limit:
-            obstacle = f"an inhibitor arc forbids what it needs on {place}"
+            obstacle = f"an inhibitor arc forbids the tokens that it needs on {place}"
     return Case(
         transition,
         marking,

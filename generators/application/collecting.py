@@ -359,7 +359,7 @@ def quality_words(port: rtm.PublisherPort | rtm.SubscriberPort, middleware: sym.
         if middleware == sym.Middleware.ros1:
             words.append(f"dispatcher {port.dispatcherLimit}")
         elif port.inHand is not None:
-            words.append("any number in hand" if port.inHand < 0 else f"{port.inHand} in hand")
+            words.append("any number of messages in hand" if port.inHand < 0 else f"{port.inHand} in hand")
     quality = port.qos
     if quality is not None:
         words.append("best effort" if quality.reliability == sym.Reliability.bestEffort else "reliable")

@@ -91,7 +91,7 @@ def require_written(value: object) -> object:
         value, (Written, int, jinja2.Undefined)
     ):  # an undefined value raises its own error when it is written
         return value
-    raise UnfilteredError(f"{value!r} goes through no filter")
+    raise UnfilteredError(f"{value!r} is written without a filter")
 
 
 def python(value: object) -> Written:
@@ -203,7 +203,7 @@ def _text(value: object) -> str:
 
 
 def _refused(value: object) -> UnfilteredError:
-    return UnfilteredError(f"no filter writes {with_article(type(value).__name__)}")
+    return UnfilteredError(f"no filter can write {with_article(type(value).__name__)}")
 
 
 def _inside_quotes(text: str) -> str:

@@ -183,7 +183,9 @@ def _require_python(text: str, template: Path) -> None:
         reason = (
             f"{error.msg}: {(error.text or '').strip()!r}" if isinstance(error, SyntaxError) else f"{error}"
         )
-        raise TemplateError(f"makes no Python: {reason}", location=Location(template)) from error
+        raise TemplateError(
+            f"does not produce valid Python: {reason}", location=Location(template)
+        ) from error
 
 
 def _is_name(value: str, taken: Container[str] = ()) -> bool:

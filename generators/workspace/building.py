@@ -121,7 +121,7 @@ def colcon(workspace: Path, arguments: Sequence[str] = (), *, jobs: int = JOBS) 
         raise BuildError(
             f"colcon build fails with status {status}: {_first_error(log)}",
             location=Location(workspace),
-            hint=f"{log} has all of it",
+            hint=f"see {log} for the complete output",
         )
 
 

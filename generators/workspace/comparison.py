@@ -122,8 +122,8 @@ def _remove(
     if before.is_ours(path, present):
         changes.append(Change(path, "removed"))
     else:
-        message = "is generated no longer, but was edited, and is left alone"
-        notices.append(Notice("kept", path, message, "take what you need and remove it"))
+        message = "is not generated any more, but was edited; file kept"
+        notices.append(Notice("kept", path, message, "copy the parts that you need, then remove it"))
 
 
 def _compare_developers(
@@ -144,7 +144,7 @@ def _compare_developers(
         if path in plan.developer or present is None:
             continue
         if hash_of(present) == entry.written:
-            changes.append(Change(path, "removed", "nobody had touched it"))
+            changes.append(Change(path, "removed", "it had not been edited"))
         else:
             entries[path] = entry
             notices.append(handwritten.left_over(workspace / path, path, entry, plan))
@@ -178,7 +178,7 @@ def _extend(
 
 
 def _edit(path: str, content: bytes, present: bytes, was_generated: bool) -> Edit:
-    message = "was edited" if was_generated else "is there already, and DiNeROS did not write it"
+    message = "was edited" if was_generated else "already exists, and DiNeROS did not write it"
     try:
         old, new = (part.decode().splitlines(keepends=True) for part in (content, present))
     except UnicodeDecodeError:

@@ -201,7 +201,7 @@ def append(module: Module, parts: Sequence[str]) -> bytes:
         added = text.replace("\n", module.newline).encode(module.encoding.removesuffix("-sig"))
     except UnicodeEncodeError as error:
         raise DeveloperFileError(
-            f"is written in {module.encoding}, which cannot write the new stubs: {error}",
+            f"is written in {module.encoding}, which cannot encode the new stubs: {error}",
             location=Location(module.path),
             hint="write it in UTF-8",
         ) from error

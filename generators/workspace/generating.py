@@ -39,7 +39,7 @@ class EditedError(WorkspaceError):
         super().__init__(
             f"{first.message}{more}: nothing is written",
             location=Location(workspace / first.path),
-            hint="move your change to a developer's file or a template of your own, then remove the file",
+            hint="move your change to a developer's file or to a template of your own, then remove the file",
         )
         self.edits = edits
 

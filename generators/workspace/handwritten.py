@@ -82,7 +82,7 @@ def _problem(handler: developers.Handler, instances: dict[str, int], node: str) 
         return None
     found = developers.instance_of(name)
     if found is None or found.transition not in instances:
-        return f"handles {name}, which is not a transition of {node} any more"
+        return f"handles {name}, which is no longer a transition of {node}"
     count = instances[found.transition]
     if not 1 <= found.number <= count:
         return f"handles {name}, but the service has {count} instance{'s' if count > 1 else ''}"
@@ -91,14 +91,14 @@ def _problem(handler: developers.Handler, instances: dict[str, int], node: str) 
 
 def left_over(path: Path, shown: str, entry: DeveloperEntry, plan: Plan) -> Notice:
     """Return a notice that a developer's file belongs to a removed node net, with its likely successor."""
-    hint = "move what you need and remove it"
+    hint = "move the parts that you need, then remove it"
     likely = _successor(entry, plan)
     if likely is not None:
         move = shlex.join(["git", "mv", "-f", shown, likely])
         hint = f"if {entry.node} is {plan.developer[likely].node} now, move it: {move}"
-    message = f"belongs to {entry.node}, which is not a node net any more; it is kept"
+    message = f"belongs to {entry.node}, which the model no longer has; file kept"
     if entry.node in plan.instances:
-        message = "is no longer used; it is kept"
+        message = "is no longer used; file kept"
     return Notice("left-over", shown, message, hint, stays=True)
 
 
@@ -121,7 +121,7 @@ def token_notices(workspace: Path, before: Manifest, after: Manifest) -> list[No
         now = after.token.get(name)
         if now is None:
             near = near_matches(name, [new for new in after.token if new not in before.token])
-            changed[name] = (f"the token field {name!r} ({kind}) is gone", near or "")
+            changed[name] = (f"the token field {name!r} ({kind}) no longer exists", near or "")
         elif now != kind:
             was, is_now = with_article(kind), with_article(now)
             changed[name] = (f"the token field {name!r} was {was} and is now {is_now}", "")

@@ -154,7 +154,7 @@ def read_manifest(workspace: Path) -> Manifest | None:
         raise ManifestError(error.message, location=error.location, hint=error.hint) from error
     if content is None:
         return None
-    location, hint = Location(workspace / PLACE), "take it from version control"
+    location, hint = Location(workspace / PLACE), "restore it from version control"
     try:
         values = decode_json(content)
         schema = values.pop("schema", None) if isinstance(values, dict) else None
@@ -162,7 +162,7 @@ def read_manifest(workspace: Path) -> Manifest | None:
             raise ManifestError("has no schema")
         if schema > SCHEMA:
             raise ManifestError(
-                f"has the schema {schema}, known is {SCHEMA}",
+                f"has the schema {schema}; the newest supported one is {SCHEMA}",
                 location=location,
                 hint="use a later version of DiNeROS",
             )

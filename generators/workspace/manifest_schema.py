@@ -101,7 +101,7 @@ def _object(value: Any, where: str) -> dict[str, Any]:
 def _path(value: Any, where: str) -> str:
     path = _text(value, where)
     if not is_confined(path) or any(part.startswith(".") for part in path.split("/")):
-        raise ManifestError(f"{where} leads out of the workspace or to a hidden file: {path!r:.60}")
+        raise ManifestError(f"{where} is outside of the workspace or a hidden file: {path!r:.60}")
     return path
 
 

@@ -80,9 +80,9 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
     if folder is None and chosen["templates"]:
         # Templates are programs, and the manifest that names their folder is untrusted.
         raise TemplateError(
-            f"was generated with the templates of {chosen['templates']!r:.200}, which must be named again",
+            f"was generated with the templates of {chosen['templates']!r:.200}, which must be given again",
             location=Location(workspace),
-            hint="--templates DIR takes them, --default-templates does without",
+            hint="use --templates DIR, or --default-templates for the built-in templates",
         )
     templates = Templates(model.id, folder)
 

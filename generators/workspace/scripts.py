@@ -105,9 +105,9 @@ def read_script(path: Path, app: Application) -> Script:
         raise ScriptError(f"is a trace of {header.model!r}, not of {app.id!r}", location=Location(path))
     if any(node.has_guards for node in app.nodes):
         raise ScriptError(
-            "is a trace of a model with guards: a test made of it would not know the data of tokens",
+            "is a trace of a model with guards: a test generated from it would lack the data of tokens",
             location=Location(path),
-            hint="write a test by hand that gives its handlers this data",
+            hint="write a test by hand that gives this data to its handlers",
         )
     model = Model(app)
     marking = model.initial()

@@ -120,15 +120,15 @@ class StepWriter:
                 yield (record.event, self._node(record.place, record), record.channel, record.place)
             case records.Record(declared=declared) if declared.needs_time:
                 raise ScriptError(
-                    f"{declared.needs_time.format(**vars(record))}, and a script knows no time",
+                    f"{declared.needs_time.format(**vars(record))}, and a test script has no time",
                     location=record.location,
-                    hint=f"take a trace in which {declared.without_it}",
+                    hint=f"use a trace in which {declared.without_it}",
                 )
             case records.Transfer(stage="goal.enter") | records.Drop(queue="goal"):
                 raise ScriptError(
                     f"sends goals of {record.channel} without waiting for their end; nodes of a test wait",
                     location=record.location,
-                    hint="set the outstanding of the action's clients, and find the witness again",
+                    hint="set the feature outstanding of the action's clients, and compute the witness again",
                 )
             case records.Drop(queue="request"):
                 if lost := self._lost(record):

@@ -49,7 +49,7 @@ def system_model_of(workspace: Path) -> sym.SystemModel:
         )
     if not manifest.is_ours(path, content):  # the nodes would run another model than the one shown
         raise WorkspaceError(
-            "was edited, and is not what the nodes were generated from",
+            "was edited, so it differs from the model from which the nodes were generated",
             location=Location(workspace / path),
             hint="change the model's own file, remove this one and generate the workspace again",
         )

@@ -74,7 +74,7 @@ class Line:
         except BlockingIOError:
             sent = 0
         if sent < len(data):
-            raise LineError("the other side of the line does not listen")
+            raise LineError("the other end of the connection does not respond")
 
     def receive(self) -> dict[str, Any] | None:
         """Wait for a message of the other side; None: it has closed the line, or the line is closed.
@@ -165,6 +165,6 @@ def inherited_line() -> Line | None:
             end.detach()
             raise ValueError(given)
     except (ValueError, OverflowError, OSError):
-        LOG.warning("%s names no line to a supervisor: no page can steer this node", LINE)
+        LOG.warning("%s does not name a connection to a supervisor: pages cannot control this node", LINE)
         return None
     return Line(end)

@@ -106,13 +106,13 @@ class RemoteNode:
             if connection is None or state == STARTING.state:
                 raise SteeringError(f"the process of {self._name} is {state}")
             if self._overdue is not None and not self._overdue.done():
-                raise SteeringError(f"{self._name} has not answered yet what it was asked before")
+                raise SteeringError(f"{self._name} has not answered the previous request yet")
             future = connection.ask(said)
         try:
             answer = future.result(PATIENCE)
         except TimeoutError:
             self._overdue = future
-            raise SteeringError(f"{self._name} does not answer", hint="it may still do it") from None
+            raise SteeringError(f"{self._name} does not answer", hint="it may still carry it out") from None
         if "refused" in answer:
             hint = answer.get("hint")
             raise SteeringError(str(answer["refused"]), hint=hint if isinstance(hint, str) else None)
@@ -158,13 +158,13 @@ class _Connection:
                 with self._lock:
                     future = self._waiting.pop(number, None) if isinstance(number, int) else None
                 if future is None:
-                    raise LineError("an answer to nothing")
+                    raise LineError("an answer without a request")
                 if not _is_answer(said):
                     future.set_exception(_gone(self._name))
                     raise LineError("no answer")
                 future.set_result(said)
         except LineError as error:
-            LOG.warning("%s can no longer be steered: its process says %s", self._name, error.message)
+            LOG.warning("%s can no longer be controlled: its process reports %s", self._name, error.message)
         finally:
             with self._lock:
                 self.is_over = True
@@ -175,7 +175,7 @@ class _Connection:
 
 
 def _gone(name: str) -> SteeringError:
-    return SteeringError(f"the process of {name} does not answer any more")
+    return SteeringError(f"the process of {name} no longer answers")
 
 
 def _is_answer(said: Mapping[str, Any]) -> bool:

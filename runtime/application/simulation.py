@@ -105,7 +105,7 @@ class LocalApplication:
         for model in models:
             net = Net(model, seed=self._random.getrandbits(32), policy=policy, clock=self.clock)
             if net.id in self.nets:
-                raise DinerosError(f"two of the runtime models are of the node {net.id!r}")
+                raise DinerosError(f"two runtime models are for the node {net.id!r}")
             if simulated_time:
                 net.draw_times(random.Random(f"{self.seed} {net.id}"))
             self.nets[net.id] = net

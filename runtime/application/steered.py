@@ -64,7 +64,7 @@ def _serve(line: Line, find: Callable[[], Steerable | None]) -> None:
     except OSError:
         pass  # the line was closed
     except Exception as error:  # a node continues without being controlled
-        LOG.warning("this node is no longer steered from a page: %s", error)
+        LOG.warning("pages can no longer control this node: %s", error)
     finally:
         line.close()
 
@@ -84,7 +84,7 @@ def _answer(said: dict[str, Any], node: Steerable | None) -> dict[str, Any]:
             case {"ask": "proceed"}:
                 node.proceed()
             case _:
-                raise SteeringError("this is nothing that a node can be asked for")
+                raise SteeringError("nodes do not support this request")
     except DinerosError as error:
         return {"refused": without_middle(error.message), "hint": error.hint}
     return {}

@@ -307,7 +307,7 @@ class Supervisor:
         child.vain_starts = child.vain_starts + 1 if status == CANNOT_START else 0
         failed = ""
         if child.vain_starts >= self._policy.tries:
-            failed = f"cannot start, tried {child.vain_starts} times"
+            failed = f"could not be started in {child.vain_starts} attempts"
         elif len(child.failures) > self._policy.restarts:
             times = f"{len(child.failures)} times within {self._policy.window:.0f} s"
             failed = f"failed {times}, the last time with {status_text(status)}"

@@ -71,7 +71,9 @@ class MqttSignals:
         try:
             from paho.mqtt import client as mqtt
         except ImportError as error:
-            raise DinerosError("MQTT is not there", hint="install dineros[mqtt]") from error
+            raise DinerosError(
+                "the package for MQTT is not installed", hint="install dineros[mqtt]"
+            ) from error
         if topics is None:
             signals = net.structure.signals
             topics = {f"{net.id}/signals/{signal}": signal for signal in signals}
@@ -191,7 +193,7 @@ class MqttSignals:
         if self._ending.is_set():
             client.disconnect()  # otherwise it would reconnect forever
         else:
-            self._failed(f"is not there: {sys.exc_info()[1]}")
+            self._failed(f"cannot be reached: {sys.exc_info()[1]}")
 
     def _disconnected(self, client: Any, data: Any, flags: Any, reason: Any, properties: Any) -> None:
         self._subscribed.clear()
@@ -203,7 +205,7 @@ class MqttSignals:
         assert self._source is not None
         refused = [topic for topic, reason in zip(self._targets, reasons, strict=False) if reason.is_failure]
         if refused:
-            self._failed(f"does not let this name subscribe to {', '.join(refused)}")
+            self._failed(f"does not allow this user to subscribe to {', '.join(refused)}")
             return
         self._source.connected(True)
         self._subscribed.set()

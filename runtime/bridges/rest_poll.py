@@ -64,7 +64,9 @@ class RestPoll:
         try:
             import httpx  # noqa: F401
         except ImportError as error:
-            raise DinerosError("the web client is not there", hint="install dineros[rest]") from error
+            raise DinerosError(
+                "the package for the web client is not installed", hint="install dineros[rest]"
+            ) from error
         self._net = net
         self._questions = [_Question(net.signal(name), url, credentials) for name, url in urls.items()]
         self._period = period
@@ -155,9 +157,9 @@ class _Question:
             self.shown = shown_url(url)
             address = httpx.URL(url)
         except (httpx.InvalidURL, ValueError):
-            raise SecurityError(f"the address for the signal {signal.id} is none") from None
+            raise SecurityError(f"the address for the signal {signal.id} is invalid") from None
         if address.scheme not in ("http", "https") or not address.host:
-            raise SecurityError(f"the address for the signal {signal.id} is none of http or https")
+            raise SecurityError(f"the address for the signal {signal.id} must begin with http or https")
         info = address.userinfo.decode("ascii")
         self._secrets = [text for text in (info, unquote(info), address.query.decode("ascii")) if text]
         if info:
@@ -180,7 +182,7 @@ class _Question:
             if answer.is_redirect:
                 raise SignalValueError(
                     f"it redirects ({answer.status_code}), which is not followed",
-                    hint="give the final address",
+                    hint="use the final address",
                 )
             if not answer.is_success:
                 raise SignalValueError(f"it answers {answer.status_code}")

@@ -94,7 +94,7 @@ def signals_app(
         from starlette.responses import JSONResponse
         from starlette.routing import Route
     except ImportError as error:
-        raise DinerosError("the web server is not there", hint=_MISSING) from error
+        raise DinerosError("the package for the web server is not installed", hint=_MISSING) from error
     known = frozenset(name.lower() for name in hosts)
 
     async def serve(request: Request) -> Response:
@@ -149,19 +149,19 @@ def _check(request: Request, hosts: frozenset[str], token: str | None) -> None:
     headers = request.headers
     address = headers.get("host", "")
     if not _is_known(address, hosts):
-        raise _RefusedError(421, f"this server is not called {address[:60]!r}")
+        raise _RefusedError(421, f"this server does not have the name {address[:60]!r}")
     origin = headers.get("origin")
     if origin is not None and origin != f"{request.scope['scheme']}://{address}":
-        raise _RefusedError(403, "a page of another origin may not ask")
+        raise _RefusedError(403, "requests from pages of another origin are rejected")
     if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
-        raise _RefusedError(403, "a page of another site may not ask")
+        raise _RefusedError(403, "requests from pages of another site are rejected")
     if token is not None:
         given = headers.get("authorization", "").encode("utf-8", "replace")
         if not secrets.compare_digest(given, f"Bearer {token}".encode()):
-            raise _RefusedError(401, "the right token is missing")
+            raise _RefusedError(401, "the token is missing or wrong")
     kind = headers.get("content-type", "").partition(";")[0].strip().lower()
     if request.method == "PUT" and kind in _FORMS:
-        raise _RefusedError(415, f"{kind} is not taken: send Content-Type: application/json")
+        raise _RefusedError(415, f"{kind} is not supported: send Content-Type: application/json")
 
 
 def _is_known(address: str, hosts: frozenset[str]) -> bool:
@@ -183,7 +183,7 @@ async def _body(request: Request) -> bytes:
                 if len(content) > SIZE_LIMIT:
                     raise _RefusedError(413, f"the body is larger than {SIZE_LIMIT} bytes")
     except TimeoutError:
-        raise _RefusedError(408, f"the body did not come in {HEADER_TIMEOUT:g} s") from None
+        raise _RefusedError(408, f"the body did not arrive within {HEADER_TIMEOUT:g} s") from None
     return bytes(content)
 
 
@@ -229,12 +229,12 @@ class RestServer:
         try:
             import uvicorn
         except ImportError as error:
-            raise DinerosError("the web server is not there", hint=_MISSING) from error
+            raise DinerosError("the package for the web server is not installed", hint=_MISSING) from error
         if credentials is not None and credentials.token is None:
-            raise SecurityError("the credentials of a server have a token")
+            raise SecurityError("the credentials of a server must have a token")
         if credentials is None and not is_own_machine(host):
             LOG.warning(
-                "whoever reaches %s:%s can set the signals of %s: ask for a token", host, port, net.id
+                "everyone who can reach %s:%s can set the signals of %s: require a token", host, port, net.id
             )
         self._net = net
         self._host = host
@@ -273,7 +273,7 @@ class RestServer:
         try:
             asyncio.run(self._serving())
         except SystemExit:  # raised by uvicorn if the port is taken
-            LOG.error("nothing can be served on %s:%s", self._host, self._port)
+            LOG.error("cannot listen on %s:%s", self._host, self._port)
         except Exception as error:
             self._source.fail("the rest server ends", f"{type(error).__name__}: {error}")
         self._source.connected(False)
@@ -304,7 +304,7 @@ class RestServer:
                 self._server.should_exit = True
                 self._net.remove_source(self._source)
                 raise DinerosError(
-                    f"nothing can be served on {self._host}:{self._port}",
+                    f"cannot listen on {self._host}:{self._port}",
                     hint="another program may use the port",
                 )
             time.sleep(0.01)

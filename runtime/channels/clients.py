@@ -137,7 +137,7 @@ class Client:
         try:
             traffic.joined.request(self.port, call.message)
         except Exception as error:
-            raise SendError(f"cannot ask {self.port.service}: {error}") from error
+            raise SendError(f"cannot call {self.port.service}: {error}") from error
         if self._request_timeout is not None:
             reason = f"no response in {self._request_timeout:g} s"
             call.resending = traffic.loop.timers.call_later(

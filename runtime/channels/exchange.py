@@ -150,7 +150,7 @@ class Exchange:
                     return
             finally:
                 self._engine.hold(number)
-        raise DinerosError(f"nothing can depart from {place} to {channel}")
+        raise DinerosError(f"{place} cannot send to {channel}")
 
     def lose_cancel(self, channel: str, place: str) -> None:
         """Drop the oldest cancel request of a place, as if there were no goal for it."""

@@ -76,7 +76,7 @@ class Traffic:
     @property
     def joined(self) -> Transport:
         """The transport; asserts that there is one."""
-        assert self.transport is not None, "nothing departs before the node is open"
+        assert self.transport is not None, "no message is sent before the node is open"
         return self.transport
 
     def add_departure(
@@ -146,7 +146,7 @@ class Traffic:
         """
         self.refused[channel] += 1
         if self.refused[channel] == 1:
-            self.log_error(f"a message of {name} is dropped: {error}; others like it are only counted")
+            self.log_error(f"a message of {name} is dropped: {error}; further ones are only counted")
 
     def arriving(self, name: str, place: int, data: Data) -> Token | None:
         """Return the token of received data for a place; None: the data is refused by its type."""

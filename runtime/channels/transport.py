@@ -230,5 +230,5 @@ def action_transport(transport: Transport) -> ActionTransport:
         It carries none.
     """
     if not isinstance(transport, ActionTransport):
-        raise DinerosError(f"{type(transport).__name__} carries no goals of actions")
+        raise DinerosError(f"{type(transport).__name__} does not support actions")
     return transport

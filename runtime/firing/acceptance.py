@@ -56,9 +56,9 @@ class Acceptance:
             )
         if not self._ports[action].may_reject:
             raise HandlerError(
-                f"the server of action {action} may not refuse goals",
+                f"the server of action {action} must not reject goals",
                 element=action,
-                hint="set mayReject of its port: what refuses a goal is checked then",
+                hint="set mayReject of its port, so that the checks include rejected goals",
             )
         self._judges[action] = judge
 

@@ -289,7 +289,7 @@ class Execution:
         call = self.watchdog.give_up()
         if call is None:
             return False
-        self._tell_released(*call, f"did not return within {seconds:g} s when the node was to end")
+        self._tell_released(*call, f"did not return within {seconds:g} s when the node was stopped")
         return True
 
     def _tell_released(self, id: str | None, handler: str, error: str) -> None:

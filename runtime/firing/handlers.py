@@ -201,7 +201,7 @@ class Handlers:
                         raise HandlerError(
                             f"{handler.transition} has a handler {handler.name!r} already",
                             element=handler.transition,
-                            hint="give it another name=, or say replace=True",
+                            hint="give it another name=, or pass replace=True",
                         )
                     self._registered[position] = handler
                     break

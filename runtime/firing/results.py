@@ -98,7 +98,8 @@ def _given(engine: Engine, transition: int, taken: Tokens, result: Given, data: 
     for name, some in result.places.items():
         if name not in outputs:
             raise WrongReturnError(
-                f"gives tokens to {name!r}", hint=near_matches(str(name), list(outputs)) or "it is not output"
+                f"gives tokens to {name!r}",
+                hint=near_matches(str(name), list(outputs)) or "it is not an output place",
             )
         place, weight = outputs[name]
         several: Sequence[object] = some if isinstance(some, (list, tuple)) else [some] * weight

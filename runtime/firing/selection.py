@@ -136,7 +136,7 @@ def chosen_tokens(engine: Engine, candidates: Candidates, chosen: object) -> tup
     enabled, tokens = (chosen.enabled, chosen.tokens) if isinstance(chosen, Choice) else (chosen, {})
     if not isinstance(enabled, Enabled) or enabled not in list(candidates):
         raise SelectionError(
-            f"the selection returned {chosen!r}", hint="return one of the transitions it was given, or None"
+            f"the selection returned {chosen!r}", hint="return one of the given transitions, or None"
         )
     number = enabled._number
     structure = engine.structure

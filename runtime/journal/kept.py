@@ -55,7 +55,7 @@ class Memory(MutableMapping[str, Any]):
         if kind is float and type(kept) is int:
             kept = float(kept)
         if type(kept) is not kind:
-            raise KeepError(f"{name!r} is kept as {kept!r}, not of type {kind.__name__}")
+            raise KeepError(f"{name!r} is stored as {kept!r}, not as {kind.__name__}")
         return cast("T", kept)
 
     def __getitem__(self, name: str) -> Any:
@@ -73,11 +73,11 @@ class Memory(MutableMapping[str, Any]):
             The value is not JSON.
         """
         if not isinstance(name, str):
-            raise KeepError(f"the name of what is kept is a text, not {name!r}")
+            raise KeepError(f"the name of a stored value must be a string, not {name!r}")
         try:
             text = json.dumps(value, allow_nan=False)
         except (TypeError, ValueError, RecursionError) as error:
-            raise KeepError(f"{name!r} cannot be kept: {error}", hint="keep JSON values") from None
+            raise KeepError(f"{name!r} cannot be stored: {error}", hint="keep JSON values") from None
         self.changes[name] = decode_json(text)
 
     def __delitem__(self, name: str) -> None:

@@ -164,7 +164,7 @@ class Outlined:
         path = self.folder / f"{value['$stored']}.json"
         content = read_bytes(path, min(max(value["$bytes"], 0), STORED_LIMIT), follow_links=False)
         if hashlib.sha256(content).hexdigest() != value["$stored"]:
-            raise DinerosError("is not what the trace stored", location=Location(path))
+            raise DinerosError("differs from what the trace stored", location=Location(path))
         return decode_json(content, location=Location(path))
 
 

@@ -293,7 +293,7 @@ def _lock(file: int, path: Path) -> None:
 
 def _is_written(path: Path) -> JournalError:
     return JournalError(
-        "is being written by another process", location=Location(path), hint="end that one first"
+        "is being written by another process", location=Location(path), hint="stop that process first"
     )
 
 

@@ -51,14 +51,14 @@ class Expectation:
 
     def __post_init__(self) -> None:
         if isinstance(self.seconds, bool) or not isinstance(self.seconds, (int, float)):
-            raise StalenessError(f"a signal is stale after seconds, not {self.seconds!r}")
+            raise StalenessError(f"the time of staleness must be a number of seconds, not {self.seconds!r}")
         if not (math.isfinite(self.seconds) and self.seconds > 0):
             raise StalenessError(
                 f"a signal cannot be stale after {self.seconds} s", hint="give a time above 0, in seconds"
             )
         if not isinstance(self.then, bool) and not str(self.then).isidentifier():
             raise StalenessError(
-                f"nothing is done with a stale signal by {self.then!r}", hint="keep, stop, true or false"
+                f"a stale signal cannot be handled by {self.then!r}", hint="keep, stop, true or false"
             )
 
     def require(self, values: tuple[str, ...]) -> None:
@@ -70,7 +70,7 @@ class Expectation:
                 if values
                 else "keep, stop, true or false"
             )
-            raise StalenessError(f"nothing is done with a stale signal by {self.then!r}", hint=hint)
+            raise StalenessError(f"a stale signal cannot be handled by {self.then!r}", hint=hint)
 
 
 def parse_expectation(text: str) -> Expectation:

@@ -145,7 +145,7 @@ def _scalar_check(name: str, kind: str, integers: range = _INT64) -> _Check:
         if not isinstance(value, str) or not (value.isascii() or _encodable(value)):
             raise _wrong(name, kind, value)
         if "\0" in value:  # ROS sends a text only up to its first NUL
-            raise FeatureValueError(f"{name} takes a text without NUL, not {_shown(value)}")
+            raise FeatureValueError(f"{name} takes a string without NUL, not {_shown(value)}")
         return str(value)
 
     def boolean(value: object) -> Value:

@@ -254,11 +254,13 @@ class HealthWatch:
         for place, limit in islice(self._limited, MOST):
             engine, id = self._core.engine, self._core.structure.places[place]
             if engine.count(place) >= limit:
-                text = f"place {id} holds {limit:,} tokens, and gets no more: the model gives it no capacity"
+                text = (
+                    f"place {id} holds {limit:,} tokens and accepts no more; the model gives it no capacity"
+                )
                 yield Concern("place-limit", id, text)
             elif place in engine.weights.heavy:
                 held = f"{MOST_BYTES >> 20} MiB in {engine.count(place):,} tokens"
-                text = f"place {id} holds {held}, and gets no more: the model gives it no capacity"
+                text = f"place {id} holds {held} and accepts no more; the model gives it no capacity"
                 yield Concern("place-limit", id, text)
 
     def _judge(self, concerns: Iterable[Concern]) -> tuple[Concern, ...]:
@@ -282,7 +284,7 @@ def _slow(responses: tuple[ResponseTime, ...]) -> Iterator[Concern]:
         most = None if time.declared is None else time.declared[1]
         if most is not None and time.longest_run > most:
             said.append(
-                f"the callback {time.callback} took {time.longest_run:.3g} s, at most {most:g} s is declared"
+                f"the callback {time.callback} took {time.longest_run:.3g} s; declared: at most {most:g} s"
             )
         if time.lost_lately:
             ticks = "1 tick" if time.lost_lately == 1 else f"{time.lost_lately:,} ticks"

@@ -134,7 +134,7 @@ class Net:
             The net does not run on ROS.
         """
         if self._ros_node is None:
-            raise DinerosError(f"the node {self.id} does not run on ROS", hint="ask for it when it does")
+            raise DinerosError(f"the node {self.id} does not run on ROS", hint="request it while it does")
         return self._ros_node
 
     @ros_node.setter
@@ -273,7 +273,7 @@ class Net:
     def watchdog(self, seconds: float | None) -> None:
         if seconds is not None and not 0 < seconds < float("inf"):
             raise FeatureValueError(
-                f"a watchdog takes seconds above 0, not {seconds}", hint="None switches it off"
+                f"the time of a watchdog must be above 0 s, not {seconds}", hint="None disables it"
             )
         self.core.execution.watchdog.limit = seconds
 
@@ -418,7 +418,7 @@ class Net:
                     return state
                 left = None if end is None else end - time.monotonic()
                 if left is not None and left <= 0:
-                    raise TimeoutError(f"the node {self.id} did not get there in {timeout:g} s")
+                    raise TimeoutError(f"the node {self.id} did not reach this state in {timeout:g} s")
                 # Not every change is notified: a firing that becomes in flight changes no marking.
                 changed.wait(POLL if left is None else min(left, POLL))
         finally:

@@ -76,7 +76,7 @@ class Runner(Arrivals):
     ) -> None:
         self._id = core.structure.ports.node
         if core.exchange is not None:
-            raise DinerosError(f"the net of {self._id} has a node already", hint="load the net again")
+            raise DinerosError(f"the net of {self._id} already has a node", hint="load the net again")
         self._core = core
         self._transport = transport
         self._recorder = recorder

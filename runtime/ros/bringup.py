@@ -57,7 +57,7 @@ def _bring(node: Any, what: str, name: str) -> bool:
     ids = {"configure": Transition.TRANSITION_CONFIGURE, "activate": Transition.TRANSITION_ACTIVATE}
     state = _ask(node, GetState, f"{name}/get_state", GetState.Request())
     if state is None:
-        print(f"the node {name} is not there", file=sys.stderr)
+        print(f"the node {name} does not exist", file=sys.stderr)
         return False
     if state.current_state.label not in STATES_BEFORE[what]:
         return True  # restored after a restart, or changed by another manager

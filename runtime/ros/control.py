@@ -111,10 +111,10 @@ class Control:
         state = self._net.inspect()
         given_up = self._net.give_up() if state.halted is not None else []
         self._net.release()
-        said = [f"{transition} may take again what it left aside" for transition in state.aside]
+        said = [f"{transition} may take the tokens again that were set aside" for transition in state.aside]
         said += [f"{transition} is released" for transition in given_up]
-        LOG.info("told to release: %s", ", ".join(said) or "nothing")
-        return bool(said), ", ".join(said) or "nothing is aside or, in a halted node, in flight"
+        LOG.info("released on request: %s", ", ".join(said) or "nothing")
+        return bool(said), ", ".join(said) or "no token is set aside or, in a halted node, in flight"
 
     def _describe(self) -> tuple[bool, str]:
         return True, json.dumps(

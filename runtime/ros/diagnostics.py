@@ -74,7 +74,7 @@ class Diagnostics:
         try:
             from diagnostic_msgs.msg import DiagnosticArray
         except ImportError:
-            LOG.warning("nothing is reported on %s: install the ROS package diagnostic_msgs", TOPIC)
+            LOG.warning("reports on %s are disabled: install the ROS package diagnostic_msgs", TOPIC)
             return None
         from rclpy.event_handler import PublisherEventCallbacks
 
@@ -89,7 +89,7 @@ class Diagnostics:
             self._publish(self.latest)
         except Exception:
             if not self._has_failed:  # log it once, not in each period
-                LOG.exception("the node cannot tell how it fares")
+                LOG.exception("the node cannot determine its state")
             self._has_failed = True
 
     def said(self, status: Status) -> None:

@@ -96,7 +96,7 @@ def make_managed_node(name: str, **options: Any) -> Any:
             try:
                 return super()._LifecycleNodeMixin__change_state(transition)  # type: ignore[misc]
             except RCLError as error:
-                LOG.warning("a change of state is refused: %s", error)
+                LOG.warning("a change of state is rejected: %s", error)
                 return failure
 
         def come_back(self, state: str) -> None:

@@ -53,27 +53,27 @@ def metrics_text(node: str, health: Health | None) -> str:
 
 def _samples(health: Health) -> Iterator[Sample]:
     status = health.status
-    yield "state", "gauge", "1 for the state that the node has.", {"state": status.state}, 1
+    yield "state", "gauge", "1 for the current state of the node.", {"state": status.state}, 1
     yield "firings_total", "counter", "Firings since the node was started.", {}, health.firings
     yield "failures_total", "counter", "Firings that failed.", {}, health.failures
-    yield "restarts_total", "counter", "How often the process was started again.", {}, health.restarts
+    yield "restarts_total", "counter", "Number of restarts of the process.", {}, health.restarts
     for place, tokens in health.places.items():
         yield "place_tokens", "gauge", "Tokens of a place.", {"place": place}, tokens
     for queue in health.queues:
         labels = {"place": queue.place, "topic": queue.topic}
-        said = "Messages that waited at a time since the last look, at most."
+        said = "Largest number of waiting messages since the last report."
         yield "queue_waiting", "gauge", said, labels, queue.waiting
-        yield "queue_capacity", "gauge", "Messages that the queue holds, as proved.", labels, queue.capacity
+        yield "queue_capacity", "gauge", "Proved bound of the messages in the queue.", labels, queue.capacity
     for service, (busy, instances, waiting) in health.servers.items():
         labels = {"service": service}
         yield "service_busy", "gauge", "Requests that are served.", labels, busy
-        yield "service_instances", "gauge", "Requests that can be served at a time.", labels, instances
+        yield "service_instances", "gauge", "Requests that can be served at the same time.", labels, instances
         yield "service_waiting", "gauge", "Requests that wait in the node.", labels, waiting
     for (channel, where), count in health.drops.items():
         labels = {"channel": channel, "queue": where}
         yield "lost_total", "counter", "Messages that a full queue lost.", labels, count
     for channel, count in health.refused.items():
-        yield "refused_total", "counter", "Messages that were not taken.", {"channel": channel}, count
+        yield "refused_total", "counter", "Messages rejected as invalid.", {"channel": channel}, count
     for signal in health.signals:
         labels = {"signal": signal.signal}
         if not signal.values:
@@ -81,18 +81,24 @@ def _samples(health: Health) -> Iterator[Sample]:
         for value in signal.values:
             is_now = float(signal.value == value)
             yield "signal", "gauge", "Value of an input signal.", {**labels, "value": value}, is_now
-        yield "signal_stale", "gauge", "Whether its source is silent.", labels, float(signal.is_stale)
+        yield "signal_stale", "gauge", "1 if the signal is stale.", labels, float(signal.is_stale)
         if signal.age is not None:
-            yield "signal_age_seconds", "gauge", "Since it was heard.", labels, signal.age
+            yield "signal_age_seconds", "gauge", "Time since the signal was set.", labels, signal.age
     for load in health.handlers:
         labels = {"transition": load.transition, "handler": load.handler}
-        yield "handler_seconds_total", "counter", "What a handler took in all.", labels, load.total
-        yield "handler_calls_total", "counter", "How often a handler ran.", labels, load.calls
-        yield "handler_slow_total", "counter", "How often it exceeded its budget.", labels, load.slow
+        yield "handler_seconds_total", "counter", "Total time of a handler.", labels, load.total
+        yield "handler_calls_total", "counter", "Number of runs of a handler.", labels, load.calls
+        yield "handler_slow_total", "counter", "Number of runs that exceeded the budget.", labels, load.slow
     for time in health.responses:
         labels = {"callback": time.callback}
-        yield "response_seconds_max", "gauge", "Longest response since the last look.", labels, time.longest
-        yield "response_seconds_mean", "gauge", "Mean response of a callback.", labels, time.mean
+        yield (
+            "response_seconds_max",
+            "gauge",
+            "Longest response time since the last report.",
+            labels,
+            time.longest,
+        )
+        yield "response_seconds_mean", "gauge", "Mean response time of a callback.", labels, time.mean
         yield "run_seconds_max", "gauge", "Longest run of a callback.", labels, time.work
         yield "callback_runs_total", "counter", "Runs of a callback.", labels, time.runs
         if time.declared is not None and time.declared[1] is not None:
@@ -108,11 +114,11 @@ def _samples(health: Health) -> Iterator[Sample]:
         waits[key] = max(waits.get(key, 0.0), wait.seconds)
     for (element, kind, on), seconds in waits.items():
         labels = {"element": element, "kind": kind, "on": on}
-        yield "waiting_seconds", "gauge", "For how long something has waited.", labels, seconds
+        yield "waiting_seconds", "gauge", "Time for which something has waited.", labels, seconds
     concerns = {(concern.budget, concern.element) for concern in health.concerns}
     for budget, element in sorted(concerns):
         labels = {"budget": budget, "element": element}
-        yield "over_budget", "gauge", "1 for what goes beyond its budget.", labels, 1
+        yield "over_budget", "gauge", "1 for each exceeded budget.", labels, 1
 
 
 def _escaped(text: str) -> str:
@@ -181,7 +187,7 @@ class MetricsServer:
                 super().shutdown_request(request)
 
             def handle_error(self, request: object, client_address: object) -> None:
-                LOG.debug("a question for metrics failed", exc_info=True)
+                LOG.debug("a request for metrics failed", exc_info=True)
 
         try:
             self._server = Server((HOST, self._port), Answers)

@@ -241,8 +241,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("model", help="the runtime model")
     parser.add_argument("--handlers", type=Path, help="a Python file that defines configure(net)")
     parser.add_argument("--source", default="", help="the file of the system model, for the journal")
-    parser.add_argument("--set", dest="settings", action="append", default=[], help="how it was changed")
-    parser.add_argument("--lifecycle", action="store_true", help="be a managed node")
+    parser.add_argument(
+        "--set", dest="settings", action="append", default=[], help="the settings by which it was changed"
+    )
+    parser.add_argument("--lifecycle", action="store_true", help="run as a managed node")
     options = parser.parse_args(given[:at])
     try:
         model = load_runtime_model(options.model)

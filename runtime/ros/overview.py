@@ -251,7 +251,8 @@ class DiagnosticsListener:
             from diagnostic_msgs.msg import DiagnosticArray
         except ImportError as error:
             raise RosError(
-                f"ROS's package diagnostic_msgs is not there: {error}", hint="install it, or dineros[ros]"
+                f"the ROS package diagnostic_msgs is not installed: {error}",
+                hint="install it, or dineros[ros]",
             ) from error
 
         def heard(message: Any) -> None:

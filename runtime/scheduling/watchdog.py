@@ -199,7 +199,7 @@ class Watchdog:
             self.blocked = None
             return
         LOG.error(
-            "%s has kept the node %s from all else for %.1f s (let it be async, or say thread=True):\n%s",
+            "%s has blocked the node %s for %.1f s (make it async, or use thread=True):\n%s",
             blocked,
             self._name,
             seconds,

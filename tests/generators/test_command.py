@@ -150,7 +150,7 @@ def test_templates_of_a_workspace_must_be_named_each_time(run: Run) -> None:
     Path("mine/node/README.md.j2").write_text("Mine.\n")
     run("--templates", "mine")
     for option in ([], ["--check"]):
-        said = "ws: was generated with the templates of '../mine', which must be named again (--templates"
+        said = "ws: was generated with the templates of '../mine', which must be given again (--templates"
         assert is_one_line_of_wrong_use(run(*option), said)
     assert Path("ws/src/waiter/README.md").read_text() == "Mine.\n"
     assert run("--default-templates").exit_code == 0
@@ -175,12 +175,16 @@ def test_a_template_is_no_program(run: Run) -> None:
         (
             "node/README.md.j2",
             "a\n{{ app.name }}\n",
-            "mine/node/README.md.j2:2: 'kitchen' goes through no filter (write ",
+            "mine/node/README.md.j2:2: 'kitchen' is written without a filter (write ",
         ),
         ("node/README.md.j2", "{{ app.name | safe }}", "goes through no filter"),
-        ("node/README.md.j2", "{{ node.package ~ app.name }}", "'waiterkitchen' goes through no filter"),
-        ("node/README.md.j2", "{{ app.id | name ~ '' }}", "'kitchen' goes through no filter"),
-        ("node/__init__.py.j2", "a b {{ node.package }}\n", "makes no Python: invalid syntax: 'a b waiter'"),
+        ("node/README.md.j2", "{{ node.package ~ app.name }}", "'waiterkitchen' is written without a filter"),
+        ("node/README.md.j2", "{{ app.id | name ~ '' }}", "'kitchen' is written without a filter"),
+        (
+            "node/__init__.py.j2",
+            "a b {{ node.package }}\n",
+            "does not produce valid Python: invalid syntax: 'a b waiter'",
+        ),
         ("node/REDAME.md.j2", "", "mine/node/REDAME.md.j2: overrides no template (did you mean 'node/README"),
     ],
 )

@@ -182,7 +182,7 @@ class GoalClient:
             goal.look = min(LAST_LOOK, 2 * goal.look)
             self._go_on(goal)
         if goal.deadline is not None and now >= goal.deadline:
-            reason = "no answer" if goal.is_sent else "there is no server"
+            reason = "no answer" if goal.is_sent else "no server is available"
             goal.deadline = None
             if goal.is_accepted:
                 goal.deadline = now + self._timeout  # only checks for the server remain to be done

@@ -275,7 +275,7 @@ def _server_class() -> Any:
             try:
                 getattr(self._handle, f"send_{kind}_response")(header, response)
             except RCLError:
-                LOG.warning("a client of an action has gone away before it got its answer")
+                LOG.warning("a client of an action disappeared before it got its response")
 
         def destroy(self) -> None:
             for handle in self._known.values():

@@ -111,7 +111,7 @@ class Clients:
                 callback_group=MutuallyExclusiveCallbackGroup(),
             )
         except Exception as error:
-            raise RosError(f"the service {port.service!r} cannot be asked: {error}") from error
+            raise RosError(f"the service {port.service!r} cannot be called: {error}") from error
         self._clients[port.channel, port.client] = _RosClient(port, entity, requests, responses, announcer)
         self._alarm = self._alarm or Alarm(self._node, self._look)
         return requests
@@ -188,7 +188,7 @@ class Clients:
                 except Exception as error:
                     self._tell(client, call, str(error))
             elif now >= call.deadline:
-                reason = "there is no server" if call.look else "no response"
+                reason = "no server is available" if call.look else "no response"
                 self._tell(client, call, f"{reason} in {self._timeout:g} s")
             elif call.look:
                 call.look = min(LAST_LOOK, 2 * call.look)

@@ -55,12 +55,12 @@ DISCOVERY_TIMEOUT = Parameter(
     0.0,
     3600.0,
 )
-JOURNAL = Parameter("journal", "", "Folder that takes the records of the run; empty: nothing is recorded.")
-RESUME = Parameter("resume", True, "Whether to continue from the journal, where it holds an earlier run.")
+JOURNAL = Parameter("journal", "", "Folder for the records of the run; empty: nothing is recorded.")
+RESUME = Parameter("resume", True, "Whether to continue from the journal if it holds an earlier run.")
 WATCHDOG = Parameter(
     "watchdog",
     LIMIT,
-    "Seconds after which a handler is named that keeps the node from all else; 0: never.",
+    "Seconds after which a handler that blocks its node is reported; 0: never.",
     0.0,
     86400.0,
 )
@@ -78,7 +78,7 @@ METRICS_PORT = Parameter(
 LOG_LEVEL = Parameter(
     "log_level",
     "info",
-    "What is logged: debug, info, warn, error or fatal, and worse; also while the node runs.",
+    "Least severity that is logged: debug, info, warn, error or fatal; can be changed while the node runs.",
     is_fixed=False,
 )
 
@@ -114,7 +114,7 @@ def stale_parameters(signals: Mapping[str, Sequence[str]]) -> dict[str, tuple[Pa
             Parameter(
                 f"when_stale.{name}",
                 "keep",
-                f"What is done when {id} is stale: keep its value, stop the net, or {choices[id]}.",
+                f"Reaction if {id} is stale: keep its value, stop the net, or {choices[id]}.",
                 is_any=True,
             ),
         )
@@ -188,7 +188,7 @@ def declare(node: Any, parameter: Parameter) -> Any:
             return node.declare_parameter(parameter.name, given, descriptor, ignore_override=True).value
     except ParameterException as error:
         raise RosError(
-            f"the parameter {parameter.name} cannot have the value it was given: {error}",
+            f"the parameter {parameter.name} cannot have the given value: {error}",
             hint=parameter.description,
         ) from error
 

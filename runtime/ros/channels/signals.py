@@ -76,7 +76,7 @@ class RosSignals:
                 signal.require(start)
             except FeatureValueError as error:
                 raise RosError(
-                    f"the parameter {values[signal.id].name} cannot have the value it was given: {error}"
+                    f"the parameter {values[signal.id].name} cannot have the given value: {error}"
                 ) from error
             if start != signal.initial:
                 self._receiver.signals_changed({signal.id: start}, "parameter")
@@ -86,7 +86,7 @@ class RosSignals:
                 expected.require(signal.values)
             except (StalenessError, AttributeError) as error:
                 raise RosError(
-                    f"the parameter {stale[signal.id][1].name} cannot have the value it was given: {error}"
+                    f"the parameter {stale[signal.id][1].name} cannot have the given value: {error}"
                 ) from error
             if after:
                 self._receiver.signal_expected(signal.id, expected)

@@ -63,7 +63,7 @@ def _parts(name: str) -> tuple[str, str, str]:
     kind, _, type_name = rest.partition("/")
     if not package.isidentifier() or kind not in ("msg", "srv", "action") or not type_name.isidentifier():
         raise InterfaceError(
-            f"{name!r} names no ROS interface",
+            f"{name!r} is not the name of a ROS interface",
             hint="write it like std_msgs/msg/String, std_srvs/srv/SetBool or nav2_msgs/action/Spin",
         )
     return package, kind, type_name

@@ -84,7 +84,7 @@ class TokenCodec:
                 package = interface.__module__.partition(".")[0]
                 raise InterfaceError(
                     f"the message {package}/{interface.__name__} has no field {name}",
-                    hint="it was made from another version of the model: generate and build it again",
+                    hint="it was generated from another version of the model: generate and build it again",
                 )
         self._encoders = [(field.name, name, _encoder(field, model)) for field, name in fields]
         self._decoders = [(field.name, name, _decoder(field)) for field, name in fields]

@@ -50,4 +50,4 @@ def claimed_domain(first: int = 1) -> Iterator[int]:
         finally:
             os.close(file)
         return
-    raise DinerosError("every ROS domain of this machine is claimed", hint="end runs that hang")
+    raise DinerosError("every ROS domain of this machine is claimed", hint="stop runs that hang")

@@ -204,7 +204,7 @@ def import_rclpy() -> Any:
         import rclpy
     except ImportError as error:
         raise RosError(
-            f"ROS 2 is not there: {error}",
+            f"ROS 2 is not installed: {error}",
             hint="install dineros[ros], or source the setup.bash of your installation of ROS 2",
         ) from error
     return rclpy

@@ -79,7 +79,7 @@ def test_a_node_that_cannot_start_is_told_of_and_announced(tmp_path: Path) -> No
     assert lines[:3] == [f"talker ended with exit status 2: {error}"] * 3
     log = tmp_path / "traces/talker.log"
     assert lines[3:] == [
-        f"talker cannot start, tried 3 times: {error} (its output is in {log})",
+        f"talker could not be started in 3 attempts: {error} (its output is in {log})",
         "node talker did not start",
     ]
     assert "a node could not continue; marked: " in done.stdout

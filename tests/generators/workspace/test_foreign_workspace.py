@@ -81,7 +81,7 @@ def test_templates_of_the_manifest_are_not_rendered(workspace: Path) -> None:
     (workspace / "tpl/node/marker.j2").write_text("stolen")
     manifest = (workspace / PLACE).read_text()
     (workspace / PLACE).write_text(manifest.replace('"templates": null', '"templates": "tpl"'))
-    refused(workspace, "was generated with the templates of 'tpl', which must be named again")
+    refused(workspace, "was generated with the templates of 'tpl', which must be given again")
 
 
 @pytest.mark.long
@@ -135,7 +135,7 @@ def changed_entry(name: str, value: object) -> Callable[[dict[str, Any]], object
 MALFORMED: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (changed_entry("schema", True), "has no schema"),
     (changed_entry("schema", "1"), "has no schema"),
-    (changed_entry("schema", 2), "has the schema 2, known is 1"),
+    (changed_entry("schema", 2), "has the schema 2; the newest supported one is 1"),
     (changed_entry("settngs", []), "unknown field settngs (did you mean 'settings'?)"),
     (lambda manifest: manifest.pop("nodes"), "has no field nodes"),
     (changed_entry("model", 1), "model is not text"),

@@ -110,7 +110,9 @@ def test_the_workspace_holds_its_system_model_as_it_was_changed(workspace: Path)
     assert find(system_model_of(workspace), "Hungry", sym.Place).tokens == 7
     path = workspace / "src/kitchen_bringup/model/kitchen.sym.xmi"
     path.write_bytes(path.read_bytes().replace(b'tokens="7"', b'tokens="8"'))
-    with pytest.raises(WorkspaceError, match="was edited, and is not what the nodes were generated from"):
+    with pytest.raises(
+        WorkspaceError, match="was edited, so it differs from the model from which the nodes were generated"
+    ):
         system_model_of(workspace)
     path.unlink()
     path.symlink_to("/etc/passwd")
@@ -190,7 +192,7 @@ def test_a_handler_of_a_removed_transition_is_reported_until_it_goes(workspace: 
     model = kitchen()
     remove_transition(model, "TServe")
     said = (
-        f"{WAITER}:16: handles TServe, which is not a transition of waiter any more "
+        f"{WAITER}:16: handles TServe, which is no longer a transition of waiter "
         "(move its code or remove it) [obsolete-handler]"
     )
     assert said in notices(check(model, workspace, OPTIONS))
@@ -225,7 +227,8 @@ def test_changed_fields_are_reported_where_handlers_name_them(workspace: Path) -
     change_field(model, "isHot", name="isWarm")
     change_field(model, "table", kind="number")
     said = [
-        f"{WAITER}:12: take_order handles TOrder: the token field 'isHot' (boolean) is gone [token-changed]",
+        f"{WAITER}:12: take_order handles TOrder: the token field 'isHot' (boolean) no longer exists "
+        "[token-changed]",
         f"{WAITER}:18: serve handles TServe: the token field 'prices' was a list of 2 number and is now a "
         "list of number [token-changed]",
         "kitchen.sym.xmi: the token field 'table' was an integer and is now a number; no handler names it "
@@ -256,7 +259,7 @@ def test_a_renamed_node_leaves_its_developers_files(workspace: Path) -> None:
     comparison = generate(model, workspace, OPTIONS)
     new = "src/head_waiter/head_waiter/handlers.py"
     said = (
-        f"{WAITER}: belongs to waiter, which is not a node net any more; it is kept "
+        f"{WAITER}: belongs to waiter, which the model no longer has; file kept "
         f"(if waiter is head_waiter now, move it: git mv -f {WAITER} {new}) [left-over]"
     )
     assert said in notices(comparison)
@@ -300,7 +303,7 @@ def test_a_file_that_was_there_before_is_not_overwritten(tmp_path: Path) -> None
     mine = tmp_path / "src/waiter/setup.py"
     mine.parent.mkdir(parents=True)
     mine.write_text("mine\n")
-    with pytest.raises(EditedError, match="is there already, and DiNeROS did not write it"):
+    with pytest.raises(EditedError, match="already exists, and DiNeROS did not write it"):
         generate(kitchen(), tmp_path, OPTIONS)
     assert list(contents(tmp_path)) == ["src/waiter/setup.py"]
 
@@ -387,7 +390,10 @@ def test_a_crash_at_any_file_is_mended_by_the_next_run(
         ("{", "is not a manifest: "),
         ("[]", "is not a manifest: "),
         ('{"schema": 1}', "is not a manifest: "),
-        ('{"schema": 99}', "has the schema 99, known is 1 (use a later version of DiNeROS)"),
+        (
+            '{"schema": 99}',
+            "has the schema 99; the newest supported one is 1 (use a later version of DiNeROS)",
+        ),
         ("\0", "is not a manifest: "),
     ],
 )

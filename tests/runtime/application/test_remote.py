@@ -119,7 +119,7 @@ def test_a_process_that_stands_still_keeps_nobody_waiting(tmp_path: Path) -> Non
         until(lambda: remote.look().state == "running")
         os.kill(supervisor.processes["talker"], signal.SIGSTOP)
         try:
-            with pytest.raises(SteeringError, match=r"talker does not answer \(it may still do it\)"):
+            with pytest.raises(SteeringError, match=r"talker does not answer \(it may still carry it out\)"):
                 remote.pause("for a test")
             for _ in range(1000):  # these are not even said: the first one is still to be answered
                 with pytest.raises(SteeringError, match="has not answered yet"):

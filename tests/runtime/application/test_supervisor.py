@@ -113,7 +113,7 @@ def test_a_process_that_cannot_start_is_tried_three_times_and_its_error_is_told(
     supervisor = Supervisor([plan(tmp_path, program)], RestartPolicy(delay=0.01), events.append)
     with (
         pytest.raises(
-            SupervisionError, match=r"node cannot start, tried 3 times: at all: \d.* \(its output is"
+            SupervisionError, match=r"node could not be started in 3 attempts: at all: \d.* \(its output is"
         ),
         supervisor,
     ):

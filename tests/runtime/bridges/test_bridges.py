@@ -144,7 +144,7 @@ class TestRest:
 
     def test_port_that_is_taken(self, net: Net, server: RestServer) -> None:
         port = int(server.url.rpartition(":")[2])
-        with pytest.raises(DinerosError, match=f"nothing can be served on 127.0.0.1:{port}"):
+        with pytest.raises(DinerosError, match=f"cannot listen on 127.0.0.1:{port}"):
             RestServer(net, port=port).open()
 
     def test_listens_on_this_machine_only(self, server: RestServer) -> None:

@@ -497,7 +497,7 @@ def test_developers_decide_which_goals_are_accepted() -> None:
 
 
 def test_only_what_the_model_lets_refuse_goals_has_a_say() -> None:
-    with pytest.raises(HandlerError, match="the server of action Delivery may not refuse goals"):
+    with pytest.raises(HandlerError, match="the server of action Delivery must not reject goals"):
         server(rejects=False).net.accepts("Delivery")(bool)
     with pytest.raises(HandlerError, match="the node serves no action 'Delivry'"):
         server().net.accepts("Delivry")(bool)

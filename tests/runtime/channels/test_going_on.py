@@ -148,7 +148,7 @@ def test_a_node_that_settles_ends_what_it_has_begun(tmp_path: Path) -> None:
 def test_what_is_kept_has_the_type_that_is_asked_for() -> None:
     memory = Memory({"times": 3, "name": "cup", "list": [1]})
     assert (memory.value("times", 0), memory.value("times", 0.5), memory.value("no", "x")) == (3, 3.0, "x")
-    with pytest.raises(KeepError, match="'name' is kept as 'cup', not of type int"):
+    with pytest.raises(KeepError, match="'name' is stored as 'cup', not as int"):
         memory.value("name", 0)
     memory["list"].append(2)  # a copy
     del memory["name"]

@@ -334,7 +334,7 @@ class TestLargeData:
             assert plain(rebuild_at(tmp_path, node).checkpoint()) == own[max(own)]
         path = next((tmp_path / "listener.data").iterdir())
         path.write_text('"other"')
-        with pytest.raises(DinerosError, match="is not what the trace stored"):
+        with pytest.raises(DinerosError, match="differs from what the trace stored"):
             rebuild_at(tmp_path, "listener")
         path.unlink()
         with pytest.raises(DinerosError, match="cannot be read: No such file"):
@@ -411,7 +411,7 @@ def test_data_of_places_that_is_missing_is_refused(tmp_path: Path) -> None:
     recorder.close()
     (stored,) = (tmp_path / "a.data").iterdir()
     stored.write_text("[]")
-    with pytest.raises(DinerosError, match="is not what the trace stored"):
+    with pytest.raises(DinerosError, match="differs from what the trace stored"):
         rebuild_at(tmp_path, "a")
     line = current_path(tmp_path, "a").read_text().replace('"$stored"', '"$gone"')
     current_path(tmp_path, "a").write_text(re.sub(r',"crc":"[0-9a-f]*"', "", line))

@@ -89,7 +89,7 @@ def test_a_flood_stops_at_the_limit(
             assert {each.element for each in watch.look().concerns} >= {"Noted", "Heard"}
             watch.look()
     told = [each.getMessage() for each in caplog.records]
-    said = "place Noted holds 20 tokens, and gets no more: the model gives it no capacity [place-limit]"
+    said = "place Noted holds 20 tokens and accepts no more; the model gives it no capacity [place-limit]"
     assert told.count(said) == 1
 
 

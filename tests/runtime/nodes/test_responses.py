@@ -83,7 +83,7 @@ def test_what_is_declared_stands_beside_what_is_measured() -> None:
     assert 'dineros_over_duration_total{node="/eye",callback="OnTimer"} 1' in metrics
     assert 'dineros_duration_seconds_declared{node="/eye",callback="OnTimer"} 0.02' in metrics
     (concern,) = health.concerns
-    assert concern.text == "the callback OnTimer took 0.13 s, at most 0.02 s is declared"
+    assert concern.text == "the callback OnTimer took 0.13 s; declared: at most 0.02 s"
     after = node.watch.look()
     assert after.responses[0].longest == 0.0 and not after.concerns
 

@@ -191,7 +191,7 @@ def test_what_is_left_aside_is_released_when_it_is_told_to(ros: Ros) -> None:
     ros.wait(lambda: len(ros.records("office", "aside")) == 3, "leaving three letters aside")
     (ros.folder / "mended").touch()
     (answer,) = told(ros, "ask('release')")
-    assert answer == [True, "TSend may take again what it left aside"]
+    assert answer == [True, "TSend may take the tokens again that were set aside"]
     ros.wait(lambda: len(ros.fired("office", "TSend")) == 3, "sending")
     (answer,) = told(ros, "ask('release')")
     assert answer[0] is False
@@ -233,7 +233,7 @@ def test_a_text_with_nul_fails_where_the_handler_returns_it(ros: Ros) -> None:
     ros.wait(lambda: ros.records("office", "error"), "the failure")
     assert terminate(office) == 0
     (error,) = ros.records("office", "error")
-    assert error["error"] == 'subject takes a text without NUL, not "a\\u0000b"'
+    assert error["error"] == 'subject takes a string without NUL, not "a\\u0000b"'
     assert ros.fired("office", "TSend") + ros.records("office", "publish") == []
 
 

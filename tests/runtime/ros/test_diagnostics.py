@@ -145,6 +145,6 @@ def test_a_queue_that_fills_names_its_place(ros: Ros) -> None:
 def test_a_look_that_fails_ends_nothing(ros: Ros) -> None:
     office = ros.node("office", {**OPEN, "diagnostics_period": 0.01}, BROKEN)
     ros.wait(lambda: len(ros.fired("office", "TSend")) == 3, "sending")
-    ros.wait(lambda: "the node cannot tell how it fares" in office.output(), "the log")
+    ros.wait(lambda: "the node cannot determine its state" in office.output(), "the log")
     assert office.interrupt() == 0
-    assert office.output().count("the node cannot tell how it fares") == 1
+    assert office.output().count("the node cannot determine its state") == 1

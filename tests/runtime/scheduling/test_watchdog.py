@@ -109,7 +109,7 @@ def test_a_node_ends_while_a_handler_blocks_it_and_its_firing_is_released(gate: 
     node.stop("told to", patience=0.2)
     (error,) = events(recorder, "error")
     assert (error["transition"], error["handler"], error["policy"]) == ("go", "hang", None)
-    assert error["error"] == "did not return within 0.2 s when the node was to end"
+    assert error["error"] == "did not return within 0.2 s when the node was stopped"
     assert [record["event"] for record in recorder.records][-1] == "stop"
     assert net.status.state == "ended"
     assert net.status.reason == "told to"
