@@ -53,7 +53,7 @@ class ApartDiedError(Exception):
     def __init__(self, status: int) -> None:
         self.signal = -status if status < 0 else None
         cause = f"signal {-status}" if status < 0 else f"exit status {status}"
-        super().__init__(f"the process of the work ended before it: {cause}")
+        super().__init__(f"the worker process ended early: {cause}")
 
 
 class Apart:
@@ -262,7 +262,9 @@ def _run(work: Work, parent: int, reading: int, writing: int) -> NoReturn:
         try:
             teller.write(kind, value)
         except Exception as error:  # the value cannot be pickled
-            teller.write(_RAISED, RuntimeError(f"{type(value).__name__} cannot be told: {error}"))
+            teller.write(
+                _RAISED, RuntimeError(f"{type(value).__name__} cannot be sent to another process: {error}")
+            )
     finally:
         os._exit(0)
 

@@ -106,7 +106,9 @@ class Inductive:
             count = len(self.clauses)
             clauses = "1 clause excludes" if count == 1 else f"{count} clauses exclude"
             return f"{clauses} it, and every step keeps them"
-        return f"no {self.depth} steps lead to it for the first time, from wherever the invariants hold"
+        return (
+            f"no {self.depth} steps reach it for the first time from any marking in which the invariants hold"
+        )
 
 
 @dataclass(frozen=True)

@@ -63,8 +63,8 @@ class Bounds:
         paths = paths_between(self._model, first, last)
         if not paths:
             raise DinerosError(
-                f"no data goes from {named(first)} to {named(last)}",
-                hint="data goes from a callback over a topic to the callbacks that take its messages",
+                f"no data flows from {named(first)} to {named(last)}",
+                hint="data flows from a callback through a topic to the callbacks that take its messages",
             )
         found = _worst([self._along(path) for path in paths])
         return self._reacting(paths[0], found) if len(paths) == 1 else found
@@ -163,7 +163,7 @@ class Bounds:
             least += Fraction(0) if latency is None else seconds_of(latency.earliest or 0.0)
             if latency is None or latency.latest is None:
                 topic = "" if hop.writer.channel is None else hop.writer.channel.topic
-                reasons.append(f"the latency of topic {topic} is not given")
+                reasons.append(f"the model gives no latency for topic {topic}")
             is_kept = is_kept and not is_best_effort(hop.writer, hop.reader)
         return Latency(
             Bound(least),
@@ -239,7 +239,7 @@ class Bounds:
     def _why(self, page: sym.CallbackPage, task: Task | None) -> str:
         if task is not None:
             return self._solved.reasons[task]
-        return f"callback {label(page)} is called neither by a timer nor by messages nor by requests"
+        return f"callback {label(page)} is not called by a timer, messages or requests"
 
 
 def _is_managed(port: sym.TopicPort) -> bool:

@@ -12,11 +12,11 @@ def why_not_followed(page: sym.CallbackPage, is_exclusive: bool, is_server: bool
     """Return why nothing bounds when a callback runs, in words; empty if that can be bounded."""
     name = f"callback {label(page)}"
     if page.awaits:
-        return f"{name} gives its thread back while it waits"
+        return f"{name} releases its thread while it waits"
     if page.kind in (sym.CallbackKind.timer, sym.CallbackKind.subscriber):
         return ""
     if not is_server:
-        return f"{name} is called neither by a timer nor by messages nor by requests"
+        return f"{name} is not called by a timer, messages or requests"
     return "" if is_exclusive else f"runs of {name} overlap, and each needs an instance of its server"
 
 
@@ -31,9 +31,11 @@ def require_held(server: sym.ServerPort) -> None:
     for client in clients_of(server):
         node = node_net_of(client.request)
         if node is not None and node.lifecycle is not None:
-            raise NotBoundedError(f"node {label(node)} asks {service}, and is managed: it comes and goes")
+            raise NotBoundedError(
+                f"node {label(node)} calls {service} and is managed: it can be stopped and started"
+            )
         if client.timeout or client.timedOut is not None:
-            raise NotBoundedError(f"client {client.client} of {service} can give up, and ask again")
+            raise NotBoundedError(f"client {client.client} of {service} can time out and repeat its request")
 
 
 def slots_of(page: sym.CallbackPage) -> int | None:

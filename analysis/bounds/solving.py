@@ -190,13 +190,13 @@ class _Solver:
             reason = each.reason or (self._why_unknown(each) if self.curves[each] is None else "")
             if reason:
                 return reason if each is task else f"{reason} ({each.name} can run before {task.name})"
-        return f"the callbacks of node {label(task.lane.node)} can take more time than its threads have"
+        return f"the callbacks of node {label(task.lane.node)} need more time than its threads have"
 
     def _why_unknown(self, task: Task) -> str:
         for source in task.sources:
             if self._published(task, source) is None:
                 return self.found.reasons.get(source.task) or (
-                    f"messages go round in a circle, and {source.task.name} has no least duration"
+                    f"messages flow in a circle, and {source.task.name} has no least duration"
                 )
         return ""
 

@@ -228,7 +228,9 @@ class Tasks:
             message = _message_of(task)
             for each in () if message is None else self.works.around[message]:
                 if callback_page_of(each) is not page:
-                    raise NotBoundedError(f"transition {label(each)} changes what releases {task.name}")
+                    raise NotBoundedError(
+                        f"transition {label(each)} changes the tokens that release {task.name}"
+                    )
             work = self.works.of(page, message)
             if task.server is not None:
                 answers = work.publishes.get(_place(task.server.exit))
@@ -283,7 +285,7 @@ class Tasks:
         for port in (writer, reader):
             node = node_net_of(port.place)
             if node is not None and node.lifecycle is not None:
-                return f"node {label(node)} of {topic} is managed: it comes and goes"
+                return f"node {label(node)} of {topic} is managed: it can be stopped and started"
         return self._read_port(task, writer, writer.place, topic, latency_between(writer, reader))
 
     def _read_requests(self, task: Task, server: sym.ServerPort) -> str:
@@ -308,7 +310,7 @@ class Tasks:
             return f"the latency of {topic} is not given"
         place = _place(port)
         if place.tokens:
-            return f"messages of {topic} are there at the start"
+            return f"{topic} has messages at the start"
         span = self.units(seconds_of(latency.earliest or 0.0)), self.units(seconds_of(latency.latest))
         publishing = set()
         for transition in self.works.around[place]:

@@ -206,13 +206,13 @@ class _WorkRun:
         starts = set(self.body.beginnings()) if self.message is None else set()
         for each in self.body.transitions:
             if each not in starts and self._possible(each, idle):
-                raise NotBoundedError(f"{self.name} can do something between its runs")
+                raise NotBoundedError(f"{self.name} can fire transitions between its runs")
         if self.message is None:
             found = self._started(starts)
         else:
             found = self._from(idle + Counter({self.message: 1}))
         if runs_at_once(self.page) > 1 and (idle or not self.is_sequential):
-            raise NotBoundedError(f"runs of {self.name} overlap, and can have to wait for one another")
+            raise NotBoundedError(f"runs of {self.name} overlap, and may have to wait for one another")
         if self.given is not None:
             assert self.given.latest is not None
             least, most = seconds_of(self.given.earliest or 0.0), seconds_of(self.given.latest)
@@ -241,7 +241,9 @@ class _WorkRun:
             if isinstance(each, sym.Transition) and (each.clause is not None or each.duration is not None):
                 raise NotBoundedError(f"{self.name} has transition {label(each)}, which signals delay")
             if self.works.moves[each].inhibits or each in self.works.overridden:
-                raise NotBoundedError(f"{self.name} has transition {label(each)}, which others can keep back")
+                raise NotBoundedError(
+                    f"{self.name} has transition {label(each)}, which other callbacks can delay"
+                )
             touched = {*self.works.moves[each].takes, *self.works.moves[each].puts}
             if full := next((place for place in touched if place.capacity), None):
                 raise NotBoundedError(f"{self.name} uses place {label(full)}, which can be full")
@@ -260,7 +262,7 @@ class _WorkRun:
         key = frozenset((+marking).items())
         if key in self.known:
             if (known := self.known[key]) is None:
-                raise NotBoundedError(f"{self.name} can go round in a circle")
+                raise NotBoundedError(f"{self.name} can repeat its steps without end")
             return known
         if len(self.known) >= MOST_STATES:
             raise NotBoundedError(f"{self.name} has too many steps")
@@ -308,7 +310,7 @@ class _WorkRun:
         """Refuse a marking in which what others do can keep the run back."""
         if any(self._is_free(each) for each in steps):
             if self.given is None and not all(self._is_free(each) for each in steps):
-                raise NotBoundedError(f"{self.name} can have to wait for what others do")
+                raise NotBoundedError(f"{self.name} may have to wait for other callbacks")
             return
         wanted: set[pn.Place] = set()
         for each in steps:
@@ -323,7 +325,7 @@ class _WorkRun:
             if len(foreign) == 1 and move.needs(foreign[0]) == 1:
                 wanted.add(foreign[0])
         if self.given is None or not wanted or not self.works.always_one(wanted):
-            raise NotBoundedError(f"{self.name} can have to wait for what others do")
+            raise NotBoundedError(f"{self.name} may have to wait for other callbacks")
 
     def _is_free(self, step: pn.Transition) -> bool:
         """Tell whether a step that the run's tokens allow is possible whatever others do and tokens hold."""

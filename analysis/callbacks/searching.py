@@ -21,7 +21,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 CLOSED = 4
 """Runs from where a callback never ends: another may close another circle."""
 
-TOO_LARGE = "the parts of the net that tell are too large"
+TOO_LARGE = "the relevant parts of the net are too large"
 
 OWN_SECONDS = 5.0
 """Seconds of runs that look for a circle of their own, of callbacks that wait for others."""
@@ -93,7 +93,7 @@ def searched(
     reason = TOO_LARGE if left else ""
     if not left and (others := _unnamed(waits, found)):
         named = ", ".join(callback.waiter.text for callback in others)
-        reason = f"{named} can wait for these; whether for something else, too, is not known"
+        reason = f"{named} can wait for these; it is unknown whether they can also wait for something else"
     return Search(tuple(map(walks.shortest, _once(found))), not reason, reason, not left)
 
 

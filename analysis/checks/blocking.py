@@ -31,7 +31,9 @@ OTHERS_END = "every other callback that has begun can end"
 class Deadlock(Question):
     """Whether there is a deadlock."""
 
-    STUCK = Fault("deadlock", "warning", "A marking can be reached that enables nothing.", "{markings}")
+    STUCK = Fault(
+        "deadlock", "warning", "A marking can be reached in which no transition is enabled.", "{markings}"
+    )
     RESTS = Fault("deadlock", "note", STUCK.meaning, STUCK.message)
     """Every node rests in final places: a finished scenario."""
     faults = (STUCK,)
@@ -56,7 +58,9 @@ class Deadlock(Question):
             if known.has_no_deadlock:
                 checked.report.proved.append("no deadlock")
             elif not known.is_complete:
-                question = "what else is a deadlock" if known.deadlock else "whether there is a deadlock"
+                question = (
+                    "whether there are other deadlocks" if known.deadlock else "whether there is a deadlock"
+                )
                 checked.leave_open(question, known.why_open)
             return
         try:
@@ -64,7 +68,7 @@ class Deadlock(Question):
                 found = True
                 self._find(checked, group)
         except DiagramMemoryError:
-            question = "what else is a deadlock" if found else "whether there is a deadlock"
+            question = "whether there are other deadlocks" if found else "whether there is a deadlock"
             checked.leave_open(question, OUT_OF_MEMORY)
             return
         if not found:
@@ -97,7 +101,7 @@ class Callbacks(Question):
     ENDLESS = Fault(
         "callback-never-ends",
         "error",
-        "A callback can wait forever, and so can those that need its thread or its group.",
+        "A callback can wait forever, and so can callbacks that need its thread or its group.",
         "{callback} can begin and never end",
     )
     faults = (CIRCLE, ENDLESS)

@@ -91,7 +91,7 @@ class Boundedness(Question):
         self._grow(checked, pumpings)
         Callbacks.ask_early(checked)
         checked.report.by = f"searches forward and backward, and coverability: {reason}"
-        checked.budget.stage("what can happen without bounds")
+        checked.budget.stage("other questions about the unbounded net")
         checked.firings = firings(net, checked.budget.share(FIRINGS_SHARE), known=checked.near)
 
     @staticmethod
@@ -111,7 +111,7 @@ class Boundedness(Question):
         try:
             space = symbolic_state_space(checked.subject.net, share, orders=checked.orders, between=between)
         except _RecurrentError:
-            return "a smaller net answers"
+            return "decided on a smaller net"
         except BudgetExceededError as limit:
             return str(limit)
         if not space.complete:
@@ -126,9 +126,9 @@ class Boundedness(Question):
 
     @staticmethod
     def _look_elsewhere(checked: Checked, work: int) -> None:
-        """End the search of a large state space if a smaller net answers.
+        """End the search of a large state space if a smaller net gives the answer.
 
-        If none does, the search continues. Questions that need no state space are answered before that.
+        Otherwise the search continues. Questions that need no state space are answered before that.
         """
         if work >= FIRST_SHARE:
             if checked.recurrence is not None:
@@ -138,15 +138,17 @@ class Boundedness(Question):
 
     @staticmethod
     def _recurs(checked: Checked) -> bool:
-        """Whether a smaller net answers instead; if so, note what it says of firings."""
+        """Whether a smaller net gives the answer; if so, store its result about firings."""
         proof = checked.recurrence
         if proof is None:
             return False
         checked.report.proved.append(
             f"the net is bounded: no place ever holds more than {max(proof.bounds, default=0)} tokens; "
-            "its markings are not counted, as that takes too much work"
+            "its markings are not counted, because that takes too long"
         )
-        checked.report.by = "a smaller net, which always comes back; all markings take too much work"
+        checked.report.by = (
+            "a smaller net, which always returns to its initial marking; counting all markings takes too long"
+        )
         # Lost messages never come back: where the net does, no queue overflows.
         from dineros.analysis.covering.firings import Firings
 

@@ -200,20 +200,24 @@ def group_text(subject: Subject, group: DeadlockGroup) -> str:
     more = "more " if group.is_rest else ""
     if is_finished(subject, group):
         where = "" if count == 1 else f" in {count} markings"
-        why = "its final condition holds" if group.is_final else "all that was begun has ended"
+        why = "its final condition holds" if group.is_final else "everything that was started has ended"
         return f"the application can come to rest{where}: nothing is left to do, {why}"
-    start = f"one {more}marking enables nothing" if count == 1 else f"{count} {more}markings enable nothing"
+    start = (
+        f"one {more}marking has no enabled transition"
+        if count == 1
+        else f"{count} {more}markings have no enabled transition"
+    )
     if not group.causes and group.is_final is False:
         return f"{start}: nothing waits, but the final condition of the model does not hold"
     if group.unfinished:
         named = ", ".join(subject.place_text(place) for place in group.unfinished)
-        return f"{start}: nothing waits, but tokens rest where the model has no final place: {named}"
+        return f"{start}: nothing waits, but tokens remain on places that are not final: {named}"
     if not group.causes:
-        return f"{start}: nothing waits, all that was begun has ended"
+        return f"{start}: nothing waits, and everything that was started has ended"
     texts = list(dict.fromkeys(_cause_text(subject, cause) for cause in group.causes))
     named = "; ".join(texts[:MOST_NAMED])
     rest = f"; and {len(texts) - MOST_NAMED} more" if len(texts) > MOST_NAMED else ""
-    alike = " (and so at other server instances)" if group.has_others else ""
+    alike = " (likewise at other server instances)" if group.has_others else ""
     return f"{start}{', such as one where' if group.is_rest else ':'} {named}{rest}{alike}"
 
 
@@ -221,7 +225,7 @@ def _cause_text(subject: Subject, cause: Waiting) -> str:
     missing = " and ".join(subject.place_text(place) for place in cause.missing)
     blocking = " and ".join(subject.place_text(place) for place in cause.blocking)
     wanted = [f"waits for: {missing}"] if missing else []
-    wanted += [f"is held up by: {blocking}"] if blocking else []
+    wanted += [f"is blocked by: {blocking}"] if blocking else []
     return f"{subject.transition_text(cause.transition)} ({'; '.join(wanted)})"
 
 

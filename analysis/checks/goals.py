@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 HANGS_SHARE = 0.3
 """Part of the time that is left for goals that wait forever; the rest is for what is asked after that."""
 
-_MORE_GOALS = "what can happen with more goals at once"
+_MORE_GOALS = "whether there are faults with more goals at once"
 _ASSUMES = "a client does not wait for the end of a goal, and the answers assume that {assumption}"
 _SET = "set its instances to the greatest number of goals that it works on at once"
 
@@ -102,7 +102,7 @@ class Goals(Question):
         "no client fetches the result if a goal of {client} of action {action} ends as {outcome}",
     )
     faults = (NOT_ACCEPTED, ENDLESS, LATE, UNHEARD, OVERTAKEN, NOT_FETCHED)
-    asks = "what can become of goals"
+    asks = "the possible outcomes of goals"
 
     def ask(self, checked: Checked) -> None:
         """Look at the goals of each client of each action."""
@@ -111,7 +111,7 @@ class Goals(Question):
             return
         found = len(checked.report.findings) + len(checked.report.unknown)
         for client in clients:
-            asks = f"what can become of goals of {client.words} of action {client.channel.action}"
+            asks = f"the possible outcomes of goals of {client.words} of action {client.channel.action}"
             with checked.guarded(partial(checked.leave_open, asks)):
                 self._fires(checked, client, self.LATE, client.late)
                 unheard(checked, client)
@@ -121,7 +121,7 @@ class Goals(Question):
         if checked.firings is not None:
             if not checked.recurs:
                 reason = checked.firings.why_open or (
-                    "it is not asked with times" if is_timed else "the markings were not all seen"
+                    "it is not decided with times" if is_timed else "not all markings were explored"
                 )
                 checked.leave_open("whether goals can wait forever", reason)
             return
@@ -159,7 +159,7 @@ class Goals(Question):
             return
         if checked.subject.is_timed:
             question = f"whether goals of {client.words} can overtake each other"
-            checked.leave_open(question, "it is not asked with times", may_be_fault=False)
+            checked.leave_open(question, "it is not decided with times", may_be_fault=False)
             return
         places, index = checked.subject.place_index, checked.subject.transition_index
         first, second = sorted(client.works)[:2]
@@ -242,7 +242,7 @@ def qualify(checked: Checked) -> None:
     with checked.guarded(partial(checked.leave_open, _MORE_GOALS)):
         for each in held_back(checked.subject, checked.budget):
             checked.leave_open(
-                f"what can happen if {each.words} works on more goals at once",
+                f"whether there are faults if {each.words} works on more goals at once",
                 _ASSUMES.format(assumption=each.assumption),
                 _SET,
             )
@@ -298,4 +298,4 @@ def _why_unheard(channel: sym.ActionChannel) -> str:
     if not isinstance(page, sym.CallbackPage) or not holds_thread(page):
         return ""
     name = node.name or node.id
-    return f": while a goal is worked on, that has the only thread of node net {name}"
+    return f": while a goal is executed, it holds the only thread of node net {name}"

@@ -14,8 +14,9 @@ class Matching(Question):
     NOT_MATCHED = Fault(
         "ports-not-matched",
         "warning",
-        "A subscriber asks for more quality of service than a publisher offers, and gets nothing of it.",
-        "{subscriber} gets no message of {publisher} (topic {topic}): {reason}; to mend it, set {fix}",
+        "A subscriber requests a stricter quality of service than a publisher offers, and receives nothing "
+        "from it.",
+        "{subscriber} receives no message of {publisher} (topic {topic}): {reason}; to fix it, set {fix}",
     )
     faults = (NOT_MATCHED,)
     asks = "whether ports match"

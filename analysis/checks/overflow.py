@@ -28,14 +28,14 @@ class Overflow(Question):
     SAMPLES = Fault(
         "sample-lost",
         "note",
-        "A history of a best-effort publisher, or of feedback, can be full: the oldest is lost.",
-        "{queue} can overflow: {loss}, as the model allows",
+        "A history of a best-effort publisher, or of feedback, can be full: the oldest message is lost.",
+        "{queue} can overflow: {loss}, which the model allows",
     )
     DISPLACED = Fault(
         "message-displaced",
         "note",
-        "A full history forgets an older message of a reader that needs the newest one only.",
-        "{queue} can overflow: the oldest message is lost, and {reader} needs the newest only{assumed}",
+        "A full history discards an older message of a reader that needs only the newest one.",
+        "{queue} can overflow: the oldest message is lost, and {reader} needs only the newest one{assumed}",
     )
     faults = (LOSES, SAMPLES, DISPLACED)
     asks = "which queues can overflow"
@@ -137,9 +137,9 @@ class Presence(Question):
 
     _KINDS: ClassVar[dict[Kind, tuple[Fault, str]]] = {
         "inactive": (INACTIVE, "no managed node publishes while it is inactive"),
-        "missed": (MISSED, "every subscriber is there for what is published"),
+        "missed": (MISSED, "every subscriber exists when messages are published"),
         "left": (LEFT, "no message is lost with a node that is cleaned up or shut down"),
-        "unserved": (UNSERVED, "every server is there for what is asked"),
+        "unserved": (UNSERVED, "every server exists when requests are sent"),
         "unanswered": (UNANSWERED, "no request is lost with a server that is cleaned up or shut down"),
         "given up": (GIVEN_UP, "no client has to give up because its server is not there"),
     }

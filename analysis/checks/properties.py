@@ -41,8 +41,8 @@ class Properties(Question):
     UNREADABLE = Fault(
         "property-unreadable",
         "error",
-        "A property that the model stores cannot be asked.",
-        "{property} cannot be asked: {reason}",
+        "A property that the model stores cannot be decided.",
+        "{property} cannot be decided: {reason}",
     )
     faults = (VIOLATED, HOLDS, UNREADABLE)
     asks = "the properties of the model"

@@ -113,7 +113,7 @@ class Checked:
         """What a smaller net proves of it."""
         from dineros.analysis.properties.recurrence import recurrence
 
-        self.budget.stage("whether the net always comes back")
+        self.budget.stage("whether the net can always return to its initial marking")
         return recurrence(self.subject.net, self.budget.share(RECURRENCE_SHARE))
 
     @property
@@ -170,7 +170,7 @@ class Checked:
         if is_noted:
             self.report.failures.append(error)
         text = " ".join(str(error).split())
-        return f"an error inside: {type(error).__name__}{': ' if text else ''}{text} ({REPORT_IT})"
+        return f"an internal error: {type(error).__name__}{': ' if text else ''}{text} ({REPORT_IT})"
 
     def close(self, question: str, reason: str) -> None:
         """End with a question that is not decided: what follows needs a state space."""

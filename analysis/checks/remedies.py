@@ -25,7 +25,7 @@ def remedy_text(subject: Subject, remedy: Remedy) -> str:
         )
     if remedy.counters:
         counters = ", ".join(subject.place_text(place) for place in remedy.counters)
-        parts.append(f"without counting forever at {counters}")
+        parts.append(f"without the counters that grow forever: {counters}")
     return ", ".join(parts)
 
 

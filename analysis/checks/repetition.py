@@ -29,7 +29,7 @@ class Repetition(Question):
         "not-live",
         "note",
         "A marking can be reached from which a transition never fires again.",
-        "some marking shuts off forever: {transitions}",
+        "these transitions can become permanently disabled: {transitions}",
     )
     NOT_REVERSIBLE = Fault(
         "not-reversible",
@@ -58,7 +58,7 @@ class Repetition(Question):
             if checked.recurrence is not None:
                 self._say_recurrence(checked, checked.recurrence)
             else:
-                self.leave_open(checked, checked.firings.why_open or "there is no end of markings")
+                self.leave_open(checked, checked.firings.why_open or "there are infinitely many markings")
             return
         try:
             answer = behaviour(checked.space, checked.budget, checked.work)
@@ -66,7 +66,7 @@ class Repetition(Question):
             if checked.recurrence is not None:
                 self._say_recurrence(checked, checked.recurrence)
                 return
-            reason = "left, as it takes more work than a check may cost"
+            reason = "not decided, because it takes more work than a check may cost"
             checked.leave_open(BEHAVIOUR, reason, "--behaviour decides it", may_be_fault=False)
             return
         except DiagramMemoryError:

@@ -253,7 +253,7 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
     """
     failing = [finding for finding in report.findings if finding.severity != "note"]
     accepted = [(each.finding, f"suppressed: {each.why}") for each in report.suppressed]
-    accepted += [(finding, "known: it stands in the baseline") for finding in report.known]
+    accepted += [(finding, "known: it is in the baseline") for finding in report.known]
     answers = [*report.proved, *report.assumed, *report.unknown]
     cases = len(report.findings) + len(answers) + len(accepted)
     counts = {

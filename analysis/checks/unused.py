@@ -34,8 +34,8 @@ NOT_ASKED = Fault(
 NODE_NET = Fault(
     "dead-node-net",
     "error",
-    "A node net does nothing: all it has is dead.",
-    "node net {node} does nothing: all it has is dead",
+    "A node net does nothing: all its transitions are dead.",
+    "node net {node} does nothing: all its transitions are dead",
 )
 TOPIC = Fault(
     "unused-topic", "warning", "A topic never carries a message.", "topic {topic} never carries a message"
@@ -55,8 +55,8 @@ NO_GOAL = Fault(
 NO_END = Fault(
     "goals-never-end",
     "error",
-    "An action accepts goals, but none of them is ever over.",
-    "no goal of action {action} is ever over",
+    "An action accepts goals, but none of them ever ends.",
+    "no goal of action {action} ever ends",
 )
 FAULTS = (TOPIC, NOT_CALLED, NO_RETURN, NO_GOAL, NO_END, NODE_NET, TRANSITION)
 
@@ -202,7 +202,7 @@ class Use(Question):
     """Whether everything is used."""
 
     faults = FAULTS
-    asks = "what can never happen"
+    asks = "which elements are never used"
 
     def ask(self, checked: Checked) -> None:
         """Look for transitions that no marking enables."""
@@ -217,6 +217,6 @@ class Use(Question):
         found = unused_parts(checked.subject, dead)
         checked.report.findings += found
         if known is not None and is_open:
-            checked.leave_open(f"whether this can ever happen: {', '.join(is_open)}", known.why_open)
+            checked.leave_open(f"whether these can ever be used: {', '.join(is_open)}", known.why_open)
         elif not found:
             checked.report.proved.append("every transition can fire, every channel is used")

@@ -10,7 +10,7 @@ from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.witnesses.findings import Witness, witness_to
 
-TOO_LONG = "it happens so late that its run is too long to be shown"
+TOO_LONG = "the run that leads to it is too long to be shown"
 
 MOST = 50_000
 """Markings among which a run is searched in which goals overtake each other."""

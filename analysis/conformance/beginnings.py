@@ -45,7 +45,7 @@ def beginnings(traces: Mapping[str, Iterable[Record]]) -> dict[str, Checkpoint]:
                 raise DinerosError(
                     f"the trace begins with record {first[0].sequence}",
                     location=first[0].location or Location(),
-                    hint="give the parts before it, too",
+                    hint="also give the earlier parts",
                 )
     return found if is_partial else {}
 
@@ -67,12 +67,14 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
     for channel in net.model.channels:
         if channel.id in net.typed_channels:
             raise DinerosError(
-                f"the traces begin within the run, and channel {channel.id} may have messages without ids",
+                f"the traces start in the middle of the run, and channel {channel.id} may have messages "
+                "without ids",
                 hint="keep all parts of the traces",
             )
         if isinstance(channel, sym.ActionChannel):
             raise DinerosError(
-                f"the traces begin within the run, and goals of {channel.id} may have been under way",
+                f"the traces start in the middle of the run, and goals of {channel.id} may have been under "
+                "way",
                 hint="keep all parts of the traces",
             )
         if isinstance(channel, sym.TopicChannel):

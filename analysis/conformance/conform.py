@@ -97,7 +97,7 @@ class _Conformance:
         for node in traces:
             if node not in net.nodes:
                 said = f"the model has no node net {node!r}"
-                raise DinerosError(said, hint="is it the model that was run?")
+                raise DinerosError(said, hint="it may not be the model that was run")
         self._generous: set[tuple[str, int]] = set()
         self._beginnings = beginnings({node: trace() for node, trace in traces.items()})
         self._fates = Fates()
@@ -119,13 +119,13 @@ class _Conformance:
                 hopeless[key] = (False, _undecided(missed, f"{attempt} orders were tried"))
             elif not self._possible_alone(missed):
                 known = self._past(missed).is_certain
-                why = "which messages came before it is not known"
+                why = "the earlier messages are unknown"
                 hopeless[key] = (True, missed.deviation) if known else (False, _undecided(missed, why))
             elif stuck and goals[0] is not missed:
                 goals.remove(missed)
                 goals.insert(0, missed)
             elif stuck:
-                hopeless[key] = (False, _undecided(missed, "no order was found that allows all losses"))
+                hopeless[key] = (False, _undecided(missed, "no order of events explains all losses"))
             else:
                 goals.append(missed)
             if key in hopeless:

@@ -98,7 +98,7 @@ class GoalFlow:
         reason = f"goal {record.message} was not sent before"
         if record.declared.end == "server":
             action = self._net.names_in_ros[record.channel]
-            outside = f"a program outside of the model sends goals of {action}, too"
+            outside = f"a program outside of the model also sends goals of {action}"
             return Waiting(reason, self._clients(record.channel), outside)
         return Fault(reason)
 
@@ -133,7 +133,7 @@ class GoalFlow:
             return Fault(f"goal {goal.id} was answered before")
         rejecting = self._steps.get(("", goal.channel, goal.client, None, None))
         if not rejecting:
-            return Fault("the server refuses no goals")
+            return Fault("the server rejects no goals")
         told = self._steps["is known to be rejected", goal.channel, goal.client, None, None]
         if not any(map(self._player.is_enabled, told)):
             self._player.fire(rejecting[0])
@@ -165,7 +165,7 @@ class GoalFlow:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
         if not any(map(self._player.is_enabled, self._steps.get(key, ()))):
             action = self._net.names_in_ros[goal.channel]
-            outside = f"a program outside of the model asks to cancel goals of {action}, too"
+            outside = f"a program outside of the model also cancels goals of {action}"
             reason = f"no client has asked to cancel goal {goal.id}"
             return Waiting(reason, self._clients(goal.channel), outside)
         return self._fire_one(record, key)
@@ -210,17 +210,17 @@ class GoalFlow:
                 self._player.fire(queue.drop)
                 self._untold[goal.channel, goal.client] += 1
             else:
-                reason = f"the {queue.text} has no room, and nothing says that it has lost anything"
+                reason = f"the {queue.text} is full, and no loss was recorded"
                 return Waiting(reason, (self._client(goal),), is_forcible=True)
         return self._fire_one(record, ("gives feedback", goal.channel, goal.client, goal.slot, None))
 
     def _heard(self, record: Any, goal: _SentGoal) -> Refusal | None:
         queue = self._queues.get((goal.channel, goal.client))
         if queue is None:
-            return Fault(f"{goal.client} listens to no feedback")
+            return Fault(f"{goal.client} does not receive feedback")
         if self._marking[queue.load] < 1:
             if self._marking[queue.source] < 1:
-                return Waiting("no feedback is under way to it", (self._server(goal.channel),))
+                return Waiting("no feedback is on its way to it", (self._server(goal.channel),))
             self._player.fire(queue.enter)
         return self._player.fire_at(record, queue.leave)
 
@@ -229,7 +229,7 @@ class GoalFlow:
         of_channel = [key for key in self._queues if key[0] == record.channel]
         key = next((key for key in of_channel if self._place_of(self._queues[key]) == record.place), None)
         if key is None:
-            return Fault(f"{record.place!r} hears no feedback of action channel {record.channel!r}")
+            return Fault(f"{record.place!r} does not receive feedback of action channel {record.channel!r}")
         queue = self._queues[key]
         rest = max(0, record.count - self._untold[key])
         overflows = self._marking[queue.source] >= 1 and self._marking[queue.capacity] < 1

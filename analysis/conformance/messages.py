@@ -105,7 +105,7 @@ class Messages:
         if _node(sender) not in self._net.nodes or (record.channel, place) not in self._publishers:
             return Fault(f"{record.message!r} comes from no publisher of topic channel {record.channel!r}")
         if number in self._taken[record.channel, record.place, sender]:
-            return Fault(f"it has taken {record.message} before")
+            return Fault(f"it has already taken {record.message}")
         if number not in self._sent[record.channel, sender]:
             return Waiting(f"{record.message} was not published before", (_node(sender),))
         return None

@@ -103,7 +103,7 @@ class Player:
         }
         if told == change:
             return None
-        return Fault(f"it changes {_shown(told)}, in the model it changes {_shown(change)}")
+        return Fault(f"it changes {_shown(told)}; in the model it changes {_shown(change)}")
 
 
 def _shown(change: Mapping[str, int]) -> str:

@@ -36,7 +36,7 @@ def _doubt(merger: Merger, node: str) -> str | None:
             where = f" ({feed.last.location})" if feed.last is not None and feed.last.location else ""
             return f"the trace of {sender} ends{where} without a stop"
     if merger.is_unclear(node):
-        return "the messages have no ids, and in another order it may be allowed"
+        return "the messages have no ids; in another order the step may be allowed"
     return None
 
 

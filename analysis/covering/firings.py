@@ -35,7 +35,7 @@ WayTo = Callable[[int, Budget], tuple[tuple[int, ...] | None, bool]]
 """A search for one transition: a firing sequence that ends with it; whether the search is exhaustive."""
 
 _REASONS = {
-    "unbounded": "there is no end of markings",
+    "unbounded": "there are infinitely many markings",
     "states": "there are too many markings",
     "memory": "memory ran out",
     "time": "time ran out",

@@ -116,7 +116,7 @@ def difference(certificate: Mapping[str, Any], subject: Subject) -> str:
     """Return how a certificate differs from one for this net; empty if it is for this net and unchanged."""
     if certificate["digest"] != sealed(certificate)["digest"]:
         return "it was changed after it was written"
-    return "" if certificate["net"] == net_digest(subject) else "it is about another net"
+    return "" if certificate["net"] == net_digest(subject) else "it belongs to another net"
 
 
 def _digest(value: object) -> str:

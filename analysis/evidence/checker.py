@@ -71,7 +71,7 @@ def refutation(certificate: Mapping[str, Any], subject: Subject) -> str:
     for is_first, count in [*((True, number) for number in range(steps)), (False, steps)]:
         markings = _Markings(subject, goal, known, is_first)
         if markings.lead_to_it(count, clauses if steps else []):
-            return "what is asked for is not excluded" + (f", after {count} steps" if steps else "")
+            return "the goal is not excluded" + (f", after {count} steps" if steps else "")
     return ""
 
 
@@ -90,7 +90,7 @@ def excluded(kind: str, text: str, answer: str) -> syntax.Formula:
             return parse(text, "state")
         case ("ltl", "holds") | ("ctl", "holds" | "violated"):
             return _against(parse(text, kind), answer == "holds")
-    raise DinerosError(f"no certificate says '{answer}' of {kind}")
+    raise DinerosError(f"certificates do not support the answer '{answer}' to {kind}")
 
 
 def _against(formula: syntax.Formula, value: bool) -> syntax.Formula:
@@ -120,7 +120,7 @@ def _wrong_with(
         for p, k in terms:
             total[p] = total.get(p, 0) + factor * k
     if any(total.get(p, 0) > weights.get(p, 0) for p in total | weights):
-        return "the weighting is less than the inequalities ask for"
+        return "the weighting is less than the inequalities require"
     needed = sum(factor * least for factor, (_, least) in zip(factors, rows, strict=True))
     return "" if sum(k * int(net.initial[p]) for p, k in weighting) < needed else "the inequalities can hold"
 

@@ -44,7 +44,7 @@ from dineros.analysis.symbolic.saturation import DiagramMemoryError
 V = TypeVar("V")
 
 _GIVEN_UP = (BudgetExceededError, DiagramMemoryError, UnknownBoundError, LevelSizeError, MemoryError)
-ONE_ENGINE = "only one engine decides such formulas"
+ONE_ENGINE = "only one engine decides this kind of formula"
 SEARCH, DIAGRAMS, OTHER_ORDER = "explicit search", "decision diagrams", "decision diagrams in another order"
 
 
@@ -305,7 +305,7 @@ def _confirmed(
         if not space.complete:
             raise DiagramMemoryError
         if space.order in orders:
-            raise BudgetExceededError("no other order is small enough")
+            raise BudgetExceededError("no other order gives diagrams that are small enough")
         orders.append(space.order)
         return of_space(space, share)
 

@@ -32,7 +32,11 @@ from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError
 
-MARKINGS, FIRINGS, ENDS = "which markings are reached", "which transitions fire", "where the net ends"
+MARKINGS, FIRINGS, ENDS = (
+    "which markings are reached",
+    "which transitions fire",
+    "in which markings the net ends",
+)
 CALLBACKS = "which callbacks wait forever"
 
 COUNTED_SHARE = 0.3
@@ -124,7 +128,7 @@ def _compared(checked: TimedChecked, budget: Budget) -> dict[str, Confirmation]:
     told = {what: Confirmation(not wrong, (by,), wrong) for what, wrong in differences.items()}
     if any(t in above for t, above in enumerate(net.above)):
         told[ENDS] = Confirmation(
-            None, reason="priorities in a circle end the net, too, which one engine knows"
+            None, reason="priorities in a circle also end the net, which only one engine supports"
         )
     return told
 
@@ -164,7 +168,7 @@ def _again_callbacks(checked: TimedChecked, budget: Budget) -> Confirmation:
     net = checked.timed.timed
     if net.has_priorities:
         return Confirmation(None, reason=ONE_ENGINE)
-    budget.stage("confirming what callbacks wait for")
+    budget.stage("confirming the waits of callbacks")
     began = time.perf_counter()
     try:
         graph = timed_graph(net, "S", budget)
@@ -172,7 +176,7 @@ def _again_callbacks(checked: TimedChecked, budget: Budget) -> Confirmation:
         return Confirmation(None, reason=RAN_OUT.get(str(limit), str(limit)))
     again = waits_of(graph, list(checked.waiting.callbacks.values()))
     by = f"{STRONG} ({time.perf_counter() - began:.1f} s)"
-    wrong = "" if again == checked.waits else f"{by} say something else"
+    wrong = "" if again == checked.waits else f"{by} disagree"
     return Confirmation(not wrong, (by,), wrong)
 
 

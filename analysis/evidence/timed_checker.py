@@ -88,9 +88,11 @@ def timed_goal(kind: str, text: str, answer: str) -> tuple[Formula, bool]:
                     raise
                 goal, is_shown = excluded(kind, text, _OPPOSITE[answer]), True
         case _:
-            raise DinerosError(f"no certificate with times says '{answer}' of {kind}")
+            raise DinerosError(f"certificates with times do not support the answer '{answer}' to {kind}")
     if any(isinstance(part, (*TEMPORAL, ForAll, Exists)) for part in goal.subformulas()):
-        raise DinerosError(f"no certificate with times tells of several moments of a run: {text}")
+        raise DinerosError(
+            f"certificates with times do not support properties of several moments of a run: {text}"
+        )
     return goal, is_shown
 
 
@@ -119,7 +121,7 @@ def timed_refutation(
     goal, is_shown = timed_goal(asked["kind"], asked["text"], certificate["answer"])
     net, atoms = subject.timed, BoundAtoms(subject.timed.untimed, goal, subject.names)
     if Deadlock() in atoms.conditions and net.has_priorities:
-        return "with priorities, a marking does not tell whether the net has ended"
+        return "with priorities, a marking does not determine whether the net has ended"
 
     def is_met(marking: Sequence[int], fired: int | None) -> bool:
         return holds_on_lasso(goal, [], [Step(tuple(marking), fired)], atoms.is_true)
@@ -128,7 +130,7 @@ def timed_refutation(
         if is_shown:
             steps = list(_run(net, _steps(net, certificate["schedule"])))
             if not any(is_met(*step) for step in steps):
-                return "the schedule does not do what is asked for"
+                return "the schedule does not reach the goal"
         else:
             _check_classes(net, [*_classes(net, certificate["classes"])], is_met, budget)
     except _RefutedError as wrong:
@@ -159,7 +161,7 @@ def _check_classes(net: TimedNet, classes: Sequence[PlainClass], is_met: Any, bu
                 name = net.untimed.transitions[t]
                 raise _RefutedError(f"class {number}: firing {name} leads to states that no class holds")
         if any(is_met(one.marking, t) for t in firing):
-            raise _RefutedError(f"class {number} does what is asked for")
+            raise _RefutedError(f"class {number} reaches the goal")
 
 
 def _classes(net: TimedNet, found: Sequence[Mapping[str, Any]]) -> Iterator[PlainClass]:
@@ -170,7 +172,7 @@ def _classes(net: TimedNet, found: Sequence[Mapping[str, Any]]) -> Iterator[Plai
         for name, tokens in one["marking"].items():
             marking[_index(net.untimed.places, name, where)] = tokens
         if min(marking, default=0) < 0:
-            raise _RefutedError(f"{where} has less than no tokens")
+            raise _RefutedError(f"{where} has a negative number of tokens")
         enabled = enabled_in(net, marking)
         names = tuple(net.untimed.transitions[t] for t in enabled)
         size = range(len(enabled) + 1)
@@ -208,7 +210,7 @@ def _number(text: str, where: str) -> Fraction:
 
 def _index(names: Sequence[str], name: str, where: str) -> int:
     if name not in names:
-        raise _RefutedError(f"{where} names {name!r}, which is not there or not enabled")
+        raise _RefutedError(f"{where} names {name!r}, which does not exist or is not enabled")
     return names.index(name)
 
 

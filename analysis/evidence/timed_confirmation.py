@@ -46,7 +46,7 @@ from dineros.metamodel.errors import DinerosError
 
 COUNTED = "time as a counter"
 STRONG = "strong state classes"
-ONLY_ATOMIC = "only atomic classes tell what can come next; whole units of time and other classes do not"
+ONLY_ATOMIC = "only atomic classes determine the next steps; integer time and other classes do not"
 
 
 def confirm_timed_answer(
@@ -128,7 +128,7 @@ def _compared(answer: Outcome, other: Outcome, by: str) -> Confirmation:
     said = same.get(other.status, other.status)
     if said == same.get(answer.status, answer.status):
         return Confirmation(True, (f"{by} ({other.seconds:.1f} s)",))
-    return Confirmation(False, (by,), f"state classes say {answer.status}, {by}: {other.status}")
+    return Confirmation(False, (by,), f"state classes answer {answer.status}, {by}: {other.status}")
 
 
 def _in_counted_time(net: TimedNet, made: IntegerNet, condition: Formula, names: Names) -> Formula | None:

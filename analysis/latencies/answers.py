@@ -148,10 +148,10 @@ def require_times(model: sym.SystemModel, *, with_guards: bool = False) -> None:
         require_no_guards(model, "an analysis of exact latencies")
     if model.middleware != sym.Middleware.ros2:
         hint = "set middleware to ros2"
-        raise DinerosError("latencies are those of ROS 2", hint=hint, element=model.id)
+        raise DinerosError("latencies are defined for ROS 2 only", hint=hint, element=model.id)
     if not says_times(model):
         hint = "give durations to callbacks, and latencies to topics and services"
-        raise DinerosError("the model does not say how long anything takes", hint=hint, element=model.id)
+        raise DinerosError("the model has no times", hint=hint, element=model.id)
 
 
 class Latencies:
@@ -213,9 +213,9 @@ class Latencies:
         paths = paths_between(self._model, first, last)
         if not paths:
             raise DinerosError(
-                f"no data goes from {named(first)} to {named(last)}",
-                hint="data goes from a callback over a topic to the callbacks that take its messages, and "
-                "over a place of a node to the callbacks that read what is stored there",
+                f"no data flows from {named(first)} to {named(last)}",
+                hint="data flows from a callback through a topic to the callbacks that take its messages, "
+                "and through a place of a node to the callbacks that read the place",
             )
         found = self._measured(paths)
         if found.reason or len(paths) > 1 or not with_ages:
@@ -287,7 +287,7 @@ class Latencies:
         """Yield the timers of a path that can wait without end; messages that wait are displaced in time."""
         for page in path.callbacks:
             if page.kind == sym.CallbackKind.timer and self.starves(page):
-                yield f"callback {label(page)} can wait without end, while others go first"
+                yield f"callback {label(page)} can starve, because others run first"
 
     def _measured(self, paths: list[Path]) -> Latency:
         if self.reason:
@@ -300,7 +300,7 @@ class Latencies:
             try:
                 observer = Observer(self._parts, self._explored, path)
             except NotFollowedError as error:
-                reason = str(error) or "a part of the way is of a kind that is not followed"
+                reason = str(error) or "the analysis does not support a part of the chain"
                 return Latency(None, None, None, False, reason)
             missing = next(_open(path), "") or next(self._starving(path), "")
             answer = measured(observer, self._subject.timed, self._budget, missing)
@@ -337,7 +337,7 @@ def _open(path: Path) -> Iterator[str]:
         topic = "" if hop.writer.channel is None else hop.writer.channel.topic
         latency = latency_between(hop.writer, hop.reader)
         if latency is None or latency.latest is None:
-            yield f"the latency of topic {topic} is not given"
+            yield f"the model gives no latency for topic {topic}"
         elif not on_the_way(hop.writer, hop.reader):
             yield f"nothing bounds how often topic {topic} is published"
 

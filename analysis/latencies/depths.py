@@ -94,6 +94,6 @@ def _deepened(
     found = {}
     for port, queue in histories.items():
         longest = int(explored.markings[:, index[queue.load]].max())
-        reason = f"a depth of {port.limit} is not enough" if port in full else ""
+        reason = f"a depth of {port.limit} does not suffice" if port in full else ""
         found[port.place.id] = Depth(given[port], None if reason else max(1, longest), reason)
     return found

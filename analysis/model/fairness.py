@@ -38,7 +38,7 @@ def fair_transitions(subject: Subject, wanted: Iterable[str]) -> tuple[str, ...]
         if any(_has_values(subject, number) for number in subject.names.transitions(name)):
             raise FormulaError(
                 f"fairness to {name!r} is not supported: guards tell its tokens apart",
-                hint="name transitions that neither take nor put tokens that guards ask about",
+                hint="name transitions that do not take or put tokens used by guards",
             )
     return names
 

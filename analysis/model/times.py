@@ -29,10 +29,10 @@ from dineros.metamodel.errors import counted
 from dineros.metamodel.files.exact import exact_text, fraction_of
 
 _OF_CHECK = (
-    "that something never happens, boundedness and the absence of deadlocks hold with times, too; deadlocks, "
-    "unbounded places, violated properties, and that a transition can fire, need not"
+    "proofs that something never happens, boundedness and the absence of deadlocks also hold with times; "
+    "deadlocks, unbounded places, violated properties and possible firings may not"
 )
-_ALL_ANSWERS = "no interval has a latest time, so all answers hold with times, too"
+_ALL_ANSWERS = "no interval has a latest time, so all answers also hold with times"
 _OF_COUNTS = (
     "with times there may be fewer markings, arcs and deadlocks, and an unbounded net may be bounded; "
     "bounds hold"
@@ -78,10 +78,10 @@ class LeftOutTimes:
     def __str__(self) -> str:
         if not self.is_of_transitions:
             return (
-                f"the times that the model declares are left out ({self.count}, such as {self.example};"
+                f"the times that the model declares are ignored ({self.count}, such as {self.example};"
                 " --time takes them into account)"
             )
-        return f"firing intervals are left out ({counted(self.count, 'transition')}, such as {self.example})"
+        return f"firing intervals are ignored ({counted(self.count, 'transition')}, such as {self.example})"
 
 
 @dataclass(frozen=True)

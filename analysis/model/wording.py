@@ -142,7 +142,7 @@ def _waits(link: Link) -> str:
     """Return what a client does whose request is lost."""
     client = source_of(link, sym.ClientPort)
     if client.timeout is not None:
-        return "waits until it gives up"
+        return "waits until its time-out"
     return "never gets a response" if outstanding(client) == UNLIMITED else "waits forever"
 
 

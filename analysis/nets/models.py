@@ -55,7 +55,7 @@ def initial_and_arcs(net: pn.Net) -> tuple[dict[str, int], list[Transition]]:
     initial = {}
     for place in places(net):
         if place.capacity is not None:
-            raise DinerosError(f"place {place.id} has a capacity that no arc obeys", element=place.id)
+            raise DinerosError(f"place {place.id} has a capacity that no arc enforces", element=place.id)
         initial[place.id] = place.tokens
     return initial, [Transition(str(transition.id), *row) for transition, row in rows.items()]
 

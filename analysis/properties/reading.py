@@ -163,14 +163,14 @@ class _Reader:
             return self.fireable(node)
         if kind in QUANTIFIERS:
             if is_linear:
-                raise self.error(f"<{kind}> cannot stand within linear time", node)
+                raise self.error(f"<{kind}> is not allowed within linear time", node)
             (path,) = self.children(node, 1, 1)
             return self.quantified(node, path)
         if kind == "until" and is_linear:
             return self.until(node, is_linear)
         if kind in _TEMPORAL and not is_linear:
             hint = "put <all-paths> or <exists-path> around it"
-            raise self.error(f"<{kind}> cannot stand without a quantifier", node, hint)
+            raise self.error(f"<{kind}> is not allowed without a quantifier", node, hint)
         if kind in UNARY:
             (operand,) = self.children(node, 1, 1)
             return UNARY[kind](self.formula(operand, is_linear))

@@ -155,7 +155,7 @@ class _Writer:
             case Linear(factors, symbol, bound):
                 self.comparison(outer, atom, factors, symbol, bound)
             case _:
-                raise DinerosError(f"{atom} cannot be said in a property file: it speaks of steps")
+                raise DinerosError(f"{atom} cannot be expressed in a property file: it refers to steps")
 
     def comparison(
         self, outer: etree._Element, atom: Atom, factors: dict[int, int], symbol: str, bound: int
@@ -176,7 +176,7 @@ class _Writer:
         ]
         if bound and all(sides):
             raise DinerosError(
-                f"{atom} cannot be said in a property file",
+                f"{atom} cannot be expressed in a property file",
                 hint="compare a sum of places with a number, or two sums of places",
             )
         node = etree.SubElement(outer, "integer-le")

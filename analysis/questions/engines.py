@@ -115,7 +115,7 @@ class Linear(Question):
         from dineros.analysis.questions.formulas import verify_linear
 
         if bounds_times(self.formula):
-            raise FormulaError("the formula bounds times", hint="--time asks with firing intervals")
+            raise FormulaError("the formula bounds times", hint="--time takes firing intervals into account")
         return verify_linear(self.net, self.formula, self.names, self.weak, self.strong, budget)
 
 
@@ -178,7 +178,7 @@ class Own(Engine):
         except AssertionError as error:
             if is_end(error):
                 raise
-            reason = f"an error inside an engine: {error} (please report it, with the model)"
+            reason = f"an internal error of an engine: {error} (please report it, with the model)"
             return Outcome("unknown", seconds=budget.spent, reason=reason)
 
 
@@ -198,7 +198,7 @@ class Tina(Engine):
                 return tina.find_marking(net, condition, names, budget, order)
             case Linear(net, names, formula, weak, strong):
                 return tina.verify(net, formula, names, weak, strong, budget)
-        raise tina.TinaError(f"TINA is not asked such questions: {type(question).__name__}")
+        raise tina.TinaError(f"TINA does not support this question: {type(question).__name__}")
 
 
 FIRST_SHARE, FIRST_SECONDS = 0.1, 5.0
@@ -332,11 +332,11 @@ class Timed(Engine):
                 return verify_timed_ltl(self.net, formula, names, budget)
             case Linear():
                 raise DinerosError(
-                    "fairness is not known with --time", hint="latest bounds say what must happen"
+                    "fairness is not supported with --time", hint="latest bounds decide what must happen"
                 )
             case Branching(_, names, formula):
                 return check_timed_ctl(self.net, formula, names, budget)
-        raise DinerosError(f"questions of this type are not asked with --time: {type(question).__name__}")
+        raise DinerosError(f"questions of this type are not supported with --time: {type(question).__name__}")
 
 
 def _relaxed(question: Question) -> Question:

@@ -205,7 +205,7 @@ class _Automatic(Counter):
             return _by_search(task)
         if found is None:
             task.budget.check_time()
-            raise BudgetExceededError("no engine has answered")
+            raise BudgetExceededError("no engine has given an answer")
         return found
 
 

@@ -18,8 +18,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.guards.using import guarded
 
-NO_TIMES = "it bounds a time: ask with --time, of a model that gives times"
-GUARDS = "the model has guards, which latencies do not follow"
+NO_TIMES = "it bounds a time: use --time and a model with times"
+GUARDS = "the model has guards, which the analysis of latencies does not support"
 BY = "state classes that follow each instance"
 BY_BOUNDS = "bounds of response times"
 EXACT_SHARE = 0.5
@@ -103,7 +103,7 @@ class AskedLatency:
                 return Outcome(
                     "holds", reason=f"at most {float(safe):g} s", seconds=budget.spent, by=BY_BOUNDS
                 )
-            reason = found.reason or "no instance comes to its end"
+            reason = found.reason or "no instance reaches its end"
             return Outcome("unknown", reason=reason, states=states, seconds=budget.spent)
         time = float(found.greatest.value)
         if found.greatest.value <= seconds:

@@ -113,7 +113,7 @@ def read_pattern(text: str) -> Reading:
     if possible is None:
         return Reading("ltl", _scoped(scope, body))
     if scope is not None:
-        raise FormulaError("what is possible has no scope", column=1, hint="say never P with the scope")
+        raise FormulaError("possibility cannot have a scope", column=1, hint="write never P with the scope")
     return _possible(body.before(possible), possible[1] == "stays")
 
 
@@ -146,7 +146,7 @@ def _within(body: _PatternText, match: re.Match[str]) -> Bounded:
         return Bounded(window, _condition(body.before(happens)))
     leads = _found(body, r"\bleads\s+to\b")
     if leads is None:
-        raise FormulaError("this cannot be asked within a time", column=column, hint=_WITHIN)
+        raise FormulaError("this pattern does not support a time", column=column, hint=_WITHIN)
     cause, effect = _sides(body, leads)
     return Bounded(window, effect, trigger=cause, is_after_step=_is_step(cause))
 
@@ -171,7 +171,7 @@ def _scoped(scope: _PatternText | None, body: _PatternText) -> Formula:
     words = re.match(r"\s*(before|after|between)\b", scope.text)
     if words is None:
         raise FormulaError(
-            f"no scope is called {scope.text.strip()!r}",
+            f"{scope.text.strip()!r} is not a scope",
             column=scope.start + 1,
             hint="before R, after Q, between Q and R, after Q until R",
         )
@@ -215,7 +215,7 @@ def _two(part: _PatternText, word: str) -> tuple[Formula, Formula]:
         return found[0]
     if found:
         raise FormulaError(
-            f"{word!r} may part this in {len(found)} ways",
+            f"{word!r} splits this in {len(found)} possible ways",
             column=part.start + 1,
             hint="put ( ) around conditions",
         )

@@ -48,7 +48,7 @@ VARIANTS: dict[str, SignalVariant] = {
 }
 """From what a property says of the signals to the net that is asked."""
 
-UNFAIR = "a run violates it, and whether runs with times are fair is not known"
+UNFAIR = "a run violates it, and it is unknown whether runs with times are fair"
 
 _SEEN_AT_ONCE = {(ForAll, Globally), (Exists, Finally), (ForAll, Next), (Exists, Next)}
 """What a beginning of a run shows: every beginning continues as a fair run (Apt, Francez and Katz, 1988)."""
@@ -99,7 +99,7 @@ class Asked:
         question = self.question(orders)
         if not isinstance(self.subject, TimedSubject):
             if isinstance(self.reading.formula, Bounded):
-                return Outcome("unknown", reason="it bounds times, which only --time knows")
+                return Outcome("unknown", reason="it bounds times, which requires --time")
             return ENGINES["auto"].answer(question, budget)
         is_fair = bool(self.weak or self.strong)
         if is_fair and isinstance(question, Linear):
@@ -182,13 +182,13 @@ def asked(
             never += [Not(And(pair)) for pair in combinations(signals, 2)]
     if reading.logic == "ctl":
         if never:
-            raise FormulaError("CTL cannot be asked of the runs of exclusive signals", hint="say it in LTL")
+            raise FormulaError("CTL is not supported for runs with exclusive signals", hint="write it in LTL")
         if (weak or strong) and not _is_seen_at_once(reading.formula):
             raise FormulaError(
-                "CTL cannot be asked of fair runs, but for AG, EF, AX and EX", hint="say it in LTL"
+                "CTL is not supported for fair runs, except AG, EF, AX and EX", hint="write it in LTL"
             )
     elif never and isinstance(reading.formula, Bounded):
-        raise FormulaError("bounds of times cannot be asked of the runs of exclusive signals")
+        raise FormulaError("bounds of times are not supported for runs with exclusive signals")
     elif never:
         premise = Globally(never[0] if len(never) == 1 else And(tuple(never)))
         reading = replace(reading, formula=Implies(premise, reading.formula))

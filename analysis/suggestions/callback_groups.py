@@ -133,7 +133,7 @@ class _ChangeSearch:
         while queue:
             (size, *_), _, changes = heapq.heappop(queue)
             if size > MOST_CHANGES:
-                suggestion.reason = f"no {MOST_CHANGES} changes are enough, and more were not tried"
+                suggestion.reason = f"no {MOST_CHANGES} changes suffice, and more were not tried"
                 return
             self._budget.stage(f"{size} changes, {suggestion.tried} models")
             self._budget.check_time()
@@ -155,7 +155,7 @@ class _ChangeSearch:
                     known.add(more)
                     heapq.heappush(queue, (more.cost, next(order), more))
         suggestion.is_proved = not self._open
-        suggestion.reason = self._open or "no change of callback groups and threads is enough"
+        suggestion.reason = self._open or "no change of callback groups and threads suffices"
 
     def _found(self, changes: Changes, made: sym.SystemModel, report: Report) -> None:
         suggestion = self._suggestion
@@ -211,7 +211,7 @@ class _ChangeSearch:
             return
         witness = fault.witness
         if witness is None or witness.subject is None:
-            self._open = self._open or f"it is not known how this comes about: {fault.message}"
+            self._open = self._open or f"the cause is unknown: {fault.message}"
             return
         subject = witness.subject
         waiting = Waiting(subject)
@@ -239,5 +239,5 @@ class _ChangeSearch:
         if all(walks.never_ends_at_best(each, marking) for each in ended):
             return
         taken = [waiter for place, waiter in waiting.resources.items() if marking[place] == 0]
-        self._open = self._open or f"it is not known what all would help where {fault.message}"
+        self._open = self._open or f"not all remedies are known for: {fault.message}"
         yield from against_waiting(changes, taken)

@@ -183,7 +183,7 @@ class _CapacitySearch:
                 return self._on_the_way(queue, endless)
             if _never_loses(space, queue):
                 return self._least(queue, space)
-        return Capacity(queue, limit, None, f"a capacity of {large} is not enough")
+        return Capacity(queue, limit, None, f"a capacity of {large} does not suffice")
 
     def _grows(self, queue: Queue, endless: CompiledNet, pumping: Pumping | None) -> Capacity:
         # In the net without the limit: a long way may have filled the queue before its loop begins.
@@ -224,13 +224,13 @@ class _CapacitySearch:
         while not enough or enough - too_small > 1:
             capacity = (too_small + enough) // 2 if enough else max(1, 2 * too_small)
             if capacity > LARGEST_TRIED:
-                reason = f"a capacity of {too_small} is not enough, and no larger one was tried"
+                reason = f"a capacity of {too_small} does not suffice, and no larger one was tried"
                 return Capacity(queue, self._limit(queue), None, reason)
             found, reason = self._ways(queue, capacity)
             if found is not None:
                 too_small, way = capacity, found
             elif reason:
-                return Capacity(queue, self._limit(queue), None, f"whether {capacity} is enough: {reason}")
+                return Capacity(queue, self._limit(queue), None, f"whether {capacity} suffices: {reason}")
             else:
                 enough = capacity
         return Capacity(queue, self._limit(queue), enough, witness=self._lost(queue, too_small, way))

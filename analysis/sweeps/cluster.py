@@ -80,7 +80,8 @@ def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, Any],
             for future in completed:
                 if future.status not in ("finished", "error"):
                     raise SweepError(
-                        f"the scheduler at {address} went away", hint="run the same command again to continue"
+                        f"the connection to the scheduler at {address} was lost",
+                        hint="run the same command again to continue",
                     )
                 job = running.pop(future.key)
                 error = future.exception()
@@ -93,7 +94,7 @@ def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, Any],
                 else:
                     reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
                     raise SweepError(
-                        f"a worker of {address} cannot count: {reason}",
+                        f"a worker of {address} cannot run the analysis: {reason}",
                         hint="install the same dineros[analysis] on all workers",
                     )
                 submit_some()
@@ -122,7 +123,7 @@ def _connected(address: str) -> Iterator[Client]:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             raise SweepError(
-                f"no worker came to the scheduler at {address} within {PATIENCE:g} s",
+                f"no worker connected to the scheduler at {address} within {PATIENCE:g} s",
                 hint=f"dask worker {address}",
             ) from None
         yield client

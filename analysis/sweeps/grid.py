@@ -82,7 +82,8 @@ def is_parameter(feature: str) -> bool:
 def _require_few(points: int, message: str) -> None:
     if points > most("points"):
         raise SweepError(
-            message, hint=f"at most {most('points')}: vary less, or raise the limit: --limit points={points}"
+            message,
+            hint=f"at most {most('points')}: vary fewer values, or raise the limit: --limit points={points}",
         )
 
 

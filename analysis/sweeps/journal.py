@@ -94,7 +94,7 @@ class Journal:
         return SweepError(
             "is the journal of another sweep: of another model, grid or engine",
             location=Location(self.path),
-            hint="finish that sweep, remove the file, or write to another one",
+            hint="complete that sweep, remove the file, or write to another one",
         )
 
     def add(self, point: Point, figures: Figures) -> None:

@@ -201,7 +201,7 @@ def _require_few_states(net: CompiledNet, bounds: Sequence[int], alone: Sequence
         raise LevelSizeError(
             f"memory ran out: place {net.places[largest]!r} may hold {bounds[largest]} tokens, "
             "more than a decision diagram has memory for",
-            hint="allow more with --memory, or search with --engine explicit where the command has it",
+            hint="allow more with --memory, or use --engine explicit if the command has this option",
         )
 
 

@@ -75,7 +75,9 @@ class ClassSearch:
     ) -> None:
         self.is_strong, self.by_inclusion = kind in "SE", kind in "ME"
         if net.has_priorities and not self.is_strong:
-            raise DinerosError(f"classes {kind} do not know priorities, which the net has", hint="S and E do")
+            raise DinerosError(
+                f"classes {kind} do not support priorities, which the net has", hint="S and E support them"
+            )
         self.net, self.kind = net, kind
         self.reason: str | None = None
         self.is_done = False

@@ -51,7 +51,7 @@ class TimedCallbacks(Callbacks):
             checked.report.proved.append(others)
         else:
             asks = "which other callbacks can wait forever" if found else self.asks
-            checked.leave_open(asks, "some run stays in one forever, and linear classes tell no more")
+            checked.leave_open(asks, "some run stays in one forever, and linear classes cannot decide more")
 
 
 def _met(known: TimedChecked) -> list[Blocked]:

@@ -56,7 +56,7 @@ class TimedDeadlock(Deadlock):
                 self._find(known, group)
         else:
             ends = []
-        known.leave_open("what else is a deadlock" if ends else self.asks, known.explored.reason)
+        known.leave_open("whether there are other deadlocks" if ends else self.asks, known.explored.reason)
 
     def _ask_of_signals(self, known: TimedChecked) -> None:
         """Look for markings in which nothing but signals can change, whatever these are."""
@@ -65,7 +65,7 @@ class TimedDeadlock(Deadlock):
             known.report.proved.append("no deadlock")
             return
         count = f"{len(rows)} markings enable" if len(rows) > 1 else "one marking enables"
-        words = f"{count} nothing but changes of signals"
+        words = f"{count} only changes of signals"
         witness = witness_of(known.subject, known.explored.way_to(int(rows[0])))
         known.report.findings.append(self.STUCK.found(known.identity, witness=witness, markings=words))
 

@@ -21,7 +21,7 @@ STOPS = Fault(
 LOCKED = Fault(
     "time-lock",
     "error",
-    "A state can be reached in which something has to fire, and priorities forbid it.",
+    "A state can be reached in which a transition has to fire, but priorities forbid it.",
     "time can come to an end: {transitions} have priority over each other, so none of them fires",
 )
 

@@ -16,7 +16,7 @@ from dineros.analysis.timed.timed_subject import ScheduledSubject, TimedSubject
 from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import pn
 
-BY = "no interval has a latest bound, so each run without times is one with them"
+BY = "no interval has a latest bound, so each run without times is also a run with times"
 
 
 class TimedProperties(Properties):

@@ -107,7 +107,7 @@ def read_digest(printed: str) -> TinaCounts:
     """
     rows = {kind: (int(number), dead) for kind, number, dead in _ROW.findall(printed)}
     if not {"states", "transitions"} <= rows.keys():
-        raise TinaAnswerError("what tina printed holds no digest with states and transitions")
+        raise TinaAnswerError("the output of tina has no digest with states and transitions")
     dead = rows["states"][1]
     return TinaCounts(
         rows["states"][0],

@@ -147,7 +147,7 @@ def _part(net: CompiledNet, part: Formula, operands: list[str], atoms: BoundAtom
         case Or():
             return _joined(_OR, operands, FALSE)
     if type(part) not in _FORMS:
-        raise TinaError(f"selt has nothing that surely means {part}", hint="use another engine")
+        raise TinaError(f"selt has no exact equivalent of {part}", hint="use another engine")
     return _FORMS[type(part)].format(*operands)
 
 

@@ -84,11 +84,11 @@ def to_goal(
     try:
         markings = replay(net, trace)
     except WitnessError as error:
-        raise TinaAnswerError(f"the path of {program} is none of the net: {error}") from None
+        raise TinaAnswerError(f"the path of {program} is not a firing sequence of the net: {error}") from None
     for length, marking in enumerate(markings):
         if is_goal(marking):
             return tuple(trace[:length])
-    raise TinaAnswerError(f"the path of {program} does not lead to what was asked for")
+    raise TinaAnswerError(f"the path of {program} does not reach the goal")
 
 
 def lasso(
@@ -127,4 +127,4 @@ def lasso(
         except ReplayError:
             continue
         return stem, loop
-    raise TinaAnswerError("what selt shows as a counterexample does not violate the formula")
+    raise TinaAnswerError("the counterexample of selt does not violate the formula")

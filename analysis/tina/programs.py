@@ -32,9 +32,7 @@ class TinaAnswerError(TinaError):
     """A program of TINA said what cannot be read, or is not so."""
 
     def __init__(self, message: str) -> None:
-        super().__init__(
-            message, hint="this may be a version of TINA that is not known here; use another engine"
-        )
+        super().__init__(message, hint="this version of TINA may not be supported; use another engine")
 
 
 class TinaBudgetError(TinaError):
@@ -64,7 +62,7 @@ def tool(name: str = "tina") -> Path:
     if found is None:
         raise TinaError(
             f"{name} is not on the PATH",
-            hint="TINA is to be had from its authors at LAAS; or use another engine",
+            hint="TINA is available from its authors at LAAS; or use another engine",
         )
     return Path(found)
 
@@ -121,7 +119,7 @@ class Workplace:
             )
         except OSError as error:
             raise TinaError(
-                f"{program} does not run: {error.strerror}", hint="see whether TINA is installed as it should"
+                f"{program} does not run: {error.strerror}", hint="check the installation of TINA"
             ) from None
         try:
             self._limit(process)

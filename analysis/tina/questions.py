@@ -94,7 +94,7 @@ def find_marking(
             if ask(place, "found.ktz", always(not_(goal))):
                 if ask(place, "found.ktz", always(not_(PARTIAL))):
                     return Outcome("unreachable")
-                return Outcome("unknown", reason="sift stopped before it had seen all markings")
+                return Outcome("unknown", reason="sift stopped before it had explored all markings")
             trace, program = _path(net, place, printed, goal)
         except TinaBudgetError as limit:
             return Outcome("unknown", reason=limit.why)

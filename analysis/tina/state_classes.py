@@ -81,6 +81,6 @@ def _read(
     rows = {kind: (int(number), dead) for kind, number, dead in _ROW.findall(text)}
     classes = rows.get("classes") or rows.get("states")
     if classes is None or "transitions" not in rows:
-        raise TinaAnswerError("what tina printed holds no digest with classes and transitions")
+        raise TinaAnswerError("the output of tina has no digest with classes and transitions")
     dead = int(classes[1]) if classes[1].isdigit() else None
     return (classes[0], rows["transitions"][0], dead), _BOUNDED.search(text) is not None

@@ -136,7 +136,7 @@ def _expect(place: Workplace, graph: str, text: str, expected: bool) -> None:
 def _otherwise(program: str, answer: str, expected: str) -> TinaError:
     return TinaError(
         f"tried on a net of three markings, {program} {answer}, where {expected} is right",
-        hint="its manual is read otherwise here; use another engine",
+        hint="this version may differ from its manual; use another engine",
     )
 
 

@@ -11,7 +11,7 @@ from lxml import etree
 from tests.cli.conftest import Run
 
 TIMED = "pl p (1)\npl r (1)\ntr t [1,2] p -> q\ntr u [5,6] p r -> late\n"
-LEFT_OUT = "firing intervals are left out (2 transitions, such as t [1,2])"
+LEFT_OUT = "firing intervals are ignored (2 transitions, such as t [1,2])"
 NEED_NOT = "may not hold"
 HOLDS = "also holds with times"
 
@@ -75,7 +75,7 @@ def test_sarif_has_a_notification(run: Run, timed: Path) -> None:
     assert any(LEFT_OUT in text for text in texts)
 
 
-@pytest.mark.parametrize(("latest", "said"), [("2", "boundedness"), ("w", "so all answers hold")])
+@pytest.mark.parametrize(("latest", "said"), [("2", "boundedness"), ("w", "so all answers also hold")])
 def test_reports_for_people_and_for_ci_say_so(run: Run, timed: Path, latest: str, said: str) -> None:
     text = TIMED if latest == "2" else TIMED.replace(",2]", ",w[").replace(",6]", ",w[")
     timed.write_text(text, encoding="utf-8")
@@ -84,7 +84,7 @@ def test_reports_for_people_and_for_ci_say_so(run: Run, timed: Path, latest: str
     page = timed.with_name("report.html")
     run("check", timed, "-o", page)
     for shown in (noted.get("value") or "", page.read_text(encoding="utf-8")):
-        assert "firing intervals are left out (2 transitions" in shown and said in shown
+        assert "firing intervals are ignored (2 transitions" in shown and said in shown
 
 
 def test_reports_of_other_nets_say_nothing_of_times(run: Run, timed: Path) -> None:

@@ -89,7 +89,7 @@ def test_what_is_said() -> None:
         "client c0 of service /ask waits forever: its request is lost because node net server is not there"
     )
     assert said["Ask.client.c1.unanswered[1]"] == (
-        "client c1 of service /ask waits until it gives up: "
+        "client c1 of service /ask waits until its time-out: "
         "its request is lost because node net server is gone before it answers"
     )
     assert said["Ask.late.gone"] == (

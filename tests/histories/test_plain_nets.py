@@ -89,7 +89,7 @@ def test_engines_count_what_fits() -> None:
 def test_what_does_not_obey_a_capacity_is_refused(tmp_path: Path) -> None:
     net = pn.Net(id="plain")
     pn.Place(id="Box", capacity=3, page=pn.Page(id="page", net=net))
-    with pytest.raises(DinerosError, match="Box has a capacity that no arc obeys"):
+    with pytest.raises(DinerosError, match="Box has a capacity that no arc enforces"):
         compile_net(net)
     with pytest.raises(ModelFileError, match=r"'Box' has a capacity, which \.net cannot say"):
         save(net, tmp_path / "plain.net")

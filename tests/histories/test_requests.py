@@ -94,7 +94,7 @@ def test_what_is_said() -> None:
     (overflow,) = [found for found in check(model).findings if found.rule == "queue-overflow"]
     assert overflow.witness is not None
     assert overflow.witness.steps[-1].text == (
-        "a request is lost: client baker0 of service /bake waits until it gives up"
+        "a request is lost: client baker0 of service /bake waits until its time-out"
     )
     said = {link.target.id: words(link) for link in flatten(model, "none").trace}
     assert said["Oven.client.baker0.giveUp.inUse[1]"] == "client baker0 gives up waiting for service /bake"

@@ -132,7 +132,7 @@ def test_wrong_use_is_one_line_and_leaves_nothing(run: Run, witness: Path, tmp_p
         ((headless, "-o", output), "it does not begin with a header"),
         ((tmp_path / "missing.jsonl", "-o", output), "cannot be read"),
         ((tmp_path, "-o", output), "jsonl"),
-        ((witness, other, "-o", output), "a witness stands alone"),
+        ((witness, other, "-o", output), "a witness cannot be combined with other traces"),
         (
             (*sorted(save_run(tmp_path / "run").glob("*.jsonl")), other, "-o", output),
             "is of the model 'another'",

@@ -188,7 +188,7 @@ class _Editor:
         tab = socket.query_params.get("tab", "")
         await socket.accept()
         if not _TAB.fullmatch(tab) or len(self._pages) >= MOST_PAGES:
-            await socket.close(BEHIND, "a tab has a name, and there are not too many of them")
+            await socket.close(BEHIND, "a tab must have a name, and the number of tabs is limited")
             return
         queue: asyncio.Queue[str | None] = asyncio.Queue()
         queue.put_nowait(self._session.greeting())

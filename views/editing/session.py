@@ -142,7 +142,7 @@ class Session:
         try:
             said = decode_json(text, limit=LONGEST_MESSAGE)
             if not isinstance(said, dict):
-                raise CommandError("a message is an object")
+                raise CommandError("a message must be an object")
             number = _number(said.get("number"))
             return self._answer(said, number, page)
         except DinerosError as error:
@@ -157,7 +157,7 @@ class Session:
         ask = said.get("ask")
         fields = _FIELDS.get(ask) if isinstance(ask, str) else None
         if fields is None:
-            raise CommandError(f"what is asked is one of {', '.join(_FIELDS)}")
+            raise CommandError(f"a request must be one of {', '.join(_FIELDS)}")
         for name in said:
             if name not in fields | {"ask", "number"}:
                 raise CommandError(f"{ask} has no field {name[:100]!r}")
@@ -167,11 +167,13 @@ class Session:
         if ask == "work":
             return Answer([_done(number, self._work(said))])
         if said.get("epoch", document.epoch) != document.epoch:
-            raise CommandError("the model was read again meanwhile", hint="look at it, then do it again")
+            raise CommandError(
+                "the model was reloaded in the meantime", hint="check the model, then repeat the change"
+            )
         if ask in ("do", "compose"):
             label = said.get("label", "")
             if not isinstance(label, str):
-                raise CommandError("label is a text")
+                raise CommandError("label must be a string")
             return self._told(self._do(said, label, by), by)
         if ask == "clause":
             self._try_clause(said.get("element"), said.get("text"))
@@ -181,7 +183,7 @@ class Session:
         if ask == "save":
             over = said.get("over", False)
             if not isinstance(over, bool):
-                raise CommandError("over is true or false")
+                raise CommandError("over must be true or false")
             epoch = document.epoch
             content = document.save(over=over)
             everybody = self._told_file() if document.epoch == epoch else [self.greeting()]
@@ -202,7 +204,7 @@ class Session:
     def _try_clause(self, handle: object, text: object) -> None:
         """Refuse a clause that a transition could not have, without doing anything."""
         if not isinstance(handle, str) or not isinstance(text, str):
-            raise CommandError("element and text are texts")
+            raise CommandError("element and text must be strings")
         transition = self.document.handles.find(handle)
         if not isinstance(transition, sym.Transition):
             raise CommandError("only transitions have clauses")
@@ -214,20 +216,20 @@ class Session:
         if "job" in said:
             job, witness = said.pop("job"), said.pop("witness", None)
             if self.jobs is None or type(job) is not int or not (witness is None or type(witness) is int):
-                raise CommandError("job and witness are numbers")
+                raise CommandError("job and witness must be numbers")
             said["traces"] = self.jobs.traces(job, witness)
         return self.playing.hear(said, page)
 
     def _work(self, said: dict[str, Any]) -> dict[str, Any]:
         action, order, job = said.get("action"), said.get("order"), said.get("job")
         if self.jobs is None:
-            raise CommandError("nothing can be done here")
+            raise CommandError("this editor cannot run commands")
         if action == "start" and isinstance(order, dict):
             return {"job": self.jobs.start(order)}
         if action == "cancel" and type(job) is int:
             self.jobs.cancel(job)
             return {}
-        raise CommandError("work is started with an order, or cancelled by the number of its job")
+        raise CommandError("give an order to start a job, or the number of a job to cancel it")
 
     def _told(self, done: Done, by: tuple[str, int]) -> Answer:
         own = [_done(by[1], {"revision": done.revision, "made": done.made})]
@@ -252,7 +254,7 @@ class Session:
 
 def _number(found: object) -> int:
     if isinstance(found, bool) or not isinstance(found, int) or not 0 < found < 2**53:
-        raise CommandError("a message has a number from 1 on")
+        raise CommandError("a message must have a number of 1 or more")
     return found
 
 

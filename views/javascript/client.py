@@ -128,7 +128,7 @@ class Layouter:
             found: dict[str, Any] = json.loads(answer)
         except TimeoutError:
             self._end()
-            raise LayouterError(f"the layouter did not answer within {self.seconds:g} s") from None
+            raise LayouterError(f"the layout process did not answer within {self.seconds:g} s") from None
         except (EOFError, OSError):
             self._ends += 1
             raise _EndedError(f"the layouter ended{self._end(wait=True)}") from None
@@ -140,7 +140,7 @@ class Layouter:
 
     def _start(self) -> None:
         if self._ends >= MOST_ENDS:
-            raise LayouterError(f"the layouter ended {self._ends} times")
+            raise LayouterError(f"the layout process ended {self._ends} times")
         if find_spec("py_mini_racer") is None:
             raise LayouterError("mini-racer is not installed", hint="pip install 'dineros[view]'")
         ours, theirs = None, None
@@ -158,7 +158,7 @@ class Layouter:
             if ours is not None:
                 ours.close()
             reason = error.strerror if isinstance(error, OSError) and error.strerror else error
-            raise LayouterError(f"the layouter cannot be started: {reason}") from None
+            raise LayouterError(f"the layout process cannot be started: {reason}") from None
         finally:
             if theirs is not None:
                 theirs.close()

@@ -55,7 +55,7 @@ def _add(path: str, root: Traversable, modules: dict[str, str], around: tuple[st
     body, exported = _IMPORT.sub(binding, text), _EXPORT.findall(text)
     body = _EXPORT.sub("", body)
     if other := _OTHER.search(body):
-        raise ValueError(f"{path}: not a form of import or export that is read: {other[0]}")
+        raise ValueError(f"{path}: unsupported form of import or export: {other[0]}")
     modules[path] = f"const {name_of(path)} = (() => {{\n{body}return {{ {', '.join(exported)} }};\n}})();"
 
 

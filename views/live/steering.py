@@ -102,13 +102,13 @@ class Steering:
         ask = said.get("ask") if isinstance(said, dict) else None
         fields = _FIELDS.get(ask) if isinstance(ask, str) else None
         if not isinstance(said, dict) or fields is None or set(said) != fields | {"ask"}:
-            raise SteeringError("a page asks for signal, pause or proceed, and says of which node")
+            raise SteeringError("a request must be signal, pause or proceed, and must name a node")
         node = self._nodes.get(said["node"]) if isinstance(said["node"], str) else None
         if node is None:
-            raise SteeringError("no such node runs here")
+            raise SteeringError("this node does not run here")
         if ask == "signal":
             if not isinstance(said["signal"], str):
-                raise SteeringError("a signal is named by a text")
+                raise SteeringError("the name of a signal must be a string")
             node.set_signals({said["signal"]: said["value"]}, source="live page")
         elif ask == "pause":
             node.pause(PAUSED)
@@ -124,7 +124,7 @@ class Steering:
             try:
                 message = json.dumps({"type": "nodes", "nodes": self.nodes()}, ensure_ascii=False)
             except Exception as error:  # a node that has just ended
-                LOG.debug("a node was not seen: %s", error)
+                LOG.debug("a node could not be inspected: %s", error)
                 continue
             tell = self._tell
             if message != known and tell is not None:

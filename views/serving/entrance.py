@@ -125,7 +125,7 @@ def guarded(application: ASGIApp) -> ASGIApp:
         try:
             await application(scope, receiving, sending)
         except (_GoneError, WebSocketDisconnect) as error:
-            LOG.debug("a page has gone: %s", _line(error))
+            LOG.debug("a page has disconnected: %s", _line(error))
         except Exception as error:
             LOG.error("the page failed: %s", _line(error))
 

@@ -324,7 +324,7 @@ class TraceBuilder:
         else:
             aside = isinstance(record, rec.Aside)
             step.marks.append([lane.index, "z" if aside else "u"])
-            step.text = f"{label} {'leaves tokens aside' if aside else 'takes its tokens again'}"
+            step.text = f"{label} {'sets tokens aside' if aside else 'takes its tokens again'}"
 
     def _lifecycle(self, step: Step, record: rec.Lifecycle) -> None:
         lane, state = self._state_lane(step.node or "?"), STATES.index(record.state)

@@ -62,7 +62,11 @@ class GoalBars:
         number, name = bar.number, self._facts.channel_name(record.channel)
         client, slot = f"client {bar.client}", f"slot {getattr(record, 'instance', None) or '?'}"
         if not change:
-            return bar.lane, ["o", number], f"{client} of action {name} waits too long: sends its goal again"
+            return (
+                bar.lane,
+                ["o", number],
+                f"{client} of action {name} gets no response in time: sends its goal again",
+            )
         own, none = f"its goal of action {name}", f"a goal of action {name}, and has none"
         end = getattr(record, "outcome", "rejected")
         happens = record.declared.happens.format(

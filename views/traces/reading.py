@@ -97,7 +97,9 @@ def build(
     for path, header in kinds[1:]:
         if "witness" in (header.kind, first.kind):
             raise NoTraceError(
-                "a witness stands alone", location=Location(path), hint="--compare shows two side by side"
+                "a witness cannot be combined with other traces",
+                location=Location(path),
+                hint="--compare shows two traces side by side",
             )
         if header.model != first.model:
             raise NoTraceError(

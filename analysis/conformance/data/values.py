@@ -97,7 +97,7 @@ class Values:
         for place, condition in decision.takes.items():
             data = self._taken(record, place)
             if not self._is_known(data, condition):
-                self._note(record, f"it is not known what the token that it takes from {place} carries")
+                self._note(record, f"the data of the token that it takes from {place} is unknown")
             elif not fulfils(condition, data):
                 return Fault(
                     f"its guard does not allow the token of {place}: {self._text(place, data, condition)}"
@@ -108,7 +108,7 @@ class Values:
             if any(fulfils(condition, data) for data in known):
                 continue
             if len(known) < len(held):
-                self._note(record, f"it is not known what the tokens of {place} carry")
+                self._note(record, f"the data of the tokens of {place} is unknown")
                 continue
             texts = "; ".join(self._text(place, data, condition) for data in known) or "no token"
             return Fault(f"its guard allows no token of {place}, which it reads: {texts}")
@@ -121,12 +121,14 @@ class Values:
                 expected = self._expected(record, decision, value) if isinstance(value, tuple) else [value]
                 for token in record.made.get(place, ()):
                     if None in expected or name not in token.data:
-                        self._note(record, f"it is not known what {place}.{name} should be")
+                        self._note(record, f"the expected value of {place}.{name} is unknown")
                     elif token.data[name] not in expected:
                         field = self._decisions.fields[place][name]
                         texts = " or ".join(dict.fromkeys(value_text(each, field) for each in expected))
                         found = value_text(token.data[name], field)
-                        return Fault(f"{place}.{name} is {found}, but it assigns {texts or 'nothing'}")
+                        return Fault(
+                            f"{place}.{name} is {found}, but the transition assigns {texts or 'nothing'}"
+                        )
         return None
 
     def _expected(self, record: Fire, decision: Decision, source: tuple[str, str]) -> list[Any]:

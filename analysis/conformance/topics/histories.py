@@ -99,7 +99,7 @@ class HistoryFlow:
             return None
         if fate is None and forced:
             return None
-        reason = f"{pair.subscriber} of node {self.topic.node_of[pair.subscriber]} is not there yet"
+        reason = f"{pair.subscriber} of node {self.topic.node_of[pair.subscriber]} does not exist yet"
         return Waiting(reason, (self.topic.node_of[pair.subscriber],), is_forcible=fate is None)
 
     def _make_way(self, pair: Pair, forced: bool) -> Waiting | None:
@@ -121,7 +121,7 @@ class HistoryFlow:
             self._forget(pair, victim)
             self._untold[pair] += 1
         else:
-            reason = f"the {queue.text} has no room, and nothing says that it has lost a message"
+            reason = f"the {queue.text} is full, and no loss was recorded"
             return Waiting(reason, (self.topic.node_of[pair.subscriber],), is_forcible=True)
         return None
 

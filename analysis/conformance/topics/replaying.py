@@ -121,7 +121,7 @@ class Topics:
             return taken
         if not taken:
             outside = (
-                f"a program outside of the model publishes on {self._net.names_in_ros[record.channel]}, too"
+                f"a program outside of the model also publishes on {self._net.names_in_ros[record.channel]}"
             )
             return Waiting(
                 "no message of the model is under way to it",
@@ -227,6 +227,6 @@ def _without_room(player: Player, leave: int) -> str:
 
 
 _RESTARTED = (
-    "the publisher was started again, and had sent more meanwhile than it keeps: "
-    "a larger limit of its queue helps"
+    "the publisher was restarted, and had sent more messages in the meantime than its queue holds: "
+    "a larger limit of the queue helps"
 )

@@ -95,5 +95,5 @@ def decided(tree: Formula, sets: StateSets[States], states: int, budget: Budget)
         (stem, loop), reason = show(sets, wanted, holds, found)
     except (BudgetExceededError, DiagramMemoryError) as limit:
         # The answer is valid; only a run that shows it was not found.
-        stem, loop, reason = (), (), f"a run showing it was not found: {limit}"
+        stem, loop, reason = (), (), f"no run that shows it was found: {limit}"
     return Outcome("holds" if holds else "violated", stem, loop, states, budget.spent, reason)

@@ -134,7 +134,7 @@ def read_bounded(text: str) -> Bounded | None:
     if before.strip():
         begin = _TRIGGER.fullmatch(before)
         if begin is None or not rest.rstrip().endswith(")"):
-            raise FormulaError("an operator with a window cannot stand here", column=column, hint=_SHAPES)
+            raise FormulaError("an operator with a window is not allowed here", column=column, hint=_SHAPES)
         start = begin.start("trigger")
         trigger = _condition(text[start : begin.end("trigger")], start)
         is_after = begin["next"] is not None
@@ -177,7 +177,7 @@ def _window(found: re.Match[str], column: int) -> Window:
         window = Window(low, high, found["left"] == "(", found["right"] == ")")
     is_empty = window.latest == window.earliest and (window.is_open_below or window.is_open_above)
     if window.latest < window.earliest or is_empty:
-        raise FormulaError("no moment is in the window", column=column)
+        raise FormulaError("the window is empty", column=column)
     return window
 
 
@@ -202,6 +202,8 @@ def _condition(text: str, start: int) -> Formula:
     formula = parse(" " * start + text)
     if any(isinstance(part, TEMPORAL) for part in formula.subformulas()):
         raise FormulaError(
-            "beside a window, conditions have no temporal operators", column=start + 1, hint=_SHAPES
+            "in a formula with a window, conditions must not have temporal operators",
+            column=start + 1,
+            hint=_SHAPES,
         )
     return formula

@@ -94,7 +94,7 @@ class Condition:
             return lambda marking, signals: parts[0](marking, signals) == parts[1](marking, signals)
         raise FormulaError(
             f"{formula} cannot be observed while an application runs",
-            hint="compare places, or ask for signals",
+            hint="compare places, or use signals",
         )
 
     def _comparison(self, formula: Comparison) -> Predicate:

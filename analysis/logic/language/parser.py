@@ -272,7 +272,7 @@ def _check_logic(formula: Formula, logic: Logic) -> None:
         if isinstance(part, TEMPORAL) and is_misplaced:
             hint = "write A or E before it" if logic == "ctl" else "a condition on one marking has none"
             raise FormulaError(
-                f"the temporal operator {part.symbol} cannot stand here", column=part.column, hint=hint
+                f"the temporal operator {part.symbol} is not allowed here", column=part.column, hint=hint
             )
 
 
@@ -294,7 +294,7 @@ def _syntax_error(text: str, error: UnexpectedInput) -> FormulaError:
     if "COMPARISON" in expected:
         hint = "a name alone is not a formula: write NAME >= 1, enabled(NAME) or signal(NAME)"
     elif expected == {"NAME", "QUOTED", "BRACED"}:
-        hint = 'a name is expected; an odd one stands in quotes, "..."'
+        hint = 'a name is expected; put an unusual one in quotes, "..."'
     elif "INTEGER" in expected:
         hint = "a formula such as NAME >= 1 is expected"
     return FormulaError(what, column=column, hint=hint)

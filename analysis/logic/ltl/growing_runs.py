@@ -94,7 +94,7 @@ def endless_text(net: CompiledNet, pumping: Pumping) -> str:
     """Describe which places grow, and how."""
     grown = ", ".join(net.places[place] for place in pumping.places)
     loop = ", ".join(net.transitions[t] for t in pumping.suffix)
-    return f"there is no end of them, since {grown} grows whenever this is fired again: {loop}"
+    return f"there are infinitely many, because {grown} grows whenever these fire again: {loop}"
 
 
 @dataclass(frozen=True)

@@ -251,7 +251,7 @@ class _View:
         net = self.observed.original
         if isinstance(asked, NoneEnabled):
             return nothing_enabled(net, graph.markings)[graph.marking_of]
-        assert not isinstance(asked, SomeFired), "it is asked at firings"
+        assert not isinstance(asked, SomeFired), "the condition is evaluated at firings"
         return marked_so(net, asked, graph.markings)[graph.marking_of]
 
     def _at_edges(self, condition: Formula) -> Flags:

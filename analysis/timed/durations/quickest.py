@@ -46,10 +46,13 @@ class Quickest:
         if self.time is None:
             return ""
         if not self.is_least:
-            return f"this way takes {self.time}; whether another is quicker is open: {self.outcome.reason}"
+            return (
+                f"this firing sequence takes {self.time}; "
+                f"it is unknown whether another is quicker: {self.outcome.reason}"
+            )
         if self.is_attained:
-            return f"the quickest way takes {self.time}"
-        return f"every way takes more than {self.time}, and some come as near to it as wanted"
+            return f"the quickest firing sequence takes {self.time}"
+        return f"every firing sequence takes more than {self.time}, and some take arbitrarily little more"
 
     def to_dict(self) -> dict[str, object]:
         """Return it for JSON."""

@@ -68,9 +68,10 @@ def integer_net(net: TimedNet) -> IntegerNet:
     for name, interval in zip(net.untimed.transitions, net.intervals, strict=True):
         if interval.is_open_below or interval.is_open_above:
             raise DinerosError(
-                f"the interval {interval} of transition {name} is open, so time is not made of whole units",
+                f"the interval {interval} of transition {name} is open, so time cannot be counted in whole "
+                "units",
                 element=name,
-                hint="state classes (--classes) know open intervals",
+                hint="state classes (--classes) support open intervals",
             )
     for above in net.above:
         for high in above:
@@ -78,9 +79,9 @@ def integer_net(net: TimedNet) -> IntegerNet:
                 name, begins = net.untimed.transitions[high], net.intervals[high].earliest
                 raise DinerosError(
                     f"transition {name} has priority over others only from {begins} on, "
-                    "so time is not made of whole units",
+                    "so time cannot be counted in whole units",
                     element=name,
-                    hint="state classes know such priorities: --classes S",
+                    hint="state classes support such priorities: --classes S",
                 )
     return _Maker(net).made()
 
@@ -137,7 +138,7 @@ class _Maker:
             )
             if sum(clock.top for clock in self._clocks.values()) > MOST_TRANSITIONS:
                 raise DinerosError(
-                    f"the bounds are too many units of {timed.unit} long to be counted",
+                    f"the bounds have too many units of {timed.unit} to be counted",
                     hint="state classes (--classes) do not count units",
                 )
 

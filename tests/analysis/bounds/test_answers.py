@@ -182,12 +182,12 @@ def test_what_is_not_bounded_is_named() -> None:
     before = " (callback filter can run before callback other)"
     expected = {
         "duration": "the duration of callback filter is not given" + before,
-        "latency": "the latency of topic scan is not given" + before,
+        "latency": "the model gives no latency for topic scan" + before,
         "managed": "node b is managed: its callbacks run only in some states",
-        "state": "callback filter can have to wait for what others do" + before,
+        "state": "callback filter may have to wait for other callbacks" + before,
         "other publisher": "nothing bounds how often topic scan is published, which node engine publishes",
-        "messages at the start": "messages of topic scan are there at the start" + before,
-        "circle": "messages go round in a circle, and callback act has no least duration" + before,
+        "messages at the start": "topic scan has messages at the start" + before,
+        "circle": "messages flow in a circle, and callback act has no least duration" + before,
     }
     for change, reason in expected.items():
         assert reason in open_reason(changed(change), "other"), change
@@ -258,7 +258,7 @@ def with_guard(is_always_possible: bool) -> sym.SystemModel:
 
 def test_a_guard_can_keep_a_run_back() -> None:
     bounds = Bounds(with_guard(is_always_possible=False)).everything().callbacks["log"]
-    assert bounds.greatest is None and bounds.reason == "callback log can have to wait for what others do"
+    assert bounds.greatest is None and bounds.reason == "callback log may have to wait for other callbacks"
     assert greatest(Bounds(with_guard(is_always_possible=True)).everything().callbacks["log"]) == Fraction(
         5, 100
     )

@@ -130,7 +130,7 @@ def asked(change: str) -> str | Fraction:
 
 
 def test_what_is_not_bounded_is_named() -> None:
-    assert asked("time-out") == "client ask.1 of service look can give up, and ask again"
+    assert asked("time-out") == "client ask.1 of service look can time out and repeat its request"
     assert asked("tokens") == "callback look does not give one response to each request"
     assert "instance of its server" in str(asked("reentrant"))
 

@@ -69,7 +69,7 @@ def test_an_inhibitor_arc_holds_up() -> None:
     )
     (group,) = groups_of(net)
     text = group_text(Subject(pn.Net(id="net"), net), group)
-    assert text == "one marking enables nothing: u (is held up by: c)"
+    assert text == "one marking has no enabled transition: u (is blocked by: c)"
 
 
 def texts(model: sym.SystemModel) -> list[str]:
@@ -83,12 +83,12 @@ def test_a_consequence_is_no_cause() -> None:
     model = build()
     apply(model, "TSense.clause=Sensor & !Sensor")
     assert texts(model) == [
-        "8 markings enable nothing: instance 1 of service SensorService answers client safety "
+        "8 markings have no enabled transition: instance 1 of service SensorService answers client safety "
         "(waits for: SensorExit of server instance 1)"
     ]
 
 
-RESTS = "nothing is left to do, all that was begun has ended"
+RESTS = "nothing is left to do, everything that was started has ended"
 
 
 def finishing(*ends: str) -> sym.SystemModel:
@@ -118,7 +118,8 @@ def test_where_a_node_has_final_places_others_are_not_final() -> None:
     rests, stuck = sorted(texts(model), reverse=True)
     assert rests == f"the application can come to rest: {RESTS}"
     assert stuck == (
-        "2 markings enable nothing: nothing waits, but tokens rest where the model has no final place: Broken"
+        "2 markings have no enabled transition: nothing waits, but tokens remain on places that are not "
+        "final: Broken"
     )
     found = [found.severity for found in check(model).findings if found.rule == "deadlock"]
     assert sorted(found) == ["note", "warning"]
@@ -132,8 +133,8 @@ def test_a_final_condition_decides_instead() -> None:
     assert found == {
         "note": "the application can come to rest in 2 markings: nothing is left to do, its final condition "
         "holds",
-        "warning": "one marking enables nothing: nothing waits, but the final condition of the model does "
-        "not hold",
+        "warning": "one marking has no enabled transition: nothing waits, but the final condition of the model "
+        "does not hold",
     }
     find(model, "Second", sym.Transition).page.objects.append(never := sym.Place(id="Never"))  # type: ignore[union-attr]
     flow(never, find(model, "Second", sym.Transition))
@@ -162,7 +163,7 @@ def test_a_final_condition_that_cannot_be_read(text: str) -> None:
     model = finishing()
     model.finalCondition = text
     (finding,) = (found for found in check(model).findings if found.rule == "property-unreadable")
-    assert finding.message.startswith("the final condition of the model cannot be asked: ")
+    assert finding.message.startswith("the final condition of the model cannot be decided: ")
 
 
 def test_what_waits_is_not_finished() -> None:
@@ -215,7 +216,7 @@ def test_many_causes_end_in_one_group() -> None:
     assert sum(group.markings for group in groups) == 64
     assert [group.is_rest for group in groups] == [False] * (len(groups) - 1) + [True]
     assert len(groups) == 25
-    assert "more markings enable nothing, such as one where wait_" in group_text(
+    assert "more markings have no enabled transition, such as one where wait_" in group_text(
         Subject(pn.Net(id="net"), net), groups[-1]
     )
 

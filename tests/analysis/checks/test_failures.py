@@ -46,7 +46,7 @@ def fails(*_: object, **__: object) -> Any:
     raise AssertionError("an engine is\nwrong")
 
 
-REASON = "an error inside: AssertionError: an engine is wrong (please report it"
+REASON = "an internal error: AssertionError: an engine is wrong (please report it"
 
 
 def test_a_violated_never_where_every_way_on_must_grow() -> None:

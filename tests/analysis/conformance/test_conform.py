@@ -213,7 +213,7 @@ class TestWhatIsNotAllowed:
             "listener", lambda records: records.insert(first(records, Take), records[first(records, Take)])
         )
         assert self.reasons(traces) == [
-            "Heard takes talker/Said/1 (Chatter): it has taken talker/Said/1 before"
+            "Heard takes talker/Said/1 (Chatter): it has already taken talker/Said/1"
         ]
 
     def test_a_message_was_never_sent(self) -> None:
@@ -240,7 +240,7 @@ class TestWhatIsNotAllowed:
     def test_the_change_is_another(self) -> None:
         traces = self.change(said(), "talker", Fire, change={"Words": -1, "Said": 2})
         assert self.reasons(traces) == [
-            "Say fires: it changes Words by -1, Said by +2, in the model it changes Words by -1, Said by +1"
+            "Say fires: it changes Words by -1, Said by +2; in the model it changes Words by -1, Said by +1"
         ]
 
     def test_what_the_model_does_not_have(self) -> None:

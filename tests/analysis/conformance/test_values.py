@@ -215,7 +215,10 @@ def test_a_token_that_is_read() -> None:
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("ok", "Done.ok is true, but it assigns false"), ("level", "Done.level is HIGH, but it assigns ")],
+    [
+        ("ok", "Done.ok is true, but the transition assigns false"),
+        ("level", "Done.level is HIGH, but the transition assigns "),
+    ],
 )
 def test_a_field_that_is_not_what_is_assigned(name: str, said: str) -> None:
     seed = 0
@@ -240,4 +243,4 @@ def test_data_that_the_traces_do_not_tell_is_unknown() -> None:
     wrong = answered(records, {})
     verdict = verdict_on(model, traces | {"spawner": wrong})
     assert verdict.status == "unknown"
-    assert "it is not known what the token that it takes from Got carries" in str(verdict.unknown[0])
+    assert "the data of the token that it takes from Got is unknown" in str(verdict.unknown[0])

@@ -282,7 +282,7 @@ class TestCalls:
         (unknown,) = monitor.finish().unknown
         assert str(unknown) == (
             "Full-b gets the response to b/Empty-b/1 (Power): b/Empty-b/1 was not answered before: "
-            "the messages have no ids, and in another order it may be allowed"
+            "the messages have no ids; in another order the step may be allowed"
         )
 
     @pytest.mark.long
@@ -422,7 +422,7 @@ class TestTopics:
         records.insert(at, replace(takes[0], message=""))
         verdict = verdict_on(talker(), {**traces, "listener": [*records, stop]})
         (violation,) = verdict.violations
-        assert violation.reason.endswith("a program outside of the model publishes on topic chatter, too")
+        assert violation.reason.endswith("a program outside of the model also publishes on topic chatter")
 
     def test_a_message_with_a_foreign_id(self) -> None:
         traces = self.traces(3)

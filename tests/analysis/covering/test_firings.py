@@ -150,6 +150,6 @@ def test_out_of_time_everything_else_stays_open() -> None:
 
 def test_what_is_open_for_want_of_time_says_so() -> None:
     unbounded = Firings(reason="unbounded", is_late=True)
-    assert unbounded.why_open == "there is no end of markings, and time ran out"
+    assert unbounded.why_open == "there are infinitely many markings, and time ran out"
     assert Firings(reason="time", is_late=True).why_open == Firings(is_late=True).why_open == "time ran out"
     assert Firings().why_open == ""

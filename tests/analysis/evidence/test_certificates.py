@@ -232,7 +232,7 @@ def test_another_net_or_question_is_refused(name: str) -> None:
     found = certify(net, kind, text)
     assert found is not None
     more = subject(net.with_initial({net.places[0]: int(net.initial[0]) + 1}))
-    assert difference(found, more) == "it is about another net"
+    assert difference(found, more) == "it belongs to another net"
     other = copy.deepcopy(found)
     other["question"] = {"kind": "marking", "text": f"{net.places[0]} >= 0"}
     assert "not excluded" in refutation({**other, "answer": "unreachable"}, subject(net))

@@ -143,7 +143,7 @@ def test_properties_are_confirmed_together_and_a_wrong_answer_is_found_out() -> 
     assert len(right) == 6
     said = confirm_properties(NET, NetNames(NET), properties(), of_markings(right))
     assert {id for id, one in said.items() if one.agrees} == right.keys() - {"settles"}
-    assert said["settles"].reason == "only one engine decides such formulas"
+    assert said["settles"].reason == "only one engine decides this kind of formula"
     for id in right.keys() - {"settles"}:
         wrong = right | {id: right[id] + 1 if id == "held" else not right[id]}
         said = confirm_properties(NET, NetNames(NET), properties(), of_markings(wrong))

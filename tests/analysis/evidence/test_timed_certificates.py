@@ -162,7 +162,7 @@ def test_what_passes_of_another_net_is_true_of_it() -> None:
             certificate = timed_certificate(asked, answer)
             assert certificate is not None
             is_same = subject.timed.intervals == other.timed.intervals
-            assert (difference(certificate, other) == "it is about another net") != is_same
+            assert (difference(certificate, other) == "it belongs to another net") != is_same
             if timed_refutation(certificate, other):
                 refuted += 1
             else:
@@ -201,10 +201,10 @@ def test_schedules_are_replayed_as_the_other_computation_does() -> None:
                 wrong = timed_refutation(sealed({**certificate, "schedule": rows}), subject)
                 if is_right:
                     accepted += 1
-                    assert wrong in ("", "the schedule does not do what is asked for"), (seed, wrong)
+                    assert wrong in ("", "the schedule does not reach the goal"), (seed, wrong)
                 else:
                     refused += 1
-                    assert wrong and wrong != "the schedule does not do what is asked for", seed
+                    assert wrong and wrong != "the schedule does not reach the goal", seed
     assert accepted > 100 and refused > 100
 
 
@@ -284,4 +284,4 @@ def test_intervals_are_part_of_a_net() -> None:
     certificate = timed_certificate(Asked(subject, "marking", "q >= 2"), Outcome("unreachable"))
     assert certificate is not None
     changed = replace(subject.timed, intervals=(Interval(), *subject.timed.intervals[1:]))
-    assert difference(certificate, replace(subject, timed=changed)) == "it is about another net"
+    assert difference(certificate, replace(subject, timed=changed)) == "it belongs to another net"

@@ -111,7 +111,7 @@ def test_what_is_missing_is_named() -> None:
     (scan,) = [each for each in channels(model, sym.TopicChannel) if each.topic == "scan"]
     scan.latency = None
     found = asked(model, 12).between(end_of(model, "sense"), end_of(model, "act"))
-    assert found.reason == "the latency of topic scan is not given"
+    assert found.reason == "the model gives no latency for topic scan"
 
 
 def test_a_publisher_that_waits_for_room_is_followed() -> None:
@@ -121,7 +121,7 @@ def test_a_publisher_that_waits_for_room_is_followed() -> None:
     for page in callback_pages(model):
         page.duration = seconds(0, 0.001)
     found = asked(model, 12).between(end_of(model, "OnTimer"), end_of(model, "OnScan"))
-    assert found.least is not None and found.reason == "the latency of topic scans is not given"
+    assert found.least is not None and found.reason == "the model gives no latency for topic scans"
 
 
 def test_a_callback_beside_it_without_a_duration_is_named() -> None:
@@ -169,7 +169,7 @@ def test_overlapping_runs_that_wait_are_not_told_apart() -> None:
 
 def test_wrong_questions_are_refused() -> None:
     model = model_of(COUNTED[1].system, 0.01)
-    with pytest.raises(DinerosError, match="no data goes from callback log to callback tick"):
+    with pytest.raises(DinerosError, match="no data flows from callback log to callback tick"):
         asked(model).between(end_of(model, "log"), end_of(model, "tick"))
     with pytest.raises(DinerosError, match="no callback or topic is called tock"):
         end_of(model, "tock")

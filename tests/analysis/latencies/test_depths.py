@@ -75,4 +75,4 @@ def test_a_reader_that_is_too_slow_has_no_depth() -> None:
         {"name": "log", "node": "b", "group": "default", "topic": "t", "depth": 2,
          "script": [["work", 5, 5]]},
     ]}, 0.01))  # fmt: skip
-    assert found == {"log.heard": Depth(2, None, f"a depth of {LARGEST} is not enough")}
+    assert found == {"log.heard": Depth(2, None, f"a depth of {LARGEST} does not suffice")}

@@ -79,7 +79,7 @@ def test_printed_formulas_are_read_back(seed: int, size: int, is_ltl: bool) -> N
         ("A >= 1 U B >= 1", "ctl", 8, "write A or E before it"),
         ("A[A >= 1]", "ctl", 1, "needs a temporal operator"),
         ("EF fired(t)", "ctl", 10, "about a step"),
-        ("F A >= 1", "state", 1, "cannot stand here"),
+        ("F A >= 1", "state", 1, "is not allowed here"),
         ("A >= 1234567890123", "state", 6, "unexpected '1'"),
         ("B >= 2000000 * (900000000000 * A)", "state", 1, "too large"),
         ("A[A >= 1 U B >= 1] | (A >= 1 U B >= 1)", "ctl", 30, "write A or E before it"),

@@ -187,7 +187,7 @@ def test_what_is_proved() -> None:
     report = check(talk(LIFE(pauses=True, activateStep=2), LIFE(configureStep=1)))
     assert PROVED.intersection(report.proved) == {
         "no managed node publishes while it is inactive",
-        "every subscriber is there for what is published",
+        "every subscriber exists when messages are published",
     }
     assert not PROVED.intersection(check(talk()).proved), "nobody asks where no node is managed"
 

@@ -121,7 +121,7 @@ def test_what_would_overflow_then_is_no_mend() -> None:
     topic(model, "Levels", said, heard)
     found = suggest_callback_groups(model)
     assert (found.is_found, found.is_proved, found.changes) == (False, True, [])
-    assert found.reason == "no change of callback groups and threads is enough"
+    assert found.reason == "no change of callback groups and threads suffices"
     assert found.tried == 3
     assert any(each.rule == "queue-overflow" for each in check(changed(model, MENDS["same_group"])).findings)
 

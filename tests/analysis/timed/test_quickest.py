@@ -136,7 +136,7 @@ def test_a_long_way_may_be_quick_and_its_time_not_attained() -> None:
     found = quickest_marking(race(), "goal >= 1")
     assert found.outcome.trace == (1, 2)
     assert (found.time, found.is_attained) == (Fraction(8, 5), False)
-    assert str(found) == "every way takes more than 8/5, and some come as near to it as wanted"
+    assert str(found) == "every firing sequence takes more than 8/5, and some take arbitrarily little more"
     assert quickest_firing(race(), "direct").outcome.status == "unreachable"
 
 

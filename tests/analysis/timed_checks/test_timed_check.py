@@ -154,7 +154,7 @@ def test_what_has_not_ended_is_unknown_with_its_reason() -> None:
     steps = ("a", "p", "q", 1, 2), ("b", "q", "p", 1, 2), ("c", "r", "s", 9, 10), ("late", "r", "s", 11, 12)
     report = check_timed(plain_net(*steps, tokens="p r"), Budget(memory_bytes=1))
     assert [each.question for each in report.unknown if each.may_be_fault] == [
-        "whether this can ever happen: late"
+        "whether these can ever be used: late"
     ]
     assert "no deadlock" in report.proved and "no loop of firings happens in no time" in report.proved
     assert all("memory ran out" in each.reason for each in report.unknown)

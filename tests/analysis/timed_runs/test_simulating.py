@@ -93,7 +93,7 @@ def test_what_the_model_does_not_give_is_named() -> None:
     model.channels.append(topic)
     assert simulate_times(model, 10.0, 1).missing == [
         "the duration of callback OnImage is not given",
-        "the latency of topic images is not given",
+        "the model gives no latency for topic images",
     ]
 
 

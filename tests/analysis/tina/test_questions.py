@@ -74,7 +74,10 @@ class TestReachability:
     def test_what_was_not_explored_leaves_it_unknown(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv(FAULTS, "sift stops early")
         answer = tina.find_marking(ODD, '"c[1]" >= 5', NetNames(ODD))
-        assert (answer.status, answer.reason) == ("unknown", "sift stopped before it had seen all markings")
+        assert (answer.status, answer.reason) == (
+            "unknown",
+            "sift stopped before it had explored all markings",
+        )
 
 
 @pytest.mark.usefixtures("in_process")

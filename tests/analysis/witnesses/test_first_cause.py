@@ -134,7 +134,7 @@ def test_a_deadlock_stays_one(run: tuple[CompiledNet, list[int]]) -> None:
     net, sequence = run
     final = replay(net, sequence)[-1]
     assume(sequence and not any(net.is_enabled(t, final) for t in range(len(net.transitions))))
-    cause = first_cause(witness(net, sequence), "one marking enables nothing", "deadlock")
+    cause = first_cause(witness(net, sequence), "one marking has no enabled transition", "deadlock")
     assert cause is not None
     marking = replay(net, rest(sequence, cause))[-1]
     assert not any(net.is_enabled(t, marking) for t in range(len(net.transitions)))

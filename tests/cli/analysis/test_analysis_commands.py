@@ -185,7 +185,7 @@ class TestCheck:
     ) -> None:
         monkeypatch.setattr("dineros.analysis.checks.check.CHEAP", -1)
         monkeypatch.setattr("dineros.analysis.properties.recurrence.recurrence", lambda *_: None)
-        left = "left, as it takes more work than a check may cost (--behaviour decides it)"
+        left = "not decided, because it takes more work than a check may cost (--behaviour decides it)"
         unknown = f"liveness, reversibility, home markings: {left}"
         result = run("check", net)
         # At worst the answer would be a note, which does not change the status either.
@@ -230,7 +230,7 @@ class TestCheck:
         result = run("check", net)
         assert result.exit_code == 1
         assert lines(result)[0] == "warning: transition u can never fire [dead-transition]"
-        assert "one marking enables nothing" in lines(result)[1]
+        assert "one marking has no enabled transition" in lines(result)[1]
 
     @uses("grows")
     def test_an_unbounded_net(self, run: Run, net: Path) -> None:

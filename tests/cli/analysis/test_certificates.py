@@ -74,7 +74,7 @@ def test_another_net_is_refuted(run: Run, net: Path, tmp_path: Path) -> None:
     net.write_text(net.read_text().replace("idle (1)", "idle (2)"))
     refused = run("certify", net, file)
     assert refused.exit_code == 1
-    assert lines(refused) == [f"refuted: {file}: it is about another net"]
+    assert lines(refused) == [f"refuted: {file}: it belongs to another net"]
 
 
 @uses("cycle")

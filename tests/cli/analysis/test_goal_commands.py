@@ -126,7 +126,7 @@ class TestFind:
             (["--enabled", "t", "--marking", "b >= 1"], "give either --enabled or --marking"),
             (["--enabled", "nix"], "--enabled: no transition is named 'nix'"),
             (["--marking", "a >= 1 & nix >= 1"], "--marking, column 10: no place is named 'nix'"),
-            (["--marking", "F b >= 1"], "--marking, column 1: the temporal operator F cannot stand here"),
+            (["--marking", "F b >= 1"], "--marking, column 1: the temporal operator F is not allowed here"),
             (["--marking", "b >="], "--marking, column 5: the formula ends too early"),
         ],
     )
@@ -230,7 +230,7 @@ class TestVerify:
         monkeypatch.setattr("dineros.analysis.logic.ctl.explicit_sets.ExplicitSets.path", path)
         output = tmp_path / "trace.jsonl"
         result = run("verify", net, "--ctl", formula, "-o", output)
-        reason = "a run showing it was not found: time ran out"
+        reason = "no run that shows it was found: time ran out"
         assert result.exit_code == (1 if status == "violated" else 0)
         assert result.stdout.startswith(f"{status}: {formula} ({reason}); 4 states, ")
         assert (len(lines(result)), result.stderr) == (

@@ -73,8 +73,12 @@ class TestFind:
             ("selt babbles", "c >= 1", "selt answers neither TRUE nor FALSE but 'Hello.'"),
             ("pathto babbles", "c >= 1", "pathto wrote a path that cannot be read: 'Hello.'"),
             ("pathto fails", "c >= 1", "pathto failed with exit status 3"),
-            ("pathto goes astray", "c >= 1", "the path of pathto is none of the net: step 0: transition 'u'"),
-            ("sift miscounts", "b = 2", "the path of pathto does not lead to what was asked for"),
+            (
+                "pathto goes astray",
+                "c >= 1",
+                "the path of pathto is not a firing sequence of the net: step 0: transition 'u'",
+            ),
+            ("sift miscounts", "b = 2", "the path of pathto does not reach the goal"),
         ],
     )
     @uses("large")
@@ -114,7 +118,7 @@ class TestFind:
             (["--enabled", "nix", *TINA], "--enabled: no transition is named 'nix'"),
             (
                 ["--marking", "F a >= 2", *TINA],
-                "--marking, column 1: the temporal operator F cannot stand here",
+                "--marking, column 1: the temporal operator F is not allowed here",
             ),
         ],
     )

@@ -226,7 +226,7 @@ def test_off_a_terminal_it_says_now_and_then_where_it_is(
 def test_a_search_that_crashes_asks_for_a_report(model: Path) -> None:
     status, output, errors = ended(start("check", model, does=DIES))
     assert status == 2
-    assert "unknown: everything else: the process of the work ended before it: signal 11" in output
+    assert "unknown: everything else: the worker process ended early: signal 11" in output
     assert errors.startswith("dineros: unexpected ApartDiedError: ")
     assert "please report it" in errors
 

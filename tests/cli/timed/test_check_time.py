@@ -105,7 +105,7 @@ def test_each_question_says_who_confirmed_it(run: Run, race: Path) -> None:
     assert last == [
         "which markings are reached: confirmed by time as a counter",
         "which transitions fire: confirmed by time as a counter",
-        "where the net ends: confirmed by time as a counter",
+        "in which markings the net ends: confirmed by time as a counter",
     ]
     told = json.loads(run("check", race, "--time", "--confirm", "--json").stdout)
     assert sum("confirmed by time as a counter" in line for line in told["proved"]) == 3

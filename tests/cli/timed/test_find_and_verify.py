@@ -68,7 +68,7 @@ def test_bounds_of_times(run: Run, race: Path) -> None:
     assert "(fired(fast) does not come in [<2], counted from 0)" in result.stdout
     result = run("verify", race, "--ltl", formula)
     assert result.exit_code == 2
-    assert "--time asks with firing intervals" in result.stderr
+    assert "--time takes firing intervals into account" in result.stderr
     result = run("verify", race, "--time", "--ltl", "F[<=2] F[<=1] (a >= 1)")
     assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1)
 
@@ -88,15 +88,13 @@ def test_stored_bounds_of_times(run: Run, tmp_path: Path) -> None:
     checked = run("check", path, "--time", "-v")
     assert "property soon holds" in checked.stderr
     assert "property late does not hold: never Noted >= 1 within 2" in checked.stdout
-    assert (
-        "whether property late holds: it bounds times, which only --time knows" in run("check", path).stdout
-    )
+    assert "whether property late holds: it bounds times, which requires --time" in run("check", path).stdout
 
 
 def test_the_quickest_way(run: Run, race: Path) -> None:
     result = run("find", race, "--time", "--quickest", "--enabled", "fast")
     assert result.exit_code == 0
-    assert "reachable: enabled(fast) (the quickest way takes 1)" in result.stdout
+    assert "reachable: enabled(fast) (the quickest firing sequence takes 1)" in result.stdout
     told = json.loads(run("find", race, "--time", "--quickest", "--marking", "a >= 1", "--json").stdout)
     assert told["quickest"] == {"time": "1", "attained": True, "least": True}
     assert run("find", race, "--time", "--quickest", "--marking", "b >= 1").exit_code == 1

@@ -73,7 +73,7 @@ def test_least_depths(run: Run, robot: Path) -> None:
     found = run("latency", robot, "--depths", "--set", "log.duration.latest=0.04")
     assert (found.exit_code, found.stdout) == (0, "reader log.heard: least depth 1; it has 2\n")
     answer = json.loads(run("latency", robot, "--depths", "--json").stdout)
-    reason = "a depth of 64 is not enough"
+    reason = "a depth of 64 does not suffice"
     assert answer["depths"] == {"log.heard": {"depth": 2, "least": None, "reason": reason}}
     assert run("latency", robot, "--depths", "--bounds").exit_code == 2
 
@@ -92,7 +92,7 @@ def test_stored_bounds(run: Run, robot: Path) -> None:
     assert lines[0].startswith(
         "error: property Fast does not hold: tick to log within 0.1; it takes up to 0.15 s"
     )
-    assert lines[1].startswith("error: property Bad cannot be asked: no data goes from callback log")
+    assert lines[1].startswith("error: property Bad cannot be decided: no data goes from callback log")
     found = json.loads(run("check", "--time", "--json", robot).stdout)
     proved = "property Slow holds: tick to log within 0.15 (at most 0.15 s; an instance can be lost)"
     assert proved in found["proved"]
@@ -232,7 +232,7 @@ def test_what_is_open_ends_with_status_3(run: Run, tmp_path: Path) -> None:
         (("--from", "tick"), "--from and --to must be given together"),
         (("-o", "run.jsonl"), "-o writes a run with --from and --to"),
         (("--from", "tick", "--to", "tock"), "no callback or topic is called tock"),
-        (("--from", "log", "--to", "tick"), "no data goes from callback log to callback tick"),
+        (("--from", "log", "--to", "tick"), "no data flows from callback log to callback tick"),
     ],
 )
 def test_wrong_questions_end_in_a_line(run: Run, robot: Path, arguments: tuple[str, ...], words: str) -> None:

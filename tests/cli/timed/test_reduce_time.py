@@ -74,7 +74,7 @@ def test_without_time_the_times_are_left_out_with_a_word(run: Run, line: Path, t
     line.write_text(NET.replace("pr soon > again same\n", ""))
     small = tmp_path / "small.net"
     result = run("reduce", line, "-o", small)
-    assert "firing intervals are left out (5 transitions" in result.stdout
+    assert "firing intervals are ignored (5 transitions" in result.stdout
     assert "--time keeps them" in result.stdout
     assert "[" not in small.read_text()
     told = json.loads(run("reduce", line, "-o", small, "--json").stdout)

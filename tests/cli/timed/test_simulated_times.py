@@ -58,5 +58,5 @@ def test_wrong_use(run: Run, robot: Path, model: Path) -> None:
     ):
         assert is_one_line_of_wrong_use(run("run", robot, *words), text), words
     assert is_one_line_of_wrong_use(
-        run("run", model, "--simulate", "--times"), "latencies are those of ROS 2"
+        run("run", model, "--simulate", "--times"), "latencies are defined for ROS 2 only"
     )

@@ -50,7 +50,7 @@ def test_answers_have_certificates(
     assert first.startswith("valid: ") and first.endswith(f"in {race} --time") and backing in last
     # Of a net that is a little different, it says nothing; nor does one that was changed.
     race.write_text(RACE.replace("[1,2]", "[1,3]"))
-    assert lines(run("certify", race, file)) == [f"refuted: {file}: it is about another net"]
+    assert lines(run("certify", race, file)) == [f"refuted: {file}: it belongs to another net"]
     race.write_text(RACE)
     file.write_text(file.read_text().replace('"answer": "', '"answer": "un'))
     assert run("certify", race, file).exit_code == 1

@@ -110,7 +110,7 @@ def test_two_tabs_stay_equal(file: Path, edit: Edit) -> None:
     [
         ("", "no JSON"),
         ("[[[[", "no JSON"),
-        ("[]", "a message is an object"),
+        ("[]", "a message must be an object"),
         ('{"number": 0, "ask": "undo"}', "a number from 1 on"),
         ('{"number": 1, "ask": "format the disk"}', "what is asked is one of"),
         ('{"number": 1, "ask": "undo", "path": "/etc/passwd"}', "no field"),

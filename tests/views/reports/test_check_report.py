@@ -30,7 +30,7 @@ def report() -> str:
             [step.text for step in builder.steps],
             7,
         ),
-        FindingEntry("warning", "deadlock", "one marking enables nothing", ("sorting",)),
+        FindingEntry("warning", "deadlock", "one marking has no enabled transition", ("sorting",)),
     ]
     space = {
         "signals": "none",

@@ -70,7 +70,7 @@ class PlayingDesk:
         action = said.get("action")
         fields = _FIELDS.get(action) if isinstance(action, str) else None
         if action is None or fields is None:
-            raise CommandError(f"what is done in a game is one of {', '.join(_FIELDS)}")
+            raise CommandError(f"an action of a game must be one of {', '.join(_FIELDS)}")
         for name, kind in fields.items():
             if not isinstance(said.get(name), kind) or isinstance(said.get(name), bool):
                 raise CommandError(f"{action} needs {name}")
@@ -106,23 +106,23 @@ class PlayingDesk:
         errors = sum(each.severity == "error" for each in document.violations())
         if errors:
             raise CommandError(
-                f"the model has {counted(errors, 'error')}", hint="mend them first: see problems"
+                f"the model has {counted(errors, 'error')}", hint="correct them first: see problems"
             )
         if said["action"] == "begin":
             game = Game(subject_for(document.root, said["signals"], "weighted"))
         else:
             texts = said["traces"]
             if not texts or not all(isinstance(each, str) for each in texts.values()):
-                raise CommandError("traces are texts, by their name")
+                raise CommandError("traces must be an object of strings, by their names")
             game = game_of(document.root, texts)
         return _Table(game, Stage(document, game.subject), (document.epoch, document.revision))
 
     def _table(self, page: str) -> _Table:
         table = self._tables.get(page)
         if table is None:
-            raise CommandError("no game has begun")
+            raise CommandError("no game has been started")
         if table.state != (self._document.epoch, self._document.revision):
-            raise CommandError("the model has changed since the game began", hint="begin another one")
+            raise CommandError("the model has changed since the game started", hint="begin another one")
         return table
 
     def _step(self, table: _Table, action: str, said: dict[str, Any]) -> None:
@@ -133,7 +133,7 @@ class PlayingDesk:
             pass  # done already, or asked of a position that is no longer shown
         elif action == "wander":
             if not 0 < said["count"] <= MOST_AT_ONCE:
-                raise CommandError(f"steps at random are 1 to {MOST_AT_ONCE:,} at once")
+                raise CommandError(f"the number of random steps must be 1 to {MOST_AT_ONCE:,}")
             game.wander(said["count"], self._draw, table.stage.signals)
         else:
             transition = game.subject.transition_index.get(said["transition"])

@@ -43,7 +43,9 @@ class Game:
         self, subject: Subject, steps: Sequence[int] = (), loop: int | None = None, title: str = ""
     ) -> None:
         if len(steps) > MOST_STEPS:
-            raise CommandError(f"has more than {MOST_STEPS:,} steps", hint="dineros trace shows long traces")
+            raise CommandError(
+                f"has more than {MOST_STEPS:,} steps", hint="use dineros trace to show long traces"
+            )
         self.subject, self.loop, self.title = subject, loop, title
         self.steps: list[int] = list(steps)
         self.at = 0

@@ -62,17 +62,18 @@ def _of_witness(model: pn.Net, name: str, header: Header, records: list[Any]) ->
         index = subject.transition_index.get(getattr(record, "transition", None) or "")
         if index is None:
             said = f"{name} fires {getattr(record, 'transition', None)!r}, which this model does not have"
-            raise CommandError(said, hint="is it of an earlier state of the model?")
+            raise CommandError(said, hint="it may belong to an earlier version of the model")
         steps.append(index)
     initial = {place: tokens for place, tokens in _initial(subject).items() if tokens}
     if initial != header.marking:
         raise CommandError(
-            f"{name} begins with other tokens than this model", hint="the model was changed, or is to be"
+            f"{name} starts with tokens that differ from those of this model",
+            hint="the model was changed, or must be",
         )
     # The header is record 0, so record i is step i - 1.
     loop = None if header.loop is None else header.loop - 1
     if loop is not None and not 0 <= loop < len(steps):
-        raise CommandError(f"{name} repeats from a step on that it does not have")
+        raise CommandError(f"{name} has a loop that starts at a missing step")
     return Game(subject, steps, loop, header.property or name)
 
 
@@ -82,12 +83,12 @@ def _initial(subject: Subject) -> dict[str, int]:
 
 def _of_run(model: pn.Net, traces: Mapping[str, list[Any]], headers: Mapping[str, Header]) -> Game:
     if not isinstance(model, sym.SystemModel):
-        raise CommandError("only system models run")
+        raise CommandError("only system models can be run")
     by_node: dict[str, list[Record]] = {}
     for name, records in traces.items():
         node = headers[name].node or name.removesuffix(".jsonl")
         if headers[name].kind != "run" or node in by_node:
-            raise CommandError(f"{name} does not belong to the run of the others")
+            raise CommandError(f"{name} belongs to another run than the other traces")
         by_node[node] = records
     verdict = conform(
         model, {node: records.__iter__ for node, records in by_node.items()}, attempts=10, firings=True

@@ -145,7 +145,7 @@ class Jobs:
         """
         document = self._document
         if self._program is None:
-            raise CommandError("this editor has no program that could do it")
+            raise CommandError("this editor was started without a program for commands")
         order = order_of(said, document.path.absolute().parent)
         if order.needs_file and not document.is_saved:
             raise CommandError("the model is not saved", hint="save it first")
@@ -156,7 +156,7 @@ class Jobs:
             if order.kind == job.order.kind == "check":
                 self.cancel(job.number)
         if len(self._running()) > MOST_RUNNING:
-            raise CommandError("enough is being done already", hint="cancel something")
+            raise CommandError("too many jobs are running already", hint="cancel something")
         self._number += 1
         folder = self._new_folder(self._number)
         model = document.path.absolute()
@@ -206,14 +206,16 @@ class Jobs:
             files = {path.name: [path]} if path.is_file() else {}
         sizes = {path: path.stat().st_size for paths in files.values() for path in paths}
         if sum(sizes.values()) > LARGEST_TRACES:
-            raise CommandError("these traces are too long to be played here", hint="dineros trace shows them")
+            raise CommandError(
+                "these traces are too long to be played in the editor", hint="use dineros trace to show them"
+            )
         texts = {
             name: b"".join(read_bytes(path, limit=LARGEST_TRACES) for path in paths if sizes[path])
             for name, paths in files.items()
         }
         found = {name: text.decode("utf-8", "replace") for name, text in texts.items() if text}
         if not found:
-            raise CommandError("it has left nothing to play")
+            raise CommandError("the job has produced no trace to play")
         return found
 
     async def close(self) -> None:

@@ -74,7 +74,7 @@ def order_of(said: Mapping[str, Any], beside: Path) -> Order:
     kind = said.get("kind")
     make = _KINDS.get(kind) if isinstance(kind, str) else None
     if make is None:
-        raise CommandError(f"what can be done is one of {', '.join(_KINDS)}")
+        raise CommandError(f"a job must be one of {', '.join(_KINDS)}")
     names, order = make
     for name in said:
         if name not in names | {"kind"}:
@@ -103,7 +103,7 @@ def _verify(said: Mapping[str, Any], _: Path) -> Order:
 def _generate(said: Mapping[str, Any], beside: Path) -> Order:
     workspace, write = _workspace(said), said.get("write", False)
     if not isinstance(write, bool):
-        raise CommandError("write is true or false")
+        raise CommandError("write must be true or false")
     options = ("-o", str(beside / workspace), *(() if write else ("--check",)))
     words = f"generate {workspace}" if write else f"what would change in {workspace}"
     return Order("generate", options, words, needs_file=True)
@@ -126,7 +126,7 @@ def _workspace(said: Mapping[str, Any]) -> str:
 def _run(said: Mapping[str, Any], _: Path) -> Order:
     how = said.get("how")
     if not isinstance(how, str) or how not in _HOW:
-        raise CommandError(f"an application is run in one of these ways: {', '.join(_HOW)}")
+        raise CommandError(f"the way to run an application must be one of {', '.join(_HOW)}")
     words, way = _HOW[how]
     options: list[str] = [*way, *_timeout(said), "--view"]
     if said.get("until") not in (None, ""):
@@ -136,7 +136,7 @@ def _run(said: Mapping[str, Any], _: Path) -> Order:
     if "workspace" not in said:
         return Order("run", tuple(options), f"run ({words})", needs_file=True)
     if how != "ros":
-        raise CommandError("a workspace is run on ROS 2")
+        raise CommandError("a workspace can only be run on ROS 2")
     name = _workspace(said)
     return Order("run", tuple(options), f"run {name} ({words})", needs_file=True, workspace=name)
 
@@ -159,14 +159,14 @@ def _one_of(said: Mapping[str, Any], one: str, other: str) -> str:
 def _text(said: Mapping[str, Any], name: str) -> str:
     text = said.get(name)
     if not isinstance(text, str) or not text.strip() or "\0" in text or len(text) > LONGEST_QUESTION:
-        raise CommandError(f"{name} is a text of 1 to {LONGEST_QUESTION:,} characters")
+        raise CommandError(f"{name} must be a string of 1 to {LONGEST_QUESTION:,} characters")
     return text
 
 
 def _signals(said: Mapping[str, Any]) -> tuple[str, ...]:
     signals = said.get("signals", SIGNALS[0])
     if signals not in SIGNALS:
-        raise CommandError(f"signals are one of {', '.join(SIGNALS)}")
+        raise CommandError(f"signals must be one of {', '.join(SIGNALS)}")
     return ("--signals", str(signals))
 
 
@@ -180,5 +180,5 @@ def _budget(said: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _number(found: object, name: str, most: float) -> float:
     if isinstance(found, bool) or not isinstance(found, (int, float)) or not 0 < found <= most:
-        raise CommandError(f"{name} is a number above 0, at most {most:,.0f}")
+        raise CommandError(f"{name} must be a number above 0, at most {most:,.0f}")
     return float(found)

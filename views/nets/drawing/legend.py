@@ -20,7 +20,7 @@ _NODES: tuple[tuple[NodeKind, str, int | None, str], ...] = (
 )
 _EDGES: tuple[tuple[EdgeKind, str], ...] = (
     ("normal", "arc; a number is its weight"),
-    ("read", "read arc: needs the token and leaves it"),
+    ("read", "read arc: requires the token and keeps it"),
     ("inhibitor", "inhibitor arc: needs the place to be empty"),
     ("publish", "to and from a topic, with the queue's capacity"),
     ("request", "request or goal of a client, with its id; call of the server"),

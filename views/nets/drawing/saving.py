@@ -58,7 +58,7 @@ def save_for_paper(
         raise DinerosError(
             f"{view.title} is too large for {paper.width:g} mm: some text would have less than 6 points",
             location=Location(path),
-            hint=f"it needs {math.ceil(min(sheet.needed for sheet in sheets))} mm; or show only a part",
+            hint=f"it needs {math.ceil(min(sheet.needed for sheet in sheets))} mm; or draw only a part",
         )
     contents: dict[Path, bytes] = {}
     for sheet in fitting:
