@@ -93,5 +93,5 @@ def test_what_is_said() -> None:
         "its request is lost because node net server is gone before it answers"
     )
     assert said["Ask.late.gone"] == (
-        "the request of a client of service /ask that has given up is gone with node net server"
+        "the request of a client of service /ask that has given up is discarded with node net server"
     )

@@ -370,5 +370,5 @@ def _check(invariant: pnm.PlaceInvariant, change: Mapping[pn.Node, Mapping[pn.No
             raise CertificateError(
                 f"firing {transition.id} changes the place invariant {invariant.name!r} by {tokens}",
                 element=transition.id,
-                hint="a rule misses an arc or makes one too many",
+                hint="a rule has too few or too many arcs",
             )

@@ -129,14 +129,14 @@ class _Unfolding:
             if number == MOST_VARIANTS:
                 raise self._too_many(transition)
             chosen.setdefault(_change(variant), Chosen(way, variant))
-        assert chosen, "a guard that no token can fulfil is refused"
+        assert chosen, "a guard that no token can satisfy is rejected"
         return list(chosen.values())
 
     def _too_many(self, transition: pn.Transition) -> GuardError:
         return GuardError(
             f"guards make more than {MOST_VARIANTS} transitions",
             element=self._id(transition),
-            hint="ask about fewer fields, or let transitions take fewer tokens",
+            hint="use fewer fields in guards, or let transitions take fewer tokens",
         )
 
     def _drop_impossible(self, chosen: dict[pn.Transition, list[Chosen]], flow: DataFlow) -> None:

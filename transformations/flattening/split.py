@@ -114,9 +114,9 @@ def _copy_token_types(model: sym.SystemModel, runtime_model: rtm.RuntimeModel) -
         if isinstance(place, sym.Place) and place.tokenType is not None:
             if place.tokenType not in types:
                 raise CoverageError(
-                    f"the place {place.id!r} has a token type that is none of the model",
+                    f"the place {place.id!r} has a token type that the model does not have",
                     element=place.id,
-                    hint="name a token type of the model, or none for its first one",
+                    hint="name a token type of the model, or omit it for the first one",
                 )
             place.tokenType = types[place.tokenType]
 
@@ -295,7 +295,7 @@ def _require_closed(node: sym.NodeNet, images: dict[EObject, EObject]) -> None:
                 raise CoverageError(
                     f"{original!r} of {node.id} leads to {end!r} in {other.id if other else 'no node net'}",
                     element=node.id,
-                    hint="node nets meet only through channels",
+                    hint="node nets are connected only by channels",
                 )
 
 
@@ -310,7 +310,7 @@ def _require_covered(model: sym.SystemModel, copies: Counter[EObject]) -> None:
             raise CoverageError(
                 f"{element!r} is in {copies[element]} runtime models",
                 element=element.id,
-                hint="everything but channels stands in exactly one node net",
+                hint="everything except channels belongs to exactly one node net",
             )
     for port in _port_places(model):
         if copies[port] != 1:

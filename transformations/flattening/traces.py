@@ -106,7 +106,7 @@ class Trace:
             if link.target.id == id:
                 return link
         known = [link.target.id for link in self.links]
-        raise UnknownElementError(f"no element {id!r} was made", hint=near_matches(id, known))
+        raise UnknownElementError(f"no element {id!r} was created", hint=near_matches(id, known))
 
     def to_model(self, source: str, target: str) -> trace.TraceModel:
         """Return the links as a model that can be saved.

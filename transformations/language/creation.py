@@ -72,7 +72,7 @@ class New(Variable):
         self.rule: type[Maker] | None = None
         self.into = require_containment(into, eclass) if into is not None else None
         if eclass.eClass.abstract:
-            raise RuleError(f"{eclass.__name__} is abstract and cannot be made", location=self.location)
+            raise RuleError(f"{eclass.__name__} is abstract and cannot be created", location=self.location)
         self.features: dict[str, Expression] = {}
         for name, value in features.items():
             self.features[name] = self._checked(name, value)

@@ -109,7 +109,7 @@ class Engine:
     def _plan(self, rule: type[Rule], elements: int) -> None:
         """Count the elements to be made; refuse too many before any is made."""
         self._planned += elements
-        what = f"with {rule.__name__}, the rules make more than"
+        what = f"with {rule.__name__}, the rules create more than"
         if (error := exceeds("elements", self._planned, what, is_all=False)) is not None:
             raise error
 
@@ -157,7 +157,7 @@ class Engine:
         except (AttributeError, TypeError) as error:
             name = item.rule.__name__ if item.rule else "rule"
             raise RuleError(
-                f"{name}.{item.symbol} cannot be made: {error}", location=item.location
+                f"{name}.{item.symbol} cannot be created: {error}", location=item.location
             ) from error
         match[item] = made
         self.extents.add(made)

@@ -218,7 +218,7 @@ class Comparison(Expression):
         self.left = left
         self.right = right
         if not self._can_hold():
-            raise RuleError(f"{self} compares what can never be equal", location=self.location)
+            raise RuleError(f"{self} compares values that can never be equal", location=self.location)
 
     def _can_hold(self) -> bool:
         left, right = self.left, self.right
@@ -291,7 +291,7 @@ class Text(Expression):
         if not isinstance(expression, Expression):
             visible = [name for name, value in known.items() if isinstance(value, Expression)]
             raise RuleError(
-                f"placeholder {{{field}}} names nothing of the rule",
+                f"placeholder {{{field}}} is not an element of the rule",
                 location=self.location,
                 hint=near_matches(first, visible) or f"known: {', '.join(visible)}",
             )

@@ -127,7 +127,7 @@ class First(Query):
         self.eclass = base.eclass
         self.datatype = base.datatype
         if not base.many:
-            raise RuleError(f"{base} is a single value and has no first one", location=self.location)
+            raise RuleError(f"{base} is a single value and has no first element", location=self.location)
 
     @staticmethod
     def _answer(values: list[Any]) -> Any:

@@ -120,7 +120,7 @@ class Made(Variable):
             self._fragment = role
             return
         if isinstance(role, type) or role.rule is None:
-            raise RuleError(f"no rule makes {role}", location=self.location)
+            raise RuleError(f"no rule creates {role}", location=self.location)
         self._require_sources(role.rule)
         if isinstance(role, Fragment):
             self._fragment = type(role)
@@ -136,7 +136,7 @@ class Made(Variable):
                 raise RuleError(
                     f"dangling lookup: {rule.__name__} matches no {kind} ({source})",
                     location=self.location,
-                    hint="it can be looked up by what its pattern nodes and numbers matched",
+                    hint="look it up by the elements that its pattern nodes and numbers matched",
                 )
 
     def __getattr__(self, name: str) -> Any:

@@ -121,7 +121,7 @@ def _require_lists(cls: type[Rule]) -> None:
         items = getattr(cls, name)
         if not isinstance(items, (list, tuple)):
             raise RuleError(
-                f"{cls.__name__}.{name} is not a list", location=rule_line(), hint="put it into [ ]"
+                f"{cls.__name__}.{name} is not a list", location=rule_line(), hint="put it into a list [ ]"
             )
         for item in items:
             if not isinstance(item, kinds):
@@ -169,7 +169,7 @@ def _name(cls: type[Rule], names: dict[str, Any]) -> None:
             missing = sorted(set(value.roles) - set(value.elements()) - set(value.shared()))
             if missing:
                 raise RuleError(
-                    f"{type(value).__name__} does not make {', '.join(missing)}", location=value.location
+                    f"{type(value).__name__} does not create {', '.join(missing)}", location=value.location
                 )
         elif isinstance(value, Variable) and not value.symbol:
             value.symbol = name
@@ -260,7 +260,7 @@ def _require_bound(
                 cls.context.append(variable)
         elif variable not in bound:
             raise RuleError(
-                f"{cls.__name__}: {user} uses {variable}, which is not matched or made before it",
+                f"{cls.__name__}: {user} uses {variable}, which is not matched or created before it",
                 location=user.location,
                 hint="list it in lhs, or earlier in rhs",
             )

@@ -137,4 +137,4 @@ def _arc(item: New) -> str:
 
 def documentation_of(rule: type[Rule]) -> str:
     """Return the docstring of a rule."""
-    return inspect.cleandoc(rule.__doc__ or "it says nothing about itself")
+    return inspect.cleandoc(rule.__doc__ or "it has no description")

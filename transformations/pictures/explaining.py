@@ -90,7 +90,7 @@ def origin_text(link: Link) -> str:
     if link.rule == KEPT:
         return f"{kind} kept from the system model"
     made = f"{kind} made by {name_of(link.rule)} as {link.role}"
-    return f"{made} from {sources}{instance}" if sources else f"{made} from what other rules made"
+    return f"{made} from {sources}{instance}" if sources else f"{made} from elements that other rules made"
 
 
 def _told(source: EObject, link: Link) -> str:

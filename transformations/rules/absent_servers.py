@@ -103,7 +103,7 @@ class L6Settled(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     bound = Bound(
         sent,
         client.outstanding,
-        means=Meaning("{client} of service {service} has no request that is arriving", rests=True),
+        means=Meaning("{client} of service {service} has no arriving request", rests=True),
     )
 
     where = [MayLeave(service, server), SendsOnce(client), client.outstanding > 0]
@@ -222,7 +222,8 @@ class L7Late(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     gone = transition(
         "{service.id}.late.gone",
         means=Meaning(
-            "the request of a client of service {service} that has given up is gone with node net {serving}",
+            "the request of a client of service {service} that has given up is discarded with node net "
+            "{serving}",
             step=Transfer,
             part="late.gone",
         ),

@@ -365,7 +365,7 @@ class L5Forget(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     room = Made(L5.room, of=[writer, reader])
     away = Made(L1.away, of=node)
 
-    forget = _step("forget", "{queue} forgets a message that is delivered", Transfer)
+    forget = _step("forget", "{queue} discards a message that is delivered", Transfer)
     arcs = [arc(delivered, forget), arc(forget, undelivered), read(away, forget)]
     frees = [arc(kept, forget), arc(forget, room), arc(kept, gone), arc(gone, room)]
 

@@ -240,7 +240,7 @@ class R6Client(StandardRule, phase=Phase.services, middleware="ros2"):
     instead = transition(
         "{service.id}.client.{client.client}.instead",
         means=Meaning(
-            "{queue} takes the request of {client}, and forgets one whose client has given up",
+            "{queue} takes the request of {client}, and discards one whose client has given up",
             step=Transfer,
             queue="request",
             called=HISTORY,

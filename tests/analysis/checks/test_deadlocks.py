@@ -133,8 +133,8 @@ def test_a_final_condition_decides_instead() -> None:
     assert found == {
         "note": "the application can come to rest in 2 markings: nothing is left to do, its final condition "
         "holds",
-        "warning": "one marking has no enabled transition: nothing waits, but the final condition of the model "
-        "does not hold",
+        "warning": "one marking has no enabled transition: nothing waits, but the final condition of the "
+        "model does not hold",
     }
     find(model, "Second", sym.Transition).page.objects.append(never := sym.Place(id="Never"))  # type: ignore[union-attr]
     flow(never, find(model, "Second", sym.Transition))

@@ -60,7 +60,7 @@ def test_what_the_rules_would_make_is_counted_first(run: Run, system: Path, comm
     many = ("--set", f"ask.instances={NUMBER}", "--limit", f"instances={NUMBER}")
     output = ("-o", system.with_name("flat.pnm")) if command == "flatten" else ()
     result = run(command, system, *many, *output)
-    assert is_one_line_of_wrong_use(result, "with S4, the rules make more than 200000 elements")
+    assert is_one_line_of_wrong_use(result, "with S4, the rules create more than 200000 elements")
 
 
 @pytest.mark.long

@@ -17,7 +17,7 @@ def test_a_rule_that_would_make_too_much_makes_nothing(monkeypatch: pytest.Monke
     monkeypatch.setattr(creation, "deep_copy", copied)
     small = system()
     small["ask"].instances = 2**31 - 1
-    with pytest.raises(SizeLimitError, match="with S4, the rules make more than 200000 elements"):
+    with pytest.raises(SizeLimitError, match="with S4, the rules create more than 200000 elements"):
         flatten(small.net)
 
 

@@ -124,7 +124,7 @@ FAULTS: Faults = {
     ),
     "comparison of an element with a number": (
         RULE.format("where = [port.place == 3]  #!"),
-        "PublisherPort.place == 3 compares what can never be equal",
+        "PublisherPort.place == 3 compares values that can never be equal",
         "",
     ),
     "comparison of elements of unrelated classes": (
@@ -171,7 +171,7 @@ FAULTS: Faults = {
     ),
     "abstract class": (
         RULE.format("watch = New(pn.Node, page=SHEET, id='watch')  #!"),
-        "Node is abstract and cannot be made",
+        "Node is abstract and cannot be created",
         "",
     ),
     "into that is not a list": (
@@ -275,12 +275,12 @@ FAULTS: Faults = {
     ),
     "placeholder without a name": (
         RULE.format("watch = place('{}.watch')  #!"),
-        "placeholder {} names nothing of the rule",
+        "placeholder {} is not an element of the rule",
         "known:",
     ),
     "unknown name in a placeholder": (
         RULE.format("watch = place('{chanel.id}.watch')  #!"),
-        "placeholder {chanel.id} names nothing of the rule",
+        "placeholder {chanel.id} is not an element of the rule",
         "did you mean 'channel'?",
     ),
     "unknown feature in a placeholder": (
@@ -295,14 +295,14 @@ FAULTS: Faults = {
     ),
     "unknown name in the id of a copy": (
         RULE.format("twin = Copy(source, into=source.page.objects, named=pn.Element, id='{originl.id}')  #!"),
-        "placeholder {originl.id} names nothing of the rule",
+        "placeholder {originl.id} is not an element of the rule",
         "did you mean 'original'?",
     ),
     "unknown name in the id of a group": (
         RULE.format("queue = OverflowQueue('{prt.id}', source=source, limit=port.limit)  #!").replace(
             "[*lhs]", "[*lhs, *queue]"
         ),
-        "placeholder {prt.id} names nothing of the rule",
+        "placeholder {prt.id} is not an element of the rule",
         "did you mean 'port'?",
     ),
 }

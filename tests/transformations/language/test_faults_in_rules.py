@@ -33,7 +33,7 @@ FAULTS: Faults = {
         RULE.format("")
         .replace("channel, port, source]", "port, source]")
         .replace("channel=channel)", "channel=channel)  #!"),
-        "Watchdog: port uses channel, which is not matched or made before it",
+        "Watchdog: port uses channel, which is not matched or created before it",
         "list it in lhs",
     ),
     "lookup by what is not matched": (
@@ -55,7 +55,7 @@ FAULTS: Faults = {
         RULE.format("watch = transition('watch')\n    joint = arc(source, watch)  #!").replace(
             "[*lhs]", "[*lhs, joint, watch]"
         ),
-        "Watchdog: joint uses watch, which is not matched or made before it",
+        "Watchdog: joint uses watch, which is not matched or created before it",
         "earlier in rhs",
     ),
     "truth value of a comparison": (
@@ -162,7 +162,7 @@ FAULTS: Faults = {
     "condition without brackets": (
         RULE.format("where = port.limit > 3").replace("(Rule):", "(Rule):  #!"),
         "Watchdog.where is not a list",
-        "put it into [ ]",
+        "put it into a list [ ]",
     ),
     "condition that is decided already": (
         RULE.format("where = [port.place is None]").replace("(Rule):", "(Rule):  #!"),

@@ -131,8 +131,8 @@ class A4Unheeded(StandardRule, phase=Phase.outcomes):
         "unheeded",
         goal,
         canceling,
-        words="the goal of {client} in slot {instance} of action {action} is {outcome}: "
-        "nothing there took note of the request to cancel it",
+        words="the goal of {client} in slot {instance} of action {action} is {outcome}: the request to "
+        "cancel it was not received",
         part="unheeded",
     )
     goes = arc(noted, end.move)

@@ -317,7 +317,7 @@ class A3Hear(StandardRule, phase=Phase.outcomes):
     hear = transition(
         "{action.id}[{slot}].cancel",
         means=Meaning(
-            "slot {instance} of action {action} hears that its goal is to be canceled", step=Canceling
+            "slot {instance} of action {action} receives the request to cancel its goal", step=Canceling
         ),
     )
     arcs = [arc(asked, hear), arc(hear, canceling), arc(hear, noted)]

@@ -141,9 +141,7 @@ class A7Cancel(StandardRule, phase=Phase.goals):
     bound = Bound(
         noted,
         1,
-        means=Meaning(
-            "slot {instance} of action {action} has not to take note of a request to cancel", rests=True
-        ),
+        means=Meaning("no request to cancel is pending in slot {instance} of action {action}", rests=True),
     )
 
     where = [asking(served.action)]

@@ -36,7 +36,7 @@ class A8(StandardRule, phase=Phase.goals):
     ask = transition(
         "{action.id}.client.{client.client}.tooLate.rejected",
         means=Meaning(
-            "{client} asks to cancel its goal of action {action}, which is refused: the request is gone",
+            "{client} asks to cancel its goal of action {action}, which is refused: the request is discarded",
             step=Cancel,
             part="nothing",
         ),
@@ -56,7 +56,7 @@ class A8Twice(StandardRule, phase=Phase.goals):
     ask = transition(
         "{action.id}.client.{client.client}.twice",
         means=Meaning(
-            "{client} asks twice to cancel its goal of action {action}: one request is gone",
+            "{client} asks twice to cancel its goal of action {action}: one request is discarded",
             step=Cancel,
             part="twice",
         ),

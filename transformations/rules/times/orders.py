@@ -49,7 +49,7 @@ class E8Result(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     now = place(
         "{node.id}.result[{number}]",
         tokens=less(2, number),
-        means=Meaning("the executor of {node} works off what was ready"),
+        means=Meaning("the executor of {node} runs the callbacks that were ready"),
     )
     timers = place("{node.id}.timers[{number}]", means=Meaning("a timer of {node} is in a wait result"))
     messages = place("{node.id}.messages[{number}]", means=Meaning("a message of {node} is in a wait result"))
@@ -78,7 +78,9 @@ class Wait(Fragment):
         without: list[Expression],
     ) -> None:  # fmt: skip
         super().__init__()
-        self.wait = transition(id, Meaning("the executor of {node} looks what is ready"), at_once=True)
+        self.wait = transition(
+            id, Meaning("the executor of {node} collects the callbacks that are ready"), at_once=True
+        )
         self.arcs = [
             arc(now, self.wait),
             arc(self.wait, after),

@@ -30,7 +30,7 @@ class D8(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     )
     forget = transition(
         REQUEST + ".forget",
-        means=Meaning("the time-out of {client} of service {service} counts no more"),
+        means=Meaning("the time-out of {client} of service {service} is stopped"),
         at_once=True,
     )
     arcs = [

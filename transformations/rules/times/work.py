@@ -125,8 +125,8 @@ class D2Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
         source=begun,
         target=worked,
         within=GivenDuration(page),
-        begins="a thread works on {callback}",
-        runs="{callback} is worked on",
+        begins="a thread executes {callback}",
+        runs="{callback} is being executed",
         ends="the work of {callback} is done",
     )
 
@@ -154,7 +154,7 @@ class D3(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     leaving = Node(pn.Arc, source=step)
 
     late = transition(
-        "{step.id}.late", means=Meaning("{callback} does what is left to do"), at_once=True, repeats=True
+        "{step.id}.late", means=Meaning("{callback} does its remaining work"), at_once=True, repeats=True
     )
     done = read(worked, late)
     takes = ForAll(
