@@ -307,7 +307,7 @@ class Tasks:
     ) -> str:
         """Fill in what puts tokens on the place of a port."""
         if latency is None or latency.latest is None:
-            return f"the latency of {topic} is not given"
+            return f"the model gives no latency for {topic}"
         place = _place(port)
         if place.tokens:
             return f"{topic} has messages at the start"

@@ -175,5 +175,5 @@ def _missing(parts: Parts, steps: frozenset[int]) -> list[str]:
     for (writer, reader), _ in parts.pipes.items():
         latency = latency_between(writer, reader)
         if (latency is None or latency.latest is None) and writer.channel is not None:
-            found.append(f"the latency of topic {writer.channel.topic} is not given")
+            found.append(f"the model gives no latency for topic {writer.channel.topic}")
     return list(dict.fromkeys(found))

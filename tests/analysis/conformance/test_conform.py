@@ -482,7 +482,7 @@ class TestWrongUse:
     def test_a_trace_that_begins_in_the_middle(self) -> None:
         traces = said()
         traces["talker"] = traces["talker"][2:]
-        with pytest.raises(DinerosError, match=r"begins with record 2 \(give the parts before it"):
+        with pytest.raises(DinerosError, match=r"begins with record 2 \(also give the earlier parts"):
             verdict_on(talker(), traces)
 
     def test_records_of_two_nodes_in_one_trace(self) -> None:
