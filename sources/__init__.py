@@ -1,1 +1,2 @@
-"""Reads packages of ROS 2 without running them: which nodes there are, their ports, and what callbacks do."""
+"""Reads the source code of ROS 2 packages without running it: nodes, their ports, and the actions of
+callbacks."""

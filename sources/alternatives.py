@@ -1,4 +1,4 @@
-"""Ports of one name and different types that branches of a node make: a run makes one of them."""
+"""Ports with one name and different types that branches of a node create: a run creates one of them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ _CHANNELS = {
     **dict.fromkeys(("services", "clients"), "service"),
     **dict.fromkeys(("action_servers", "action_clients"), "action"),
 }
-"""By kind of port: what its name is one of."""
+"""By kind of port: the kind of channel to which it belongs."""
 
 Types = dict[tuple[str, str], list[tuple[str, int]]]
-"""Types that ports say, each with the number of its node, by channel and full name; certain ones first."""
+"""Types of ports, each with the number of its node, by channel and full name; certain ones first."""
 
 
 def types_of(nodes: Iterable[Mapping[Entity, str]]) -> Types:
@@ -36,7 +36,8 @@ def types_of(nodes: Iterable[Mapping[Entity, str]]) -> Types:
 
 
 def taken_of(names: Mapping[Entity, str], node: int, types: Types) -> dict[tuple[str, str], Entity]:
-    """Return which alternative of a node is taken: the one with the type of other nodes, else the first.
+    """Return the chosen alternative of a node: the one with the type that other nodes use, otherwise the
+    first.
 
     Parameters
     ----------

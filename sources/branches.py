@@ -1,4 +1,4 @@
-"""What a callback does in which branch: its effects, the variables that it sets and those that it tests.
+"""The control flow of a callback: effects, variables that it sets and variables that it tests, by branch.
 
 A value of a variable is ``("const", type, value)``, ``("member", class, member)`` of an enumeration,
 ``("outside", path)`` of a constant that is not in the folder, `SOME` or `OTHER`.
@@ -14,7 +14,7 @@ from dineros.sources.facts import Effect, Entity, Item, Known, Place, Variable
 SOME: Known = ("some",)
 """An object that is true and not None."""
 OTHER: Known = ("other",)
-"""Any value that is none of those that the code names."""
+"""Any value that the code does not name."""
 NOTHING: Known = ("const", "NoneType", None)
 """None."""
 
@@ -33,14 +33,15 @@ class Condition:
 
 @dataclass(eq=False)
 class Anything(Condition):
-    """A condition that may hold or not, after something is done to find it out."""
+    """A condition with an unknown result; evaluating it may have effects."""
 
     before: list[Item] = field(default_factory=list)
 
 
 @dataclass(eq=False)
 class Compared(Condition):
-    """A variable is compared with a constant by ``==`` or ``is``; without one, whether it is true."""
+    """A comparison of a variable with a constant by ``==`` or ``is``; without a constant, a test for
+    truth."""
 
     variable: Variable
     operator: str
@@ -48,7 +49,7 @@ class Compared(Condition):
     value: Known | None = None
 
     def holds(self, value: Known) -> bool | None:
-        """Tell whether it holds for a value of the variable; None: it may or not."""
+        """Return whether it holds for a value of the variable; None: unknown."""
         if self.value is None:
             return _truth(value)
         if value in (SOME, OTHER):
@@ -80,7 +81,7 @@ class Negated(Condition):
 
 @dataclass(eq=False)
 class Joined(Condition):
-    """Conditions that are asked one after another until one decides: ``and``, ``or``."""
+    """Conditions that are evaluated in order until one decides: ``and``, ``or``."""
 
     conditions: list[Condition]
     is_or: bool
@@ -119,7 +120,7 @@ class Do(Item):
 
 @dataclass(eq=False)
 class Put(Item):
-    """A variable gets one of several values; None: any."""
+    """An assignment of one of several values to a variable; None: any value."""
 
     variable: Variable
     values: tuple[Known, ...] | None
@@ -170,7 +171,7 @@ class Attempt(Item):
 
 @dataclass(eq=False)
 class Leave(Item):
-    """A way out of a block: ``returns``, ``raises``, ``breaks``, ``continues``."""
+    """An exit of a block: ``returns``, ``raises``, ``breaks``, ``continues``."""
 
     way: str
 

@@ -1,4 +1,4 @@
-"""What a ``CMakeLists.txt`` installs: programs with their sources, components, and scripts."""
+"""Reads from a ``CMakeLists.txt`` what is installed: programs with their sources, components, and scripts."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _VARIABLE = re.compile(r"\$\{(\w+)\}")
 _PROGRAMS = {"add_executable", "ament_auto_add_executable", "catkin_add_executable"}
 _COMPONENTS = {"rclcpp_components_register_node", "rclcpp_components_register_nodes"}
 MOST_VALUES = 2000
-"""Words that a variable may have."""
+"""Limit of the words of a variable."""
 LONGEST_WORD = 4096
-"""Characters of a word; a variable that holds itself twice doubles with each line."""
+"""Limit of the characters of a word; a variable that contains itself twice doubles with each line."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Component:
     plugin : str
         Its class.
     executable : str
-        The program that runs it alone; empty: there is none.
+        The program that runs only this component; empty: none.
     executor : str
         The class of executor of that program.
     """
@@ -39,7 +39,7 @@ class Component:
 
 @dataclass(eq=False)
 class Built:
-    """What a ``CMakeLists.txt`` builds and installs; paths are relative to its folder.
+    """Targets that a ``CMakeLists.txt`` builds and installs; paths are relative to its folder.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Built:
 
 
 def read_cmake(text: str) -> Built:
-    """Return what a ``CMakeLists.txt`` builds and installs; conditions count as met.
+    """Return the targets that a ``CMakeLists.txt`` builds and installs; all conditions count as true.
 
     >>> built = read_cmake('project(robot) add_executable(${PROJECT_NAME}_node src/main.cpp)')
     >>> built.sources
@@ -103,7 +103,7 @@ def _words(text: str, values: dict[str, list[str]]) -> list[str]:
 
 
 def _register(words: list[str], built: Built) -> None:
-    """Add what ``rclcpp_components_register_node`` registers."""
+    """Add the component of a call of ``rclcpp_components_register_node``."""
     given = {"PLUGIN": "", "EXECUTABLE": "", "EXECUTOR": ""}
     if not given.keys() & set(words):
         built.components += [Component(word) for word in words]

@@ -1,7 +1,7 @@
-"""What the code of a package says, as facts with file and line; the JSON of ``--facts``.
+"""The facts of the code of a package, with file and line; the JSON of ``--facts``.
 
-What the reader cannot follow is *open*: the text begins with ``open``, or has ``{...}`` where a part is
-unknown. The guide describes the schema.
+Values that the reader cannot determine are *open*: the text begins with ``open``, or has ``{...}`` for
+unknown parts. The guide describes the schema.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import Any
 from dineros.sources.interfaces import Interfaces
 
 OPEN = "open"
-"""Begins what is not known."""
+"""Prefix of unknown values."""
 _OPEN_WITH = (f"{OPEN}:", f"{OPEN} ")
-"""Begins of what is not known; ``open_gripper`` is a name."""
+"""Prefixes of unknown values; ``open_gripper`` is a name."""
 
 
 def is_open(value: object) -> bool:
-    """Tell whether a value of a fact is not known, wholly or in part.
+    """Return whether a value of a fact is unknown, completely or in part.
 
     Examples
     --------
@@ -30,7 +30,7 @@ def is_open(value: object) -> bool:
 
 
 HELD = "held already"
-"""How a lock is taken that the same callback holds, and that can be held only once."""
+"""The way of taking a lock that the same callback already holds and that is not recursive."""
 
 
 @dataclass(frozen=True)
@@ -72,12 +72,11 @@ class Entity:
     kind : str
         Key of the list in the facts: ``publishers``, ``subscriptions``, ...
     port : str
-        What holds it in the code: ``self.scan``; ``(no variable)``.
+        The variable that holds it: ``self.scan``; ``(no variable)``.
     at : Place
         Where it is made.
     name, type : str
-        As written; open where not known.
-    details : dict
+        As written; open if unknown. details : dict
         The rest, by the keys of the schema.
     callbacks : dict of str to CallbackFact
         By their role: ``callback``, ``execute``, ``goal``, ``cancel``, ``accepted``.
@@ -97,7 +96,7 @@ class Entity:
 
     @property
     def is_anonymous_group(self) -> bool:
-        """Whether it is a callback group that nothing holds: the entity that has it says so."""
+        """Whether it is a callback group without a variable: the entity that uses it refers to it."""
         return self.kind == "groups" and self.port == "anonymous"
 
     def to_json(self) -> dict[str, Any]:
@@ -116,7 +115,7 @@ class Entity:
 
 
 class Item:
-    """A part of what a callback does, in its order: `dineros.sources.branches` has them."""
+    """An item of the control flow of a callback, see `dineros.sources.branches`."""
 
 
 Known = tuple[object, ...]
@@ -147,7 +146,7 @@ class Variable:
 
 @dataclass(eq=False)
 class Effect:
-    """Something that a callback does.
+    """An effect of a callback.
 
     Attributes
     ----------
@@ -162,7 +161,7 @@ class Effect:
     how : str
         How it waits: ``async``, ``await``, ``blocks``, a time-out.
     entity : Entity or None
-        What it is done to, where known.
+        The affected entity, if known.
     then : CallbackFact or None
         What the answer begins.
     timeout : float or None
@@ -249,7 +248,7 @@ class CallbackFact:
 
 
 def _once(shown: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return what is shown, each once: a helper that is called twice has its lines once."""
+    """Return the effects to show, without duplicates: a helper that is called twice is shown once."""
     found: list[dict[str, Any]] = []
     for each in shown:
         if each not in found:
@@ -266,12 +265,12 @@ KINDS = (
 
 @dataclass(eq=False)
 class NodeFact:
-    """A node that a program makes.
+    """A node that a program creates.
 
     Attributes
     ----------
     cls : str
-        Class or function that makes it.
+        Class or function that creates it.
     at : Place
         Where that begins.
     name : str
@@ -281,7 +280,7 @@ class NodeFact:
     base : str
         Base class, as the code names it.
     executor : str
-        What runs its callbacks, in words.
+        The executor of its callbacks, in words.
     threads : int or str
         Of its executor; ``processors``, ``not spun``, ``open``.
     managed : bool
@@ -349,7 +348,7 @@ class NodeFact:
 
 @dataclass(eq=False)
 class Facts:
-    """All that was read.
+    """All facts that were read.
 
     Attributes
     ----------
@@ -360,7 +359,7 @@ class Facts:
     launch : list of dict
         Launch files, in the schema of the facts.
     unread : list of str
-        Files that could not be read, a line each, and what could not be followed.
+        Files that could not be read and code that could not be followed, a line each.
     files : int
         How many files were read.
     interfaces : Interfaces

@@ -1,4 +1,5 @@
-"""The files of a folder of source code: of bounded size and number, and without those that links lead to."""
+"""The files of a folder of source code, with limits on size and number, and without links out of the
+folder."""
 
 from __future__ import annotations
 
@@ -12,16 +13,16 @@ from dineros.metamodel.errors import DinerosError, Location, ModelFileError, cou
 from dineros.metamodel.files.reading import read_bytes, read_pieces
 
 MOST_FILES = 20_000
-"""Files of a folder, of the kinds that are read."""
+"""Limit of the files of a folder, of the kinds that are read."""
 MOST_BYTES = 2 << 20
-"""Bytes of a file of source code; what people write is far smaller."""
+"""Limit of the bytes of a file; source code written by hand is far smaller."""
 
 _LEFT_OUT = {"build", "install", "log", "node_modules", "__pycache__", "venv", "site-packages"}
 CPP = (".cpp", ".cc", ".cxx", ".hpp", ".hh", ".hxx", ".h", ".ipp", ".tpp")
-"""How files in C++ end."""
+"""Suffixes of C++ files."""
 
 INTERFACES = (".msg", ".srv", ".action", ".idl")
-"""How files that define interfaces end."""
+"""Suffixes of files that define interfaces."""
 
 _KINDS = (".py", ".xml", ".yaml", ".yml", ".cfg", *CPP, *INTERFACES)
 _NAMES = {"CMakeLists.txt"}
@@ -32,18 +33,18 @@ _OF_ROS1 = re.compile(r"^\s*(?:import rospy|from rospy|#\s*include\s*[<\"]ros/ro
 
 @dataclass(eq=False)
 class SourceFolder:
-    """A folder of source code, and the files in it that say something.
+    """A folder of source code, and the relevant files in it.
 
     Attributes
     ----------
     root : Path
         The folder; paths are relative to it.
     files : list of str
-        Paths of files, in order; scripts in Python that end otherwise are among `scripts`.
+        Paths of files, in order; scripts in Python with another suffix are in `scripts`.
     scripts : list of str
         Paths of files in Python, with and without ``.py``.
     unread : list of str
-        What was left out, a line each.
+        Files that were ignored, a line each.
     """
 
     root: Path
@@ -75,7 +76,7 @@ def open_folder(root: Path) -> SourceFolder:
     Raises
     ------
     DinerosError
-        There is no such folder, or it has too many files.
+        The folder does not exist, or it has too many files.
     """
     if not root.is_dir():
         raise DinerosError("this folder of source code does not exist", location=Location(root))
@@ -93,7 +94,7 @@ def open_folder(root: Path) -> SourceFolder:
 
 
 def is_test(path: str) -> bool:
-    """Tell whether a file is one of tests, by its name or a folder around it."""
+    """Return whether a file belongs to tests, by its name or an enclosing folder."""
     return bool(_TESTS & set(PurePosixPath(path).parts[:-1])) or bool(_TEST_FILE.search(path))
 
 
@@ -109,7 +110,7 @@ def file_of_ros1(root: Path) -> str | None:
 
 
 def _paths(root: Path, unread: list[str]) -> Iterator[str]:
-    """Yield the paths of files that may say something, in order; links out of the folder are left out."""
+    """Yield the paths of files that may be relevant, in order; links out of the folder are ignored."""
     real = root.resolve()
     for folder, inner, names in os.walk(root):
         here = Path(folder)
@@ -136,7 +137,7 @@ def _paths(root: Path, unread: list[str]) -> Iterator[str]:
 
 
 def _is_python(path: Path) -> bool:
-    """Tell whether a file without an ending is a script in Python, by its first line."""
+    """Return whether a file without a suffix is a script in Python, by its first line."""
     try:
         first = next(read_pieces(path, size=200), b"").partition(b"\n")[0]
     except DinerosError:

@@ -1,1 +1,2 @@
-"""Reads C++ into facts, without a compiler: an index of all files, and an interpreter of what nodes do."""
+"""Reads C++ into facts, without a compiler: an index of all files, and an interpreter for the code of
+nodes."""

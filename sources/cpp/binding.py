@@ -1,4 +1,4 @@
-"""What calls keep: callables with arguments, and copies of objects in lists."""
+"""Values that calls store: callables with bound arguments, and copies of objects in lists."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dineros.sources.cpp.values import Lambda, Made, Method, Obj, Open, Value
 
 
 def copied(value: Value, call: Call) -> Value:
-    """Return what a list gets of a variable that holds an object: a copy, with the members of now."""
+    """Return the value that a list stores of an object: a copy with the current members."""
     if isinstance(value, Obj) and value.is_held:
         return replace(value, fields=dict(value.fields), made_at=hash((value.made_at, call.node.id)))
     if isinstance(value, Made) and value.effect is None and value.fields:
@@ -18,7 +18,7 @@ def copied(value: Value, call: Call) -> Value:
 
 
 def bound(args: list[Value]) -> Value:
-    """Return what ``std::bind`` or ``std::thread`` makes of a callable and its arguments."""
+    """Return the result of ``std::bind`` or ``std::thread`` for a callable and its arguments."""
     target, rest = args[0], args[1:]
     if isinstance(target, Lambda):
         return target

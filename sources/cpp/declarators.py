@@ -1,4 +1,4 @@
-"""What declarators declare: names, functions, parameters."""
+"""Reads declarators of C++: names, functions, parameters."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ class Parameter:
 
 
 def used(node: Node) -> Node | None:
-    """Return what ``using std_msgs::msg::String`` names; None: a namespace, or of the standard library."""
+    """Return the name that ``using std_msgs::msg::String`` imports; None: a namespace, or the standard
+    library."""
     name = node.named_children[0] if node.named_children else None
     is_space = any(each.type == "namespace" for each in node.children)
     if name is None or is_space or "::" not in path_of(name) or path_of(name).startswith("std::"):

@@ -1,4 +1,4 @@
-"""What rclcpp and the standard library do: publish, call, wait, sleep, spin, lock."""
+"""Interprets calls of rclcpp and the standard library: publish, call, wait, sleep, spin, lock."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _ADDS = {
 
 
 class Ros(Ports):
-    """What calls of rclcpp and the standard library mean.
+    """Interprets calls of rclcpp and the standard library.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Ros(Ports):
         self.maker.make_node(this, kind, args, node, frame)
 
     def call(self, call: Call) -> Value | None:
-        """Return what a call of a library returns; None: it is none that is known."""
+        """Return the result of a call of a library; None: an unknown call."""
         found = self.maker.entity(call)
         if found is None:
             found = parameter(self.machine, call)
@@ -253,13 +253,14 @@ class Ros(Ports):
         return None
 
     def _is_there(self, future: Made) -> bool:
-        """Return whether a response is there: a callback got its future, or is the callback of the future."""
+        """Return whether a response is available: a callback received its future, or is the callback of the
+        future."""
         machine = self.machine
         is_own = future.effect is None or future.effect.then is machine.fact
         return machine.role == "done callback" and is_own
 
     def _subscribes(self, call: Call, on: Made) -> Value | None:
-        """Follow a filter of ``message_filters`` that is made first, and subscribes later."""
+        """Follow a filter of ``message_filters`` that is constructed first and subscribes later."""
         if call.last == "registerCallback":
             on.fields["heard"] = bound(call.args)
             return Open(call.last)
@@ -335,7 +336,7 @@ class Ros(Ports):
         return Open(text_of(call.node)[:60])
 
     def _item(self, call: Call, on: Items) -> Value:
-        """Return what a list gets: an object that is given, or one that is made of the arguments."""
+        """Return the value that a list stores: a given object, or one constructed from the arguments."""
         args, cls = call.args, on.kind
         if cls is not None and call.last.startswith("emplace"):
             given = args[1:] if call.last in ("emplace", "try_emplace") and len(args) > 1 else args
@@ -349,7 +350,7 @@ class Ros(Ports):
         return copied(args[-1], call) if args else Open("an item")
 
     def _unknown(self, call: Call, on: Value) -> Value | None:
-        """Note what a method of something unknown may do."""
+        """Record the possible effects of a method of an unknown object."""
         machine, last, what = self.machine, call.last, text_of(call.node.child_by_field_name("function"))[:60]
         if last in ("sleep_for", "sleep_until") and call.args:  # of a clock
             return self._sleep(call, call.args[0] if last == "sleep_for" else Open("until a time"))

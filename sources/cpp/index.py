@@ -1,4 +1,4 @@
-"""An index of what files in C++ define: classes, members, functions, aliases and constants."""
+"""An index of the definitions in C++ files: classes, members, functions, aliases and constants."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Routine:
 
     @property
     def body(self) -> Node | None:
-        """What it does; None: it is defaulted or deleted."""
+        """Its body; None: it is defaulted or deleted."""
         return self.node.child_by_field_name("body")
 
     @property
@@ -74,7 +74,7 @@ class ClassInfo:
 
 @dataclass(frozen=True)
 class Named:
-    """An alias or a constant, with where it stands."""
+    """An alias or a constant, with its location."""
 
     full: str
     path: str
@@ -84,7 +84,7 @@ class Named:
 _Found = TypeVar("_Found", ClassInfo, Routine, Named)
 _COMPONENT = re.compile(rb"\b(?:RCLCPP_COMPONENTS_REGISTER_NODE|CLASS_LOADER_REGISTER_CLASS)\s*\(\s*([\w:]+)")
 _MOST_HEADERS = 60
-"""Headers that are looked at for one name."""
+"""Limit of the headers that are searched for one name."""
 _AROUND = {
     *("translation_unit", "declaration_list", "preproc_if", "preproc_ifdef", "preproc_else"),
     *("preproc_elif", "linkage_specification", "ERROR"),
@@ -93,7 +93,7 @@ _AROUND = {
 
 @dataclass(eq=False)
 class Asked:
-    """What was looked up in an index.
+    """The look-ups in an index.
 
     Attributes
     ----------
@@ -108,14 +108,14 @@ class Asked:
 
 
 class Index:
-    """What all files define, to be found by name from a place.
+    """The definitions of all files, which are looked up by name from a location.
 
     Attributes
     ----------
     digests : dict of str to str
         Hashes of the files, by path.
     asked : Asked or None
-        Gets all that is looked up; None: nobody wants to know.
+        Records all look-ups; None: they are not recorded.
     """
 
     def __init__(self) -> None:
@@ -131,7 +131,7 @@ class Index:
         self._loose: list[tuple[list[str], Routine]] = []
 
     def add(self, source: Source) -> None:
-        """Add what a file defines."""
+        """Add the definitions of a file."""
         self.digests[source.path] = source.digest
         self._visit(source.root, source.path, "", None, [])
         for found in _COMPONENT.finditer(source.text):
@@ -140,7 +140,7 @@ class Index:
                 self.components.append((found[1].decode(), source.path))
 
     def finish(self) -> None:
-        """Give methods that are defined outside of their classes to these."""
+        """Assign methods that are defined outside of their classes to them."""
         for scope, routine in self._loose:
             cls = self.find_class("::".join(scope), routine.path, routine.space)
             if cls is not None:
@@ -153,7 +153,7 @@ class Index:
     # ---------------------------------------------------------------------------------------------- finding
 
     def find_interface(self, name: str, path: str) -> str | None:
-        """Return the interface of ROS that a name without namespaces means, by included headers.
+        """Return the ROS interface of a name without namespaces, by included headers.
 
         ``OffboardControlMode`` is of ``<px4_msgs/msg/offboard_control_mode.hpp>``. Headers of the folder are
         followed.
@@ -187,7 +187,7 @@ class Index:
         return None
 
     def find_class(self, name: str, path: str, space: str) -> ClassInfo | None:
-        """Return the class that a name means at a place; None: it is not there, or it may be several."""
+        """Return the class of a name at a location; None: unknown or ambiguous."""
         return _nearest(self._named("classes", self.classes, name), name, path, space)
 
     def find_alias(self, name: str, path: str, space: str) -> Node | None:
@@ -200,7 +200,8 @@ class Index:
         return _nearest(self._named("constants", self.constants, name), name, path, space)
 
     def find_functions(self, name: str, path: str) -> list[Routine]:
-        """Return the functions that a name may mean: those of the same file, else of the nearest."""
+        """Return the functions that a name may refer to: those of the same file, otherwise of the nearest
+        file."""
         found = self._named("functions", self.functions, name)
         here = [each for each in found if each.path == path]
         return here or found
@@ -213,7 +214,7 @@ class Index:
         return table.get(last, [])
 
     def meaning(self, kind: str, last: str) -> list[list[object]]:
-        """Return what a table has under a name, as places and hashes of files: it says when that changes."""
+        """Return the entries of a table for a name, as locations and hashes of files, to detect changes."""
         tables: dict[str, Mapping[str, Sequence[ClassInfo | Routine | Named]]] = {
             "classes": self.classes,
             "functions": self.functions,
@@ -357,7 +358,7 @@ def _template(node: Node) -> str:
 
 
 def _nearest(found: list[_Found], name: str, path: str, space: str) -> _Found | None:
-    """Return what a name means at a place: by namespaces, then by files; None: it may be several."""
+    """Resolve a name at a location: by namespaces, then by files; None: ambiguous."""
     ends = f"::{name.lstrip(':')}"
     fitting = [each for each in found if f"::{_full(each)}".endswith(ends)]
     if len(fitting) < 2:

@@ -1,4 +1,4 @@
-"""What programs in C++ were found to do, kept from run to run: unchanged ones are not followed again.
+"""A cache of the facts of C++ programs between runs: unchanged programs are not followed again.
 
 Following a program is most of the work. What it says depends on what it looked up in the index of the folder,
 and on nothing else: an entry of the cache has all these names, each with the files and lines that define it
@@ -43,14 +43,14 @@ _WRITABLE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 @dataclass(eq=False)
 class Followed:
-    """What following a program gave.
+    """The result of following a program.
 
     Attributes
     ----------
     nodes : list of NodeFact
-        Those that it makes.
+        The nodes that it creates.
     unread : list of str
-        What could not be read of it, a line each.
+        Parts that could not be read, a line each.
     reached : Reached
         What it reached.
     """
@@ -66,11 +66,11 @@ class Keeper:
     Parameters
     ----------
     folder : Path
-        Where entries lie; it is made if it is not there. A folder that others may change is not used.
+        The folder of the entries; created if missing. A folder that other users may change is not used.
     index : Index
         Of the source code.
     context : sequence of str
-        What all programs depend on: the folder of source code, and the idioms.
+        Inputs of all programs: the folder of source code, and the idioms.
     """
 
     def __init__(self, folder: Path, index: Index, context: Sequence[str]) -> None:
@@ -80,7 +80,7 @@ class Keeper:
         self._folder = folder if _is_own(folder) else None
 
     def load(self, program: Mapping[str, Any]) -> Followed | None:
-        """Return what a program was found to do; None: it is not kept, or something has changed."""
+        """Return the cached facts of a program; None: not cached, or an input has changed."""
         if self._folder is None:
             return None
         try:
@@ -99,16 +99,16 @@ class Keeper:
             return None
 
     def save(self, program: Mapping[str, Any], followed: Followed, asked: Asked, is_of_all: bool) -> None:
-        """Keep what a program was found to do.
+        """Store the facts of a program.
 
         Parameters
         ----------
         program : mapping
-            What names it, as for `load`.
+            Its key, as for `load`.
         followed : Followed
-            What it does.
+            Its facts.
         asked : Asked
-            What it looked up.
+            Its look-ups in the index.
         is_of_all : bool
             Whether it depends on all files.
         """
@@ -159,7 +159,7 @@ class Keeper:
         return _digest([self._context, program])
 
     def _name(self, program: Mapping[str, Any]) -> str:
-        """Return the file of an entry: a program that has changed takes the place of what it was."""
+        """Return the file of an entry: a changed program replaces its old entry."""
         return f"cpp-{_digest([self._context[1], program['name'], program['path'], program['cls']])}.json"
 
 
@@ -173,7 +173,7 @@ def tidy(folder: Path) -> None:
 
 @cache
 def reader_digest() -> str:
-    """Return a hash of all code and tables of this reader, and of what it is built on."""
+    """Return a hash of all code and tables of this reader and of its dependencies."""
     found = hashlib.sha256()
     for path in sorted([*_READER.rglob("*.py"), *_READER.rglob("*.toml")]):
         found.update(path.relative_to(_READER).as_posix().encode() + b"\0")
@@ -190,7 +190,7 @@ def _digest(value: object) -> str:
 
 
 def _is_own(folder: Path) -> bool:
-    """Tell whether a folder is there, is the user's, and nobody else may write to it."""
+    """Return whether a folder exists, belongs to the user, and is not writable for others."""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         found = folder.lstat()

@@ -1,4 +1,4 @@
-"""Calls in C++ that make entities, found by their names and not by what runs."""
+"""Finds calls in C++ that create entities, by their names, whether or not a program executes them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from tree_sitter import Node
 
 _METHODS = ("advertiseCamera", "subscribeCamera")
-"""Methods of ``image_transport::ImageTransport`` whose names tell it."""
+"""Methods of ``image_transport::ImageTransport`` with unambiguous names."""
 
 
 def calls_of(sources: Iterable[Source], idioms: Iterable[str]) -> Iterator[MakingCall]:
-    """Yield the calls of files that make entities, dead code among them.
+    """Yield the calls in files that create entities, including dead code.
 
     Parameters
     ----------

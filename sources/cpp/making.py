@@ -1,4 +1,5 @@
-"""What rclcpp makes: nodes, ports, timers, groups, parameters, and what tables of libraries say."""
+"""Interprets calls of rclcpp that create nodes, ports, timers, groups and parameters, and idioms of
+libraries."""
 
 from __future__ import annotations
 
@@ -43,7 +44,7 @@ MAKES = {
     "create_callback_group": "groups",
     "create_server": "action_servers",
 }
-"""Functions that make entities, by name, with what they make."""
+"""Functions that create entities: the kind of entity by name."""
 _ADAPTED = {
     "init_cli": "clients",
     "init_srv": "services",
@@ -56,7 +57,7 @@ TRANSITIONS = ("on_configure", "on_activate", "on_deactivate", "on_cleanup", "on
 
 
 class Maker:
-    """Makes nodes and entities.
+    """Creates nodes and entities.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ class Maker:
                 self.machine.callback(step, "transition", at, found, this)
 
     def entity(self, call: Call) -> Value | None:
-        """Return the entity that a call makes; None: it makes none."""
+        """Return the entity that a call creates; None: it creates none."""
         if call.last in _ADAPTED:
             return self._adapted(call)
         kind = MAKES.get(call.last)
@@ -126,7 +127,7 @@ class Maker:
         return port
 
     def _adapted(self, call: Call) -> Value | None:
-        """Return what an adaptor makes: a class of its interface, in another package, says name and type."""
+        """Return the entity of an adaptor: an interface class in another package gives its name and type."""
         owner = node_in(call.on) if isinstance(call.on, Made) else None
         if owner is None or not call.nodes:
             return None
@@ -149,7 +150,7 @@ class Maker:
         return Const(None)
 
     def _owner(self, call: Call) -> tuple[Obj | None, list[Value]]:
-        """Return on which node a call makes something, and the other arguments."""
+        """Return the node on which a call creates an entity, and the other arguments."""
         found = [each for each in call.args if isinstance(each, Obj) and each.node is not None]
         rest = [each for each in call.args if each not in found]
         if isinstance(call.on, Obj) and call.on.node is not None:
@@ -168,7 +169,8 @@ class Maker:
         return (this if this is not None and this.node is not None else None), rest
 
     def _site(self, call: Call) -> tuple[Node, Frame]:
-        """Return where an entity is made: a method that has the name of what it wraps says who calls it."""
+        """Return the location that creates an entity: for a method that wraps a method of the same name, its
+        caller."""
         if self.machine.sites:
             name, node, caller, frame = self.machine.sites[-1]
             if name == call.last and frame is call.frame and caller is not None:
@@ -241,7 +243,7 @@ class Maker:
             self.group(entity, args)
 
     def group(self, entity: Entity, args: list[Value]) -> None:
-        """Give an entity the callback group that is among arguments, or in options."""
+        """Set the callback group of an entity from the arguments or options."""
         entity.details.setdefault("group", "default")
         for each in args:
             value = each.fields.get("callback_group", each) if isinstance(each, Made) else each
@@ -272,7 +274,7 @@ class Maker:
     # ----------------------------------------------------------------------------------------------- tables
 
     def idiom(self, call: Call) -> Value | None:
-        """Return what a class or function of a table makes; None: it is in none."""
+        """Return the entity that a class or function of an idiom table creates; None: it is in no table."""
         known = self.machine.idioms.get(call.path)
         if known is None or not known.makes:
             return None
@@ -333,7 +335,7 @@ def _is_callable(value: Value) -> bool:
 
 
 def ros_type(text: str) -> str:
-    """Return the name of an interface as ROS writes it; open if it is none."""
+    """Return the name of an interface in the notation of ROS; open if it is not one."""
     parts = text.lstrip(":").split("::")
     if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):
         return "/".join(parts)
@@ -354,7 +356,7 @@ def period_of(value: Value) -> float | str:
 
 
 def _named(target: Value, at: Place) -> tuple[str, Place | None]:
-    """Return the name of a callable, and where it begins; None: it is not known."""
+    """Return the name of a callable and its first line; None: unknown."""
     for each in options(target):
         if isinstance(each, Lambda):
             return _name_of(each), Place(each.frame.path, line_of(each.node))
@@ -366,7 +368,7 @@ def _named(target: Value, at: Place) -> tuple[str, Place | None]:
 
 
 def _name_of(found: Lambda) -> str:
-    """Return the variable that holds a lambda; the method that is all that it calls; else ``lambda``."""
+    """Return a name for a lambda: its variable, the only method that it calls, or ``lambda``."""
     parent = found.node.parent
     if parent is not None and parent.type == "init_declarator":
         return text_of(parent.child_by_field_name("declarator")).strip("&* ")

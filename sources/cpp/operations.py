@@ -17,7 +17,7 @@ _ESCAPES = {"n": "\n", "t": "\t", '"': '"', "\\": "\\", "'": "'", "0": "\0"}
 
 
 def number(text: str) -> Value:
-    """Return what a literal says."""
+    """Return the value of a literal."""
     plain = text.replace("'", "")
     try:
         if re.fullmatch(r"0[xX][0-9a-fA-F]+[uUlL]*", plain):
@@ -47,7 +47,7 @@ _NUMBERS: dict[str, Callable[[Any, Any], Any]] = {
 
 
 def binary(sign: str, left: Value, right: Value) -> Value:
-    """Return what an operator makes of two values."""
+    """Return the result of an operator for two values."""
     if isinstance(left, Either) and not isinstance(right, Either):
         return Either(tuple(binary(sign, each, right) for each in left.options))
     if isinstance(right, Either) and not isinstance(left, Either):

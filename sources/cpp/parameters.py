@@ -1,4 +1,4 @@
-"""Parameters of nodes: what declares them, and what asks for their values."""
+"""Interprets calls that declare parameters of nodes or get their values."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _DECLARE_OR_GET = ("declare_or_get_parameter", "declare_parameter_if_not_declare
 
 
 def parameter(machine: Statements, call: Call) -> Value | None:
-    """Return what a call that declares or gets parameters returns; None: it does something else."""
+    """Return the result of a call that declares or gets parameters; None: another call."""
     on = call.on if call.on is not None else call.frame.this
     args = call.args
     if call.last in _DECLARE_OR_GET:  # of nav2: the node, or parts of it, may stand before the name

@@ -1,4 +1,5 @@
-"""Files in C++ as trees; a file that cannot be parsed safely is left out, with a line that says why."""
+"""Parses C++ files into trees; a file that cannot be parsed safely is ignored, with a line that gives the
+reason."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from tree_sitter import Node, Parser
 
 MOST_NESTED = 400
-"""Levels of brackets in a file; what people write has some twenty."""
+"""Limit of the nesting of brackets in a file; code written by hand has about twenty levels."""
 
 _MARKS = re.compile(rb"\b[A-Z][A-Z0-9_]*_(?:PUBLIC|EXPORT|LOCAL|API|VISIBILITY)\b(?!\s*\()")
 _DIRECTIVE = re.compile(rb"^[ \t]*#[ \t]*(if|ifdef|ifndef|elif|else|endif)\b[^\n]*", re.MULTILINE)
@@ -33,7 +34,7 @@ class Source:
     root : Node
         Of its tree.
     text : bytes
-        What was parsed: macros of visibility are blanks.
+        The parsed text: macros of visibility are replaced by blanks.
     digest : str
         Hash of the file.
     """
@@ -149,7 +150,7 @@ def end_of(node: Node) -> Node:
 
 
 def on_text(call: Node) -> str:
-    """Return what a method is called on, as it stands in the code: of ``a->b()`` the text ``a``."""
+    """Return the object expression of a method call: of ``a->b()`` the text ``a``."""
     function = call.child_by_field_name("function")
     return text_of(function.child_by_field_name("argument")) if function is not None else ""
 

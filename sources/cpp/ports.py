@@ -1,4 +1,5 @@
-"""What ports do: publish, call, send goals, wait, and what of libraries hears messages."""
+"""Interprets methods of ports: publish, call, send goals, wait, and classes of libraries that receive
+messages."""
 
 from __future__ import annotations
 
@@ -31,18 +32,18 @@ SELF = {
     *("get_node_waitables_interface", "get_node_parameters_interface", "get_node_graph_interface"),
     *("to_chrono", "at", "front", "period", "get_rmw_qos_profile"),
 }
-"""Methods that return what they are called on, for this reader."""
+"""Methods that, for this reader, return the object on which they are called."""
 _IMAGES = {
     "advertise": "image_transport::Publisher",
     "advertiseCamera": "image_transport::CameraPublisher",
     "subscribe": "image_transport::Subscriber",
     "subscribeCamera": "image_transport::CameraSubscriber",
 }
-"""Methods of ``image_transport::ImageTransport``, and what they make."""
+"""Methods of ``image_transport::ImageTransport``, with the entities that they create."""
 
 
 class Ports:
-    """What methods of ports mean.
+    """Interprets methods of ports.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ class Ports:
         return Open(f"{entity.port}.{last}")
 
     def images(self, call: Call, on: Made) -> Value | None:
-        """Return the port that a method of ``image_transport::ImageTransport`` makes; None: none."""
+        """Return the port that a method of ``image_transport::ImageTransport`` creates; None: none."""
         path = _IMAGES.get(call.last)
         if path is None or not on.args or not call.args:
             return None
@@ -105,7 +106,7 @@ class Ports:
         return self.maker.idiom(Call(call.node, call.frame, path, [on.args[0], topic, *heard, depth]))
 
     def _listens(self, call: Call, on: Port) -> Value:
-        """Give a callback to what a library hears: a filter of messages, or events of parameters."""
+        """Set the callback of a class of a library: a filter of messages, or events of parameters."""
         heard = on
         if call.last == "on_parameter_event":
             entity = self.machine.entity_of("subscriptions", on.entity.port, call.node, call.frame, on.owner)

@@ -1,4 +1,4 @@
-"""Programs in C++: main functions, components, and classes of nodes that none makes."""
+"""Reads the programs in C++: main functions, components, and node classes that no program creates."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _DEEP = 12_000
 
 @cache
 def cpp_idioms() -> dict[str, Idiom]:
-    """Return the table of libraries in C++ that stands beside this file."""
+    """Return the table of C++ libraries that is stored next to this file."""
     return read_idioms(Path(__file__).with_name("idioms.toml"))
 
 
@@ -48,7 +48,7 @@ class CppPrograms:
     idioms : mapping of str to Idiom
         The table of libraries.
     cache : Path, optional
-        Folder where what programs do is kept from run to run.
+        Folder of the cache of facts of programs.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class CppPrograms:
         self._keeper = Keeper(cache, self.index, context) if cache is not None else None
 
     def nodes(self, given: Mapping[str, Mapping[str, Any]] | None = None) -> list[NodeFact]:
-        """Return the nodes of all programs, and one of each class of nodes that none makes."""
+        """Return the nodes of all programs, and one node for each class of nodes that no program creates."""
         found: list[NodeFact] = []
         with _deep():
             programs = [
@@ -223,7 +223,7 @@ class CppPrograms:
         cls: ClassInfo | None,
         given: Mapping[str, Mapping[str, Any]],
     ) -> tuple[Followed, bool]:
-        """Return what a program does, and whether that does not depend on the stack that was left."""
+        """Return the facts of a program, and whether they are independent of the remaining stack."""
         path = main.path if main is not None else cls.path if cls is not None else ""
         reached = Reached()
         machine = Statements(self.index, program, self._idioms, self._reach, reached)
@@ -256,7 +256,7 @@ class CppPrograms:
 
 
 def _share(machine: Statements) -> None:
-    """Give what threads and answers do that belong to no node to the nodes whose ports they use."""
+    """Assign threads and answers without a node to the nodes whose ports they use."""
     for todo in machine.todo:
         if todo.owner.node is None and todo.fact.effects:
             used = [each.entity for each in todo.fact.effects]
@@ -305,7 +305,7 @@ def _node_of(target: Value) -> Any:
 
 
 def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None, component: Component | None) -> None:
-    """Complete a node: what the main function does with its ports, and who spins it."""
+    """Complete a node with the actions of the main function on its ports, and with its executor."""
     node.entities = [each for each in node.entities if each.kind not in ("done", "threads")]
     own = set(node.entities)
     # Code of others that gets the node is named in a line; it cannot use the ports that a class holds.
@@ -326,7 +326,8 @@ def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None, componen
 
 
 def _different(nodes: Iterable[NodeFact]) -> list[NodeFact]:
-    """Return the nodes, each once: of several programs that make one with equal ports, the first counts."""
+    """Return the nodes without duplicates: if several programs create one with equal ports, the first is
+    used."""
     found: dict[tuple[str, str, str], list[NodeFact]] = {}
     for node in nodes:
         same = found.setdefault((str(node.at), node.name, node.cls), [])

@@ -1,4 +1,4 @@
-"""Quality of service in rclcpp: numbers, presets, and what chained calls make of them."""
+"""Reads quality of service in rclcpp: numbers, presets, and chained calls."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 from dineros.sources.cpp.values import Const, Either, Made, Open, Value, shown
 
 Profile = dict[str, Any]
-"""``depth``, ``reliability`` and ``durability``, each perhaps open."""
+"""``depth``, ``reliability`` and ``durability``; each may be open."""
 
 USUAL: Profile = {"depth": 10, "reliability": "reliable", "durability": "volatile"}
 SYSTEM: Profile = {"depth": 0, "reliability": "system default", "durability": "system default"}
@@ -44,7 +44,7 @@ _OPEN: Profile = dict.fromkeys(USUAL, "open")
 
 
 def profile(value: Value | None) -> Profile:
-    """Return what a value says as quality of service; what is not known is open."""
+    """Return the quality of service of a value; unknown parts are open."""
     if isinstance(value, Either):
         found = [profile(each) for each in value.options]
         return {key: _one([each[key] for each in found]) for key in USUAL}

@@ -1,4 +1,4 @@
-"""What expressions in C++ are for the reader: constants, objects, ports, callables; else open."""
+"""Values of C++ expressions: constants, objects, ports, callables; all others are open."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Value:
-    """Something that an expression is."""
+    """A value of an expression."""
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,14 @@ class Seconds(Value):
 
 @dataclass(frozen=True)
 class Open(Value):
-    """What is not known; `text` says what the code has there. `parts` is a text with ``{...}``."""
+    """An unknown value; `text` is the text of the code. `parts` is a text with ``{...}``."""
 
     text: str
     parts: str = ""
 
 
 NO_VALUE = Open("a variable without a value")
-"""Of a variable that is declared only."""
+"""The value of a variable that is only declared."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class Obj(Value):
     types: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, Value] = field(default_factory=dict)
     made_at: int = 0
-    """Which expression made it: read again, it makes the same object."""
+    """The expression that created it: evaluated again, it gives the same object."""
     is_held: bool = False
-    """Whether a variable holds the object itself, and no pointer to it: a list gets a copy."""
+    """Whether a variable holds the object itself, and not a pointer to it: a list stores a copy."""
 
 
 @dataclass(eq=False)
@@ -141,7 +141,7 @@ class Todo:
 
 
 def constant(value: Value | None) -> Any:
-    """Return the value of a constant; None: it is none."""
+    """Return the value of a constant; None: not a constant."""
     return value.value if isinstance(value, (Const, Seconds)) else None
 
 
@@ -167,7 +167,7 @@ def part(value: Value) -> str:
 
 
 def joined(old: Value | None, new: Value) -> Value:
-    """Return what a variable is that may have been given a new value."""
+    """Return the value of a variable that may have been assigned a new value."""
     if (
         old is None
         or old is new
@@ -213,7 +213,7 @@ def node_in(value: Value | None, depth: int = 2) -> Obj | None:
 
 
 def options(value: Value | None) -> tuple[Value, ...]:
-    """Return the values that a value may be."""
+    """Return the possible values of a value."""
     if value is None:
         return ()
     return value.options if isinstance(value, Either) else (value,)

@@ -1,4 +1,4 @@
-"""Locks, condition variables and semaphores of C++: who holds, waits and notifies."""
+"""Interprets locks, condition variables and semaphores of C++: holding, waiting and notifying."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ _HELD_ONCE = ("std::mutex", "std::timed_mutex", "mutex")
 _NOT_NOW = ("defer_lock", "try_to_lock", "adopt_lock")
 """Arguments of a guard that do not wait for the lock; with the first, it does not hold it either."""
 _SIGNALS = ("condition_variable", "condition_variable_any", "semaphore", "latch", "barrier", "promise")
-"""What one callback waits for, and another one sets."""
+"""A signal on which one callback waits, and that another one sets."""
 _WAITS = ("wait", "wait_for", "wait_until", "acquire", "try_acquire_for", "arrive_and_wait")
 _NOTIFIES = ("notify_one", "notify_all", "release", "count_down", "set_value", "set_exception")
 _LONGEST = 60
-"""Characters of an expression that names a lock."""
+"""Limit of the characters of an expression that names a lock."""
 
 
 class Waiting:
-    """What methods of locks and of signals between threads mean.
+    """Interprets methods of locks and of signals between threads.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Waiting:
         self._labels: dict[int, tuple[Value, str]] = {}
 
     def is_guard(self, call: Call) -> bool:
-        """Tell whether a call makes an object that holds locks while it lives."""
+        """Return whether a call creates an object that holds locks during its lifetime."""
         return call.last in _GUARDS
 
     def guard(self, call: Call) -> Value:
@@ -61,7 +61,7 @@ class Waiting:
         return made
 
     def method(self, call: Call, on: Made) -> Value | None:
-        """Return what a method of a lock or a signal returns; None: it is none of them."""
+        """Return the result of a method of a lock or a signal; None: another method."""
         kind = on.path.rpartition("::")[2]
         if kind == "unique_lock" and call.last in ("lock", "unlock"):
             held = on.fields.get("locks")
@@ -136,7 +136,7 @@ class Waiting:
 
 
 def _texts(node: Node) -> Iterator[str]:
-    """Yield the arguments as they stand in the code, also of a variable that looks like a function."""
+    """Yield the arguments in the code, including those of a variable that looks like a function."""
     inner = node.child_by_field_name("value") or node.child_by_field_name("arguments")
     if inner is None:
         inner = node.child_by_field_name("parameters")

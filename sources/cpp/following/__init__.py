@@ -1,1 +1,1 @@
-"""The interpreter of C++: what code says is followed, and nothing is run."""
+"""The interpreter of C++: it follows the code symbolically and runs nothing."""

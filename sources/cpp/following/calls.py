@@ -54,7 +54,7 @@ _HARMLESS = {
         "dynamic_cast",
     ),
 }
-"""Functions and classes of libraries that get a node, and make no ports of it that a model has."""
+"""Functions and classes of libraries that receive a node and create no ports that a model represents."""
 _HARMLESS_SPACES = (
     "std::",
     "rclcpp::",
@@ -87,7 +87,7 @@ CONTAINERS = {
 
 
 class Call:
-    """A call as it stands in the code: what is called, on what, with what."""
+    """A call in the code: the callee, its object and its arguments."""
 
     def __init__(
         self,
@@ -105,10 +105,10 @@ class Call:
 
 
 class Library(Protocol):
-    """What libraries do."""
+    """Interprets calls of libraries."""
 
     def call(self, call: Call) -> Value | None:
-        """Return what a call of a library returns; None: it is none that is known."""
+        """Return the result of a call of a library; None: an unknown call."""
 
     def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
         """Make an object a node."""
@@ -174,7 +174,7 @@ class Calls(Routines):
         return self.invoke(called, args, node, frame)
 
     def _is_pointer(self, function: Node, on: Value) -> bool:
-        """Tell whether a method is that of a smart pointer, and not that of what it holds."""
+        """Return whether a method belongs to a smart pointer itself, and not to the object that it holds."""
         kinds = [each.cls for each in options(on) if isinstance(each, Obj) and each.cls is not None]
         return text_of(function.child_by_field_name("operator")) == "." and not any(
             self.methods(each, "reset") for each in kinds
@@ -245,7 +245,8 @@ class Calls(Routines):
         return [self.template_text(each, call.frame) for each in arguments_of(call.named)]
 
     def escapes(self, call: Call) -> None:
-        """Note that code that cannot be followed gets a node: it may do anything with its ports."""
+        """Record that code that cannot be followed receives a node, so that it may use its ports in any
+        way."""
         self.forget(call)
         nodes = [each for each in map(node_in, call.args) if each is not None]
         if not nodes or call.last in _HARMLESS or call.path.startswith(_HARMLESS_SPACES):
@@ -257,13 +258,13 @@ class Calls(Routines):
         )
 
     def forget(self, call: Call) -> None:
-        """Note that variables without a value may get one by a call that cannot be followed."""
+        """Record that a call that cannot be followed may set variables without a value."""
         for node, value in zip(call.nodes, call.args, strict=False):
             if value is NO_VALUE:
                 self.assign(node, Open(text_of(call.node)[:60]), call.frame)
 
     def invoke(self, called: Value, args: list[Value], node: Node, frame: Frame) -> Value:
-        """Call what a value is."""
+        """Call a value."""
         found: list[Value] = []
         for each in options(called):
             if isinstance(each, Lambda):

@@ -1,4 +1,4 @@
-"""Expressions in C++; `calls` has those that call something."""
+"""Evaluates expressions in C++; calls are in `calls`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _ARGUMENTS = {"argument_list", "initializer_list", "field_initializer_list"}
 
 
 def named(node: Node | None) -> list[Node]:
-    """Return the parts of a node that are no comments; of a condition among arguments, its first branch."""
+    """Return the parts of a node except comments; of a condition among arguments, its first branch."""
     found: list[Node] = []
     for each in node.named_children if node is not None else ():
         if each.type.startswith("preproc_if") and node is not None and node.type in _ARGUMENTS:
@@ -55,7 +55,7 @@ class Expressions(Machine):
         raise NotImplementedError
 
     def value(self, node: Node | None, frame: Frame) -> Value:
-        """Return what an expression is."""
+        """Return the value of an expression."""
         self.count()
         if node is None:
             return Open("nothing")
@@ -70,7 +70,7 @@ class Expressions(Machine):
         return Open(text_of(node)[:60])
 
     def values(self, node: Node | None, frame: Frame) -> list[Value]:
-        """Return what arguments are."""
+        """Return the values of arguments."""
         return [self.value(each, frame) for each in named(node)]
 
     # -------------------------------------------------------------------------------------------- literals
@@ -273,7 +273,7 @@ class Expressions(Machine):
         return value
 
     def assign(self, left: Node | None, value: Value, frame: Frame) -> None:
-        """Give what stands left of ``=`` a value."""
+        """Assign a value to the left side of ``=``."""
         if left is None:
             return
         if left.type == "identifier":

@@ -1,4 +1,4 @@
-"""Loops in C++: over known items, each turn is followed for itself."""
+"""Interprets loops in C++; each iteration over known items is followed separately."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Loops(Calls):
                     self.run_block(each, frame)
 
     def _counted(self, node: Node, frame: Frame) -> tuple[str, int]:
-        """Return the variable and the turns of ``for (i = 0; i < list.size(); ++i)``."""
+        """Return the variable and the iterations of ``for (i = 0; i < list.size(); ++i)``."""
         asked, update = node.child_by_field_name("condition"), node.child_by_field_name("update")
         left = asked.child_by_field_name("left") if asked is not None else None
         right = asked.child_by_field_name("right") if asked is not None else None
@@ -100,7 +100,7 @@ class Loops(Calls):
             self._turns([*found[:_MOST_TURNS], rest], name, body, frame)
 
     def _turns(self, items: list[Value], name: str, body: Node | None, frame: Frame) -> None:
-        """Run the body of a loop with each item: each turn makes ports of its own."""
+        """Run the body of a loop for each item: each iteration creates ports of its own."""
         for turn, each in enumerate(items):
             frame.values[name] = each
             self.turns.append(turn)
@@ -120,7 +120,7 @@ def _leaves(body: Node | None) -> bool:
 
 
 def _may_give_up(loop: Node) -> bool:
-    """Tell whether a loop may end while the future that it asks is not ready, and the program goes on."""
+    """Return whether a loop may end while its future is not ready and the program continues."""
     asked = text_of(loop.child_by_field_name("condition"))
     if loop.type == "for_range_loop" or any(not _waits(part) for part in asked.split("&&")):
         return True
@@ -141,5 +141,5 @@ def _may_give_up(loop: Node) -> bool:
 
 
 def _waits(condition: str) -> bool:
-    """Tell whether a condition only asks a future, or whether the program is to end."""
+    """Return whether a condition only tests a future, or whether the program shall end."""
     return condition.strip(" ()") in ("true", "1", "") or bool(_ASKS.search(condition))

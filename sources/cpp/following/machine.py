@@ -1,4 +1,4 @@
-"""What the interpreter of C++ remembers while it runs: frames, what is certain, callbacks to be read."""
+"""The state of the interpreter of C++: frames, certainty, callbacks that remain to be read."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from tree_sitter import Node
 
 MOST_STEPS = 400_000
-"""Expressions and statements that are followed for one program."""
+"""Limit of the expressions and statements that are followed for one program."""
 MOST_CALLS = 40
-"""Calls within calls that are followed."""
+"""Limit of the depth of calls that are followed."""
 
 NODES = {
     *("rclcpp::Node", "rclcpp_lifecycle::LifecycleNode", "nav2_util::LifecycleNode"),
@@ -33,11 +33,11 @@ _FLOAT = re.compile(r"^(?:double|float|long double)$")
 
 
 class TooLong(Exception):  # noqa: N818 - it is no error
-    """A program is too large to be followed to its end."""
+    """A program is too large to be followed completely."""
 
 
 class Machine:
-    """The state of a program that is followed.
+    """The state of a program that is being followed.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Machine:
     reach : Reach, optional
         Of the index; programs of one folder share it.
     reached : Reached, optional
-        What they reached so far; they share it, too.
+        Their common record of what they have reached so far.
     """
 
     def __init__(
@@ -80,9 +80,9 @@ class Machine:
         """Of routines that run: name, the call, the frame of the caller, the own frame."""
         self.holding: list[str] = []
         self.ways_out: list[bool] = []
-        """Of each loop around what runs now: whether it may end though what it waits for is not there."""
+        """For each enclosing loop: whether it may end although its condition is not met."""
         self.asked: set[str] = set()
-        """Futures that were asked whether they are ready."""
+        """Futures that were tested for readiness."""
         self.owner: Obj | None = None
         self.entity: Entity | None = None
         self.unread: list[str] = []
@@ -106,7 +106,7 @@ class Machine:
 
     @contextmanager
     def perhaps(self, *, is_off: bool = False) -> Iterator[None]:
-        """Run what may not run; `is_off`: what does not run with the default values."""
+        """Run code that may not be executed; `is_off`: code that the default values disable."""
         self.cond += 1
         self.off += is_off
         try:
@@ -117,7 +117,7 @@ class Machine:
 
     @property
     def when(self) -> str:
-        """How certain it is that what is read now runs."""
+        """Certainty that the current code is executed."""
         if self.loops:
             return "in a loop"
         return "conditional" if self.cond or any(each.has_left for each in self.frames) else "always"
@@ -138,7 +138,7 @@ class Machine:
         entity: Entity | None = None,
         timeout: float | None = None,
     ) -> Effect:
-        """Add an effect to what is read."""
+        """Add an effect to the current callback."""
         effect = Effect(do, what, self.place(node, frame), self.when, how, entity, timeout=timeout)
         effect.holding = tuple(self.holding)
         for each in self.fact.effects:
@@ -149,7 +149,7 @@ class Machine:
         return effect
 
     def entity_of(self, kind: str, port: str, node: Node, frame: Frame, owner: Obj) -> Entity:
-        """Return the entity that an expression makes; the same if it is read twice."""
+        """Return the entity that an expression creates; the same one if it is read twice."""
         place = self.place(node, frame)
         key = (
             id(owner.node),
@@ -221,7 +221,7 @@ class Machine:
         return []
 
     def template_text(self, node: Node | None, frame: Frame) -> str:
-        """Return the text of a type with what it is a pointer or a list of."""
+        """Return the text of a type, including the element type of a pointer or a list."""
         inner = [self.template_text(each, frame) for each in arguments_of(node)]
         return self.type_text(node, frame) + (f"<{', '.join(inner)}>" if inner else "")
 
@@ -230,7 +230,7 @@ class Machine:
         return self.index.find_class(name, frame.path, frame.cls.full if frame.cls else frame.space)
 
     def node_kind(self, cls: ClassInfo, depth: int = 0) -> str | None:
-        """Return the class of a library that makes a class a node; None: it is none."""
+        """Return the class of a library by which a class is a node; None: it is not a node."""
         frame = Frame(cls.path, cls.space, cls=cls)
         for base in cls.bases:
             name = self.type_text(base, frame)
@@ -271,7 +271,7 @@ class Machine:
         return None
 
     def store(self, name: str, value: Value, frame: Frame) -> None:
-        """Give a variable or member a value, for certain or perhaps."""
+        """Set a variable or member, certainly or possibly."""
         around: Frame | None = frame
         while around is not None:
             if name in around.values:
@@ -292,7 +292,7 @@ class Machine:
         this.fields[name] = self.mixed(old, value) if is_certain else joined(old, value)
 
     def mixed(self, old: Value | None, value: Value) -> Value:
-        """Return the new value of a variable, where what is read may not run."""
+        """Return the new value of a variable if the current code may not be executed."""
         if self.off and old is not None:
             return old
         return joined(old, value) if self.when != "always" else value
@@ -304,7 +304,7 @@ def is_node(name: str) -> bool:
 
 
 def coerced(kind: str, value: Value) -> Value:
-    """Return a value as one of a type: whole numbers and numbers with a point differ in ``1 / rate``."""
+    """Return a value converted to a type: integers and floating-point numbers differ in ``1 / rate``."""
     if isinstance(value, Either):
         return Either(tuple(coerced(kind, each) for each in value.options))
     if isinstance(value, Const) and isinstance(value.value, (int, float)):
@@ -326,7 +326,7 @@ UNITS = {
 
 
 def duration(path: str, template: str, args: list[Value]) -> Value | None:
-    """Return the duration that a constructor makes; None: it makes something else."""
+    """Return the duration that a constructor creates; None: it creates something else."""
     last = path.rpartition("::")[2]
     if not args:
         return None

@@ -1,4 +1,4 @@
-"""Which routines may reach something of ROS, by the words in them and in what they may call."""
+"""Determines the routines that may use ROS, by the words in them and in the routines that they may call."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _WORD = re.compile(rb"[A-Za-z_]\w*")
 
 
 class Reach:
-    """What the routines of a folder may reach; found by names, so that nothing is missed.
+    """The words that the routines of a folder may reach; names are over-approximated, so that none is missed.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Reach:
         self._matters: dict[int, bool] = {}
         self._index = index
         self.was_asked = False
-        """Whether something was asked since this was set: answers depend on all files."""
+        """Whether there was a query since this was set: answers depend on all files."""
 
     def words(self, routine: Routine) -> frozenset[str]:
         """Return the words of a routine and of all that it may call."""
@@ -64,7 +64,7 @@ class Reach:
         return self._all[key]
 
     def does_matter(self, routine: Routine) -> bool:
-        """Tell whether a routine, or something that it may call, may have to do with ROS."""
+        """Return whether a routine, or a routine that it may call, may use ROS."""
         self.was_asked = True
         key = id(routine)
         if key not in self._matters:

@@ -1,4 +1,5 @@
-"""What the programs of a folder have reached: what none did is read by itself, or named."""
+"""Records what the programs of a folder have reached; code that none reached is read separately or
+reported."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ from dataclasses import dataclass, field
 
 @dataclass(eq=False)
 class Reached:
-    """What programs reached so far.
+    """Classes and calls that programs have reached so far.
 
     Attributes
     ----------

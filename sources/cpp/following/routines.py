@@ -1,4 +1,4 @@
-"""Routines of the folder: how they begin, run and give values back; which need not be followed."""
+"""Interprets routines of the folder: parameters, bodies and results, and which routines can be skipped."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from tree_sitter import Node
 
 _LARGE = MOST_STEPS // 4
-"""Steps after which only routines are followed that may do something with ROS."""
+"""Steps after which only routines that may use ROS are followed."""
 _MOST_OBJECTS = 200
-"""Objects whose members a routine that is not followed may change."""
+"""Limit of the objects whose members a skipped routine may change."""
 
 
 class Routines(Expressions):
@@ -41,7 +41,7 @@ class Routines(Expressions):
     def run(
         self, routines: list[Routine], args: list[Value], this: Obj | None, node: Node, types: list[str]
     ) -> Value:
-        """Call a routine; the one of several that takes so many arguments."""
+        """Call a routine; of several, the one with the matching number of arguments."""
         found = [each for each in routines if each.body is not None]
         if not found:
             return Open(text_of(node)[:60])
@@ -83,7 +83,7 @@ class Routines(Expressions):
         return frame
 
     def _followed(self, routine: Routine, frame: Frame, node: Node) -> Value:
-        """Return what a routine returns; in a large program, one without ROS in it is not followed."""
+        """Return the result of a routine; in a large program, routines that do not use ROS are skipped."""
         if self.steps < _LARGE or self.reach.does_matter(routine):
             return self._body(routine.body, frame, routine.node)
         words = self.reach.words(routine)
@@ -95,7 +95,7 @@ class Routines(Expressions):
         return Open(text_of(node)[:60])
 
     def _give_back(self, routine: Routine, args: list[Value], frame: Frame, node: Node) -> None:
-        """Give the variables of the caller what a routine gave to its references."""
+        """Copy the values of reference parameters to the variables of the caller."""
         given = named(node.child_by_field_name("arguments")) if node.type == "call_expression" else []
         if len(given) != len(args) or not self.frames:
             return

@@ -1,4 +1,4 @@
-"""Statements in C++, and how objects are made."""
+"""Interprets statements in C++, and the construction of objects."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _NOTHING = {
 _TEMPLATE = re.compile(r"<.*>", re.DOTALL)
 """Arguments of a template: a list of pointers is a list."""
 _OWN = ("Broadcaster", "Listener", "Updater", "ImageTransport")
-"""Parts of names of classes of libraries that are more than the node that they get."""
+"""Parts of names of classes of libraries that wrap a given node and are not equal to it."""
 
 
 class Statements(Loops):
@@ -298,7 +298,8 @@ class Statements(Loops):
                 self.escapes(Call(node, frame, name, given))
 
     def _names_base(self, init: str, cls: ClassInfo, last: str, name: str) -> bool:
-        """Tell whether an initialiser is that of a base class, by its name, what it means, or an alias."""
+        """Return whether an initialiser is that of a base class, by its name, the type it refers to, or an
+        alias."""
         if init in (last, name.rpartition("::")[2]):
             return True
         alias = None if init in cls.fields else self.index.find_alias(init, cls.path, cls.full)
@@ -341,12 +342,12 @@ class Statements(Loops):
         return self._made(kind, args, where, frame)
 
     def _is_value(self, kind: Node, cls: ClassInfo, name: str, frame: Frame) -> bool:
-        """Tell whether a member without arguments is an object or a list, and no pointer."""
+        """Return whether a member without arguments is an object or a list, and not a pointer."""
         if kind.type not in ("type_identifier", "qualified_identifier", "template_type"):
             return False
         path = path_of(kind)
         return not path.endswith(("Ptr", "_ptr")) and "weak" not in path
 
     def call_of(self, node: Node, frame: Frame, path: str, args: list[Value]) -> Call:
-        """Return a call that does not stand in the code as such."""
+        """Return a call that is only implicit in the code."""
         return Call(node, frame, path, args)
