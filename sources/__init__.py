@@ -1,2 +1,1 @@
-"""Reads the source code of ROS 2 packages without running it: nodes, their ports, and the actions of
-callbacks."""
+"""Reads the source code of ROS 2 packages without running it: nodes, ports and callbacks."""

@@ -36,8 +36,7 @@ def types_of(nodes: Iterable[Mapping[Entity, str]]) -> Types:
 
 
 def taken_of(names: Mapping[Entity, str], node: int, types: Types) -> dict[tuple[str, str], Entity]:
-    """Return the chosen alternative of a node: the one with the type that other nodes use, otherwise the
-    first.
+    """Return the chosen alternative of a node: one with the type that other nodes use, or the first.
 
     Parameters
     ----------

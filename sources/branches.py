@@ -40,8 +40,7 @@ class Anything(Condition):
 
 @dataclass(eq=False)
 class Compared(Condition):
-    """A comparison of a variable with a constant by ``==`` or ``is``; without a constant, a test for
-    truth."""
+    """A comparison of a variable with a constant by ``==`` or ``is``; without one, a truth test."""
 
     variable: Variable
     operator: str

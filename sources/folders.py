@@ -1,5 +1,4 @@
-"""The files of a folder of source code, with limits on size and number, and without links out of the
-folder."""
+"""The files of a folder of source code: limited in size and number, without links out of the folder."""
 
 from __future__ import annotations
 

@@ -23,13 +23,13 @@ from dineros.sources.folders import INTERFACES, SourceFolder
 from dineros.sources.packages import Package
 
 _PARTS = {".msg": ("",), ".srv": ("_Request", "_Response"), ".action": ("_Goal", "_Result", "_Feedback")}
-"""By how a file ends: what the names of its parts end with."""
+"""Suffixes of the names of the parts, by the suffix of the file."""
 _DEEP = 32
-"""Messages within messages."""
+"""Limit of the nesting of messages."""
 _MOST_LISTED = 1 << 12
-"""Elements of a list of fixed length whose default is known."""
+"""Limit of the elements of a fixed-length list with a known default."""
 _WIDE = 1 << 10
-"""Fields of a message, with those of messages in it."""
+"""Limit of the fields of a message, including nested ones."""
 _LINE = re.compile(
     r"(?P<type>[A-Za-z]\w*(?:/\w+){0,2}(?:<=\d{1,9})?)(?P<list>\[(?:<=)?\d{0,9}\])?\s+(?P<name>[A-Za-z]\w*)"
     r"\s*(?:(?P<constant>=)\s*)?(?P<value>.*)",
@@ -39,7 +39,7 @@ _NAME = re.compile(r"(?P<package>[a-z]\w*)/(?P<kind>msg|srv|action)/(?P<name>[A-
 
 
 class _Written(NamedTuple):
-    """A field as its file has it."""
+    """A field as written in its file."""
 
     type: str
     list: str | None
@@ -64,7 +64,7 @@ class Interfaces:
     _partial: set[str] = field(default_factory=set)
 
     def add(self, other: Interfaces) -> None:
-        """Add the interfaces of another folder; those that are here already stay."""
+        """Add the interfaces of another folder; existing ones are not replaced."""
         for name, path in other.types.items():
             self.types.setdefault(name, path)
         for part, fields in other._fields.items():
@@ -102,11 +102,11 @@ class Interfaces:
             return None
 
     def constants(self, part: str) -> dict[str, Value]:
-        """Return the constants that the folder's definition of a part has; none if it has no such part."""
+        """Return the constants of the folder's definition of a part; none if it has no such part."""
         return self._constants.get(part, {})
 
     def doubt(self, type: str) -> str | None:
-        """Return why a type may not be there, in words; None: it is there.
+        """Return the reason why a type may be missing; None: it exists.
 
         Parameters
         ----------
@@ -129,7 +129,7 @@ class Interfaces:
         return f"the package {package} has no {words} {name}{f' ({near})' if near else ''}"
 
     def is_missing(self, type: str) -> bool:
-        """Tell whether the package of a type is in the folder, and does not have it."""
+        """Return whether the package of a type is in the folder, but does not have the type."""
         return type.partition("/")[0] in self._packages and self.doubt(type) is not None
 
     def define(self, type: str, ending: str, text: str, path: str) -> None:
@@ -138,7 +138,7 @@ class Interfaces:
         Raises
         ------
         ValueError
-            The text is not a definition; what is wrong, with its line.
+            The text is not a definition; the message has the fault and its line.
         """
         parts: list[list[_Written]] = [[]]
         constants: list[dict[str, Value]] = [{}]
@@ -216,18 +216,18 @@ class Interfaces:
 
 
 class _UnknownError(Exception):
-    """The fields of a part are not known."""
+    """The fields of a part are unknown."""
 
 
 def read_interfaces(folder: SourceFolder, packages: list[Package]) -> Interfaces:
-    """Return the interfaces that the files of a folder define; a line in `unread` names what is not read.
+    """Return the interfaces that the files of a folder define; unread parts are listed in `unread`.
 
     Parameters
     ----------
     folder : SourceFolder
         The folder.
     packages : list of Package
-        Its packages: an interface is named by its package, and by what its file is.
+        Its packages: the name of an interface consists of its package, its kind and its file name.
     """
     found = Interfaces()
     for path in folder.files:
@@ -242,7 +242,7 @@ def read_interfaces(folder: SourceFolder, packages: list[Package]) -> Interfaces
             found.leave_open(package)
             continue
         if not _NAME.fullmatch(name):
-            continue  # ROS 2 makes nothing of it
+            continue  # ROS 2 ignores it
         text = folder.read(path)
         try:
             if text is not None:
@@ -255,7 +255,7 @@ def read_interfaces(folder: SourceFolder, packages: list[Package]) -> Interfaces
 
 
 def _full(type: str, package: str) -> str:
-    """Return the type of a field as ROS 2 names it: ``std_msgs/Header`` is ``std_msgs/msg/Header``."""
+    """Return the type of a field in the notation of ROS 2: ``std_msgs/Header`` is ``std_msgs/msg/Header``."""
     parts = type.split("/")
     if ros_scalar(type) is not None or len(parts) == 3:
         return type
@@ -263,7 +263,7 @@ def _full(type: str, package: str) -> str:
 
 
 def _without_comment(line: str) -> str:
-    """Return a line without what follows ``#``, unless that is in a text."""
+    """Return a line without its comment after ``#``, unless that is in a string."""
     quote = ""
     for at, each in enumerate(line):
         if quote:

@@ -1,4 +1,4 @@
-"""Facts as plain JSON and back: nodes with all that they refer to, each object once."""
+"""Converts facts to plain JSON and back: nodes with all objects to which they refer, each object once."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def to_plain(nodes: list[NodeFact]) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        They refer to what JSON cannot say.
+        They refer to an object that JSON cannot represent.
     """
     plain = _Plain()
     shown = [
@@ -104,12 +104,12 @@ def to_plain(nodes: list[NodeFact]) -> dict[str, Any]:
 
 
 def from_plain(plain: Any) -> list[NodeFact]:
-    """Return the nodes that JSON says.
+    """Return the nodes of JSON.
 
     Raises
     ------
     ValueError, KeyError, TypeError, IndexError
-        It is not what `to_plain` returns.
+        It is not a result of `to_plain`.
     """
     entities = [
         Entity(_text(each["kind"]), _text(each["port"]), _at(each["at"])) for each in plain["entities"]

@@ -1,4 +1,4 @@
-"""Calls that make entities and that no program was found to run: a line for each file of them."""
+"""Reports calls that create entities and that no program is known to run, with a line for each file."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from dineros.metamodel.errors import counted
 from dineros.sources.folders import is_test
 
 _MOST_LINES = 6
-"""Line numbers that are shown of a file."""
+"""Limit of the line numbers that are shown for a file."""
 
 
 class MakingCall(NamedTuple):
-    """A call that makes an entity, at the line of its name."""
+    """A call that creates an entity, at the line of its name."""
 
     path: str
     line: int

@@ -1,4 +1,4 @@
-"""Packages of ROS 2: their names, and which functions and scripts they install as programs."""
+"""Packages of ROS 2: names, and the functions and scripts that they install as programs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Package:
     name : str
         Of ``package.xml``.
     path : str
-        Its folder, relative to what was read; ``.`` for that itself.
+        Its folder, relative to the folder that was read; ``.`` for that folder itself.
     programs : dict of str to str
         Executables: ``module:function`` of an entry point, or the path of a script.
     sources : dict of str to list of str
@@ -82,7 +82,7 @@ _ENTRY = re.compile(r"\s*([\w.-]+)\s*=\s*([\w.]+):([\w.]+)\s*")
 
 
 def _of_setup(text: str) -> dict[str, str]:
-    """Return the entry points of a ``setup.py``: texts of their form that stand in a list."""
+    """Return the entry points of a ``setup.py``: strings of this form in a list."""
     try:
         tree = ast.parse(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError):

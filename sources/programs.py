@@ -1,4 +1,4 @@
-"""The programs of a folder, run by the interpreter: from files to facts."""
+"""Runs the programs of a folder in the interpreter: from files to facts."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from dineros.sources.libraries.library import RosLibrary
 from dineros.sources.packages import Package
 
 _DEEP = 12_000
-"""Levels of calls of the reader itself: enough for the deepest code that is parsed."""
+"""Recursion limit of the reader itself: enough for the deepest code that is parsed."""
 
 
 @dataclass(eq=False)
 class Program:
-    """Something that can be started.
+    """A program that can be started.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Program:
     function : str or None
         Of an entry point; None: the script itself.
     package : str
-        Of which it is.
+        The package to which it belongs.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Program:
 
 @dataclass(eq=False)
 class Reading:
-    """What is read of a folder.
+    """The input from a folder.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Reading:
 
 
 def read_programs(reading: Reading, modules: Modules) -> Facts:
-    """Return what the programs of a folder say."""
+    """Return the facts of the programs of a folder."""
     folder = reading.folder
     facts = Facts(folder.root.resolve().name)
     with _deep():
@@ -99,7 +99,7 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
 
 
 def run_program(name: str, reading: Reading, modules: Modules) -> list[NodeFact] | None:
-    """Return the nodes of the program of a name, ``package/executable``; None: it is not there."""
+    """Return the nodes of the program with a name, ``package/executable``; None: it does not exist."""
     with _deep():
         for program in programs_of(reading, modules):
             if f"{program.package}/{program.name}" == name:
@@ -150,7 +150,7 @@ def programs_of(reading: Reading, modules: Modules) -> list[Program]:
 
 
 def _mains(module: Module) -> list[str]:
-    """Return the functions of a module that start rclpy: of programs whose entry points are elsewhere."""
+    """Return the functions of a module that start rclpy, for programs with entry points in other files."""
     return [
         node.name
         for node in module.tree.body
@@ -177,7 +177,7 @@ def _file_of(dotted: str, package: Package, folder: SourceFolder) -> str | None:
 
 
 def _guard(module: Module) -> ast.If | None:
-    """Return the part of a script that runs where it is started."""
+    """Return the part of a script that runs when it is started."""
     for node in module.tree.body:
         if isinstance(node, ast.If) and "__name__" in ast.unparse(node.test)[:60]:
             return node
@@ -216,7 +216,7 @@ def _interpreter(modules: Modules, program: str, reading: Reading) -> tuple[Inte
 
 
 def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[NodeFact], set[tuple[str, int]]]:
-    """Run a program; return its nodes, and the classes of which it made some."""
+    """Run a program; return its nodes, and the classes that it instantiated."""
     module = modules.module(program.path)
     if module is None:
         return [], set()
@@ -264,7 +264,7 @@ def _function(machine: Interpreter, frame: Frame, name: str | None) -> Function 
 def _run_class(
     path: str, name: str, modules: Modules, reading: Reading
 ) -> tuple[list[NodeFact], set[tuple[str, int]]]:
-    """Make an instance of a class of nodes that no program makes."""
+    """Create an instance of a node class that no program instantiates."""
     module = modules.module(path)
     if module is None:
         return [], set()
@@ -290,7 +290,7 @@ def _run_class(
 
 
 def _callbacks(machine: Interpreter) -> None:
-    """Read all callbacks twice: the first time shows what they give to attributes."""
+    """Read all callbacks twice: the first pass finds the values that they assign to attributes."""
     for is_final in (False, True):
         machine.is_final = is_final
         done: set[int] = set()
@@ -334,7 +334,7 @@ def _target(function: object) -> object:
 
 
 def _finish(machine: Interpreter, activity: Activity) -> None:
-    """Give what belongs to no node to those whose ports it uses, else to the first."""
+    """Assign callbacks without a node to the nodes whose ports they use, or to the first node."""
     find_variables(machine, activity.block)
     main = activity.fact
     loose = [callback.fact for callback in machine.callbacks.values() if callback.node is None]
@@ -354,7 +354,7 @@ def _finish(machine: Interpreter, activity: Activity) -> None:
 
 
 def _add(facts: Facts, nodes: list[NodeFact], known: dict[tuple[str, str], list[NodeFact]]) -> None:
-    """Add the nodes of a program; one that the program of its own file makes, too, is only named there."""
+    """Add the nodes of a program, except nodes that the program of their own file also creates."""
     for node in nodes:
         same = known.setdefault((str(node.at), node.name), [])
         other = next((each for each in same if each.program != node.program), None)
@@ -396,7 +396,7 @@ def _classes_of_nodes(folder: SourceFolder, modules: Modules) -> Iterator[tuple[
 
 
 def _other_names(module: Module) -> dict[str, str]:
-    """Return the names of what a module imports under others."""
+    """Return the original names of imports that a module renames."""
     return {
         each.asname: each.name
         for node in ast.walk(module.tree)

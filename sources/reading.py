@@ -31,7 +31,7 @@ class Launch:
     Attributes
     ----------
     file : str
-        Path in the folder that is read, or the end of the path of one file only.
+        Path in the folder that is read, or the end of the path of exactly one file.
     arguments : mapping of str to str
         Values of arguments.
     """
@@ -43,14 +43,14 @@ class Launch:
 def read_source(
     root: Path, tables: Sequence[Path] = (), launch: Launch | None = None, cache: Path | None = None
 ) -> Facts:
-    """Return what the packages of a folder say, in Python and C++; nothing in it is executed or imported.
+    """Return the facts of the packages of a folder, in Python and C++; nothing is executed or imported.
 
     Parameters
     ----------
     root : Path
         The folder.
     tables : sequence of Path
-        Tables of library idioms, beside those that are known.
+        Additional tables of library idioms.
     launch : Launch, optional
         The launch file that says which nodes there are; by default there is one of each.
     cache : Path, optional
@@ -94,7 +94,7 @@ def read_source(
 
 
 def _add_cpp(facts: Facts, reading: Reading, cache: Path | None) -> CppPrograms | None:
-    """Add the nodes in C++, if a parser is there; return their programs."""
+    """Add the nodes in C++, if a parser is installed; return their programs."""
     folder = reading.folder
     count = sum(path.endswith(CPP) for path in folder.files)
     if not count:
@@ -109,7 +109,7 @@ def _add_cpp(facts: Facts, reading: Reading, cache: Path | None) -> CppPrograms 
 
 
 def _compose(facts: Facts, descriptions: list[list[Started]]) -> None:
-    """Give components the executor of their container, if all launch files agree on it."""
+    """Set the executor of components by their container, if all launch files agree on it."""
     for node in facts.nodes:
         loaded = [(each, all_) for all_ in descriptions for each in all_ if each.plugin == node.plugin != ""]
         found = {executor_in(each, all_) for each, all_ in loaded}
@@ -118,7 +118,7 @@ def _compose(facts: Facts, descriptions: list[list[Started]]) -> None:
 
 
 def _complete(facts: Facts, descriptions: list[tuple[dict[str, Any], list[Started]]]) -> None:
-    """Give started nodes without a name that of their code."""
+    """Set the name of started nodes without one to the name in their code."""
     names = {node.program: node.name for node in facts.nodes if not is_open(node.name)}
     for entry, started in descriptions:
         for shown, each in zip(entry["nodes"], started, strict=True):
@@ -180,7 +180,7 @@ def _launched(
 
 
 def _load(node: NodeFact, component: Started, started: list[Started]) -> None:
-    """Let a component run in its container, whose executor it shares unless it is alone there."""
+    """Run a component in its container, whose executor it shares unless it is the only one there."""
     container, executor = container_of(component, started), executor_in(component, started)
     if container is None or executor is None:
         node.executor, node.threads = "open: its container is not known", "open"

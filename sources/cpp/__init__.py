@@ -1,2 +1,1 @@
-"""Reads C++ into facts, without a compiler: an index of all files, and an interpreter for the code of
-nodes."""
+"""Reads C++ into facts, without a compiler: an index of all files, and an interpreter for nodes."""

@@ -24,8 +24,7 @@ class Parameter:
 
 
 def used(node: Node) -> Node | None:
-    """Return the name that ``using std_msgs::msg::String`` imports; None: a namespace, or the standard
-    library."""
+    """Return the name that ``using std_msgs::msg::String`` imports; None: a namespace, or of ``std``."""
     name = node.named_children[0] if node.named_children else None
     is_space = any(each.type == "namespace" for each in node.children)
     if name is None or is_space or "::" not in path_of(name) or path_of(name).startswith("std::"):

@@ -117,7 +117,7 @@ class Ros(Ports):
         if last == "bind" and args:
             return bound(args)
         if path.endswith("MessageFilter") and args and isinstance(args[0], (Port, Made)):
-            return args[0]  # of tf2_ros: it hears what its first argument hears, later
+            return args[0]  # of tf2_ros: it receives the messages of its first argument, later
         if last in _SAME and args and (path.startswith("std::") or "::" not in path):
             return args[0]
         if last == "to_string" and args:
@@ -193,7 +193,7 @@ class Ros(Ports):
     def _names_vendor(self, call: Call) -> None:
         """Note a node whose class, or the base of it, is not in the folder."""
         text = text_of(call.nodes[0]) if call.nodes else ""
-        is_item = "[" in text or ".at(" in text  # of a container of nodes, which were made elsewhere
+        is_item = "[" in text or ".at(" in text  # of a container of nodes, which were created elsewhere
         is_asked = bool(call.args) and call.last != "add_callback_group" and not is_item
         for each in options(call.args[0] if is_asked else None):
             name = each.path if isinstance(each, Made) and each.effect is None else ""
@@ -253,8 +253,7 @@ class Ros(Ports):
         return None
 
     def _is_there(self, future: Made) -> bool:
-        """Return whether a response is available: a callback received its future, or is the callback of the
-        future."""
+        """Return whether a response is available: a callback received its future, or belongs to it."""
         machine = self.machine
         is_own = future.effect is None or future.effect.then is machine.fact
         return machine.role == "done callback" and is_own

@@ -200,8 +200,7 @@ class Index:
         return _nearest(self._named("constants", self.constants, name), name, path, space)
 
     def find_functions(self, name: str, path: str) -> list[Routine]:
-        """Return the functions that a name may refer to: those of the same file, otherwise of the nearest
-        file."""
+        """Return the functions that a name may refer to: those of the same file, or of the nearest."""
         found = self._named("functions", self.functions, name)
         here = [each for each in found if each.path == path]
         return here or found

@@ -1,5 +1,4 @@
-"""Interprets calls of rclcpp that create nodes, ports, timers, groups and parameters, and idioms of
-libraries."""
+"""Interprets calls that create nodes, ports, timers, groups and parameters, in rclcpp and idioms."""
 
 from __future__ import annotations
 
@@ -155,7 +154,7 @@ class Maker:
         rest = [each for each in call.args if each not in found]
         if isinstance(call.on, Obj) and call.on.node is not None:
             return call.on, rest
-        if isinstance(call.on, Made):  # a helper of a library that was given the node
+        if isinstance(call.on, Made):  # a library helper that received the node
             for each in call.on.args:
                 if isinstance(each, Obj) and each.node is not None:
                     return each, rest
@@ -169,8 +168,7 @@ class Maker:
         return (this if this is not None and this.node is not None else None), rest
 
     def _site(self, call: Call) -> tuple[Node, Frame]:
-        """Return the location that creates an entity: for a method that wraps a method of the same name, its
-        caller."""
+        """Return the location that creates an entity: the caller, if a method wraps one of the same name."""
         if self.machine.sites:
             name, node, caller, frame = self.machine.sites[-1]
             if name == call.last and frame is call.frame and caller is not None:

@@ -16,7 +16,7 @@ def parameter(machine: Statements, call: Call) -> Value | None:
     """Return the result of a call that declares or gets parameters; None: another call."""
     on = call.on if call.on is not None else call.frame.this
     args = call.args
-    if call.last in _DECLARE_OR_GET:  # of nav2: the node, or parts of it, may stand before the name
+    if call.last in _DECLARE_OR_GET:  # of nav2: the node, or parts of it, may precede the name
         first = next((at for at, each in enumerate(args) if isinstance(constant(each), str)), len(args))
         given = [each for each in map(node_in, args[:first]) if each is not None]
         on, args = (given[0] if given else on), args[first:]

@@ -1,5 +1,4 @@
-"""Parses C++ files into trees; a file that cannot be parsed safely is ignored, with a line that gives the
-reason."""
+"""Parses C++ files into trees; files that cannot be parsed safely are ignored, with the reason."""
 
 from __future__ import annotations
 

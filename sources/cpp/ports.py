@@ -1,5 +1,4 @@
-"""Interprets methods of ports: publish, call, send goals, wait, and classes of libraries that receive
-messages."""
+"""Interprets methods of ports: publish, call, send goals, wait; also library classes with callbacks."""
 
 from __future__ import annotations
 
@@ -169,14 +168,14 @@ class Ports:
         name = name or on_text(call.node)
         is_ready = not rest and name in self.machine.asked and self.machine.when != "always"
         self.machine.asked |= {name} if rest else set()
-        if is_ready or seconds == 0:  # it was asked before, or is only asked now
+        if is_ready or seconds == 0:  # it was tested before, or is only tested now
             return Open("a result")
         bound = f"time-out {seconds} s" if seconds is not None else "without time-out"
         bound = "time-out that is open" if rest and seconds is None else bound
         futures = [each for each in options(future) if isinstance(each, Made)]
         found = [each.effect for each in futures if each.effect is not None]
         loops = max((constant(each.fields.get("loops")) or 0 for each in futures), default=0)
-        if seconds is not None and found and self.machine.loops > loops:  # it waits again and again
+        if seconds is not None and found and self.machine.loops > loops:  # it waits repeatedly
             ends = any(self.machine.ways_out[loops:])
             bound, seconds = "time-out that is open" if ends else "without time-out", None
         for effect in found:

@@ -87,7 +87,7 @@ class CppPrograms:
                 self._run(self._program(routine.path), routine, None, given or {})
                 for routine in self.index.functions.get("main", [])
             ]
-            # Of programs that make the same nodes, the one counts whose executor is known.
+            # Of programs that create the same nodes, the one with a known executor is used.
             for nodes in sorted(programs, key=lambda each: any(node.threads == "open" for node in each)):
                 found += nodes
             wanted = list(self._components())
@@ -239,7 +239,7 @@ class CppPrograms:
                 args: list[Value] = [Made("rclcpp::NodeOptions")]
                 machine.construct(cls, args, [], cls.node, Frame(path, cls.space))
             start = machine.fact
-            for _ in range(2):  # the first time shows what callbacks give to members
+            for _ in range(2):  # the first pass finds the values that callbacks assign to members
                 _callbacks(machine)
         except (TooLong, RecursionError) as error:
             start, is_cut, is_whole = machine.fact, True, isinstance(error, TooLong)
@@ -308,7 +308,7 @@ def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None, componen
     """Complete a node with the actions of the main function on its ports, and with its executor."""
     node.entities = [each for each in node.entities if each.kind not in ("done", "threads")]
     own = set(node.entities)
-    # Code of others that gets the node is named in a line; it cannot use the ports that a class holds.
+    # A line names foreign code that receives the node; it cannot use the ports that a class holds.
     used = CallbackFact(start.name, start.kind, start.at)
     used.effects = [each for each in start.effects if each.entity is None or each.entity in own]
     if cls is not None:
@@ -326,8 +326,7 @@ def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None, componen
 
 
 def _different(nodes: Iterable[NodeFact]) -> list[NodeFact]:
-    """Return the nodes without duplicates: if several programs create one with equal ports, the first is
-    used."""
+    """Return the nodes without duplicates: of equal nodes of several programs, the first is used."""
     found: dict[tuple[str, str, str], list[NodeFact]] = {}
     for node in nodes:
         same = found.setdefault((str(node.at), node.name, node.cls), [])

@@ -96,7 +96,7 @@ class Waiting:
         words = "condition variable" if is_variable else kind
         held = list(self.machine.holding)
         if is_variable and held:
-            self.machine.holding.pop()  # the lock that it is given is free while it waits
+            self.machine.holding.pop()  # the given lock is free while it waits
         self.machine.does("wait", name, call.node, call.frame, f"{words}, {bound}", timeout=seconds)
         self.machine.holding[:] = held
         return Open("a wait")

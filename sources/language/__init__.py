@@ -1,1 +1,1 @@
-"""An interpreter of Python over values that are partly known: nothing is executed or imported."""
+"""An interpreter of Python over partly known values: nothing is executed or imported."""

@@ -1,4 +1,4 @@
-"""Giving values to variables, attributes and elements; ports and groups learn their names from it."""
+"""Assigns values to variables, attributes and elements; ports and groups get their names from them."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from dineros.sources.language.values import (
 
 
 class Assignments(Conditions):
-    """The part of the interpreter that gives values to targets."""
+    """The part of the interpreter that handles assignments."""
 
     def assign(self, target: ast.expr, value: Value, frame: Frame, expr: ast.expr | None = None) -> None:
-        """Give a target a value, that of an expression; ports and groups learn their names."""
+        """Assign the value of an expression to a target; ports and groups get their names."""
         if isinstance(target, ast.Name):
             self._name(value, target.id)
             self.assign_variable(target.id, value, frame)

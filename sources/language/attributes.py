@@ -1,4 +1,4 @@
-"""The attributes of objects that a program sets, and what could set them without being seen."""
+"""The attributes of objects that a program sets, and unknown code that could set them."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from dineros.sources.language.values import (
 
 
 class Attributes:
-    """What is known of the attributes of objects.
+    """Known facts about the attributes of objects.
 
     Attributes
     ----------
     stores : set of (str, int, int)
         Path, line and column of each assignment to an attribute that was followed.
     names : set of str
-        Attributes that something unknown may set.
+        Attributes that unknown code may set.
     calls : set of str
-        Names of functions and methods that something unknown may call.
+        Names of functions and methods that unknown code may call.
     single : set of int
         Ids of objects that are made once.
     is_wild : bool
@@ -45,7 +45,7 @@ class Attributes:
         self.has_begun = False
 
     def of(self, holder: Object, name: str, at: Place) -> Variable:
-        """Return the variable that an attribute is."""
+        """Return the variable of an attribute."""
         if (id(holder), name) not in self._all:
             self._all[id(holder), name] = holder, Variable(name, at)
         return self._all[id(holder), name][1]
@@ -57,7 +57,7 @@ class Attributes:
     def begin(
         self, variable: Variable, values: tuple[Known, ...] | None, at: Place, *, is_certain: bool
     ) -> None:
-        """Note a value before callbacks run; one that is given in a branch is one of several."""
+        """Record a value from before callbacks run; a value assigned in a branch is one of several."""
         variable.at = at
         if is_certain or variable not in self._first:
             self._first[variable] = set(values) if values is not None else None
@@ -68,16 +68,16 @@ class Attributes:
         self._first[variable] = None if before is None or values is None else before | set(values)
 
     def has_first(self, variable: Variable) -> bool:
-        """Tell whether a variable got a value before callbacks run."""
+        """Return whether a variable was assigned before callbacks run."""
         return variable in self._first
 
     def first(self, variable: Variable) -> Known | None:
-        """Return the only value of a variable when callbacks begin to run; None: it is not known."""
+        """Return the only value of a variable when callbacks begin to run; None: unknown."""
         found = self._first.get(variable)
         return next(iter(found)) if found is not None and len(found) == 1 else None
 
     def may_call(self, function: Value | None) -> None:
-        """Note that something unknown may call a function, at any time."""
+        """Record that unknown code may call a function at any time."""
         if isinstance(function, Either):
             for each in function.options:
                 self.may_call(each)

@@ -1,4 +1,4 @@
-"""Calls of functions, methods and classes of the program; its modules, which run when first named."""
+"""Calls of functions, methods and classes of the program; modules run when they are first used."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Interpreter(Statements):
     def call(
         self, function: Value, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
     ) -> Value:
-        """Call a value; return what it may return."""
+        """Call a value; return its possible results."""
         self.step()
         if isinstance(function, Either):
             able = [each for each in function.options if not is_none(each)]
@@ -96,7 +96,7 @@ class Interpreter(Statements):
         return self.library.call_method(function, args, keys, node, frame)
 
     def _hand_over(self, args: list[Value], keys: dict[str, Value]) -> None:
-        """Take lists that something unknown gets for open: it may change them."""
+        """Mark lists that unknown code receives as open, because it may change them."""
         for each in [*args, *keys.values()]:
             if isinstance(each, Items) and each.kind != "tuple":
                 each.is_open = True
@@ -147,7 +147,7 @@ class Interpreter(Statements):
         return join(inner.returns)
 
     def _bind(self, function: Function, args: list[Value], keys: dict[str, Value], inner: Frame) -> None:
-        """Give parameters their arguments, or their defaults."""
+        """Assign arguments or defaults to parameters."""
         wanted = function.node.args
         named = [each.arg for each in (*wanted.posonlyargs, *wanted.args)]
         inner.names.update(zip(named, args, strict=False))
@@ -202,7 +202,7 @@ class Interpreter(Statements):
         return found
 
     def _adopt(self, fact: CallbackFact, found: Object) -> None:
-        """Let the constructor of a node be one of its callbacks; another is of what calls it."""
+        """Record the constructor of a node as one of its callbacks; others belong to their caller."""
         node = found.node
         if node is None:
             value = next(
@@ -223,7 +223,7 @@ class Interpreter(Statements):
     # ------------------------------------------------------------------------------------------------ modules
 
     def module_frame(self, module: Module, *, is_script: bool = False) -> Frame:
-        """Return the variables of a module, which runs when it is first asked for."""
+        """Return the variables of a module, which runs on first use."""
         found = self.frames.get(module.path)
         if found is not None:
             return found
@@ -246,7 +246,7 @@ class Interpreter(Statements):
         return super().read_slot(holder, name)
 
     def described(self, function: Value) -> tuple[str, Place | None, bool]:
-        """Return the name of a callback, where it begins, and whether it is asynchronous."""
+        """Return the name of a callback, its first line, and whether it is asynchronous."""
         if isinstance(function, Partial):
             return self.described(function.function)
         if isinstance(function, Bound):
@@ -278,7 +278,7 @@ class Interpreter(Statements):
 
 
 def _is_lost(function: Function, node: ast.AST, awaited: ast.AST | None) -> bool:
-    """Tell whether the body of a function does not run where it is called: generators, decorators, tasks."""
+    """Return whether the body of a function does not run at its call: generators, decorators, tasks."""
     if any(each.rpartition(".")[2] not in _PLAIN for each in function.decorators):
         return True
     if isinstance(function.node, ast.AsyncFunctionDef) and node not in (awaited, function.node):
@@ -291,7 +291,7 @@ def _is_lost(function: Function, node: ast.AST, awaited: ast.AST | None) -> bool
 
 
 _PLAIN = frozenset(("staticmethod", "classmethod", "property", "override", "abstractmethod"))
-"""Decorators that leave a function as it is."""
+"""Decorators that do not change a function."""
 
 
 def _fields(cls: Class) -> list[str]:

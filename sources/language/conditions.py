@@ -1,4 +1,4 @@
-"""What callbacks set and test: attributes of objects that get constants, as far as the program says it."""
+"""Finds the attributes that callbacks set to constants and test, as far as the program shows it."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ _SIMPLE = (bool, int, str, type(None))
 
 
 class Conditions(Imports):
-    """The part of the interpreter that notes which attributes are set and tested."""
+    """The part of the interpreter that records which attributes are set and tested."""
 
     # ------------------------------------------------------------------------------------------------ tests
 
     def condition(self, test: ast.expr, frame: Frame, before: list[Item] | None = None) -> Condition:
-        """Return what a test asks, after it was evaluated; parts that are not known may hold or not.
+        """Return the condition of a test, after it was evaluated; unknown parts may hold or not.
 
         Parameters
         ----------
@@ -55,7 +55,7 @@ class Conditions(Imports):
         frame : Frame
             Its variables.
         before : list of Item
-            What its evaluation does.
+            Effects of its evaluation.
         """
         if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
             return Negated(self.condition(test.operand, frame, before))
@@ -108,14 +108,14 @@ class Conditions(Imports):
         return Negated(found) if isinstance(operator, (ast.NotEq, ast.IsNot)) else found
 
     def _alone(self, node: ast.expr, frame: Frame) -> Value | None:
-        """Evaluate an expression once more; None where it is not one value, or does something."""
+        """Evaluate an expression again; None if it has not exactly one value, or has effects."""
         aside = Activity(CallbackFact("test", "test", self.activity.fact.at), self.activity.node)
         with self.doing(aside):
             value = self.evaluate(node, frame)
         return None if aside.block or aside.is_lost or isinstance(value, Either) else value
 
     def _attribute(self, value: Value | None, name: str) -> Variable | None:
-        """Return the variable that an attribute of an object is; None: it is none."""
+        """Return the variable of an attribute of an object; None: not a variable."""
         if not isinstance(value, Object) or isinstance(self.look_up(value.cls, name), Function):
             return None
         return self.attributes.of(value, name, Place("", 0))
@@ -133,7 +133,7 @@ class Conditions(Imports):
         *,
         is_certain: bool,
     ) -> None:
-        """Note that an attribute of an object gets a value; not certain: or one of another object."""
+        """Record an assignment to an attribute of an object; if not certain, it may be another object."""
         at, activity = self.place(node, frame), self.activity
         variable = self.attributes.of(holder, name, at)
         values = self._values(value, expr, frame)
@@ -149,7 +149,7 @@ class Conditions(Imports):
         activity.block.append(found if is_certain else Branch(Anything(), [found], []))
 
     def _truth_value(self, expr: ast.expr, frame: Frame) -> Condition | None:
-        """Return the condition whose truth an expression is: ``not self.busy``, ``self.mode == 1``."""
+        """Return the condition of an expression: ``not self.busy``, ``self.mode == 1``."""
         is_test = isinstance(expr, ast.Compare) or (
             isinstance(expr, ast.UnaryOp) and isinstance(expr.op, ast.Not)
         )
@@ -167,7 +167,7 @@ class Conditions(Imports):
         return None if None in found or OTHER in found else tuple(dict.fromkeys(e for e in found if e))
 
     def _known(self, expr: ast.expr | None, value: Value | None, frame: Frame) -> Known | None:
-        """Return a constant, or that something is there; None: it is not known."""
+        """Return a constant, or `SOME`; None: unknown."""
         if isinstance(expr, ast.Constant):
             return constant(expr.value) if isinstance(expr.value, _SIMPLE) else None
         if isinstance(expr, (ast.Attribute, ast.Name)):
@@ -184,7 +184,7 @@ class Conditions(Imports):
         return None
 
     def _named(self, expr: ast.Attribute | ast.Name, frame: Frame) -> Known | None:
-        """Return a constant that has a name: a member of an enumeration, a constant of a class or module."""
+        """Return a named constant: a member of an enumeration, a constant of a class or module."""
         name = expr.attr if isinstance(expr, ast.Attribute) else expr.id
         if not name.isupper():
             return None

@@ -1,4 +1,4 @@
-"""What can be done with constants: methods of texts, simple functions that are built in."""
+"""Operations on constants: methods of strings, simple built-in functions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _MOST_TEXT = 5_000
 
 
 def call_constant(function: Value, args: list[Value], keys: dict[str, Value]) -> Value | None:
-    """Call a method of a text; None: it is not one of those that are known."""
+    """Call a method of a string; None: an unknown method."""
     if not isinstance(function, OutsideMethod):
         return None
     instance, name = function.instance, function.name
@@ -63,7 +63,7 @@ def call_constant(function: Value, args: list[Value], keys: dict[str, Value]) ->
 
 
 def format_text(template: str, args: list[Value], keys: dict[str, Value]) -> Value:
-    """Return ``template.format(...)``; what is unknown stands in braces."""
+    """Return ``template.format(...)``; unknown parts are in braces."""
     found = ""
     number, is_known, origin = 0, True, ""
     try:
@@ -94,7 +94,7 @@ def format_text(template: str, args: list[Value], keys: dict[str, Value]) -> Val
 
 
 def call_built_in(name: str, args: list[Value], text: str) -> Value | None:
-    """Call a function that is built in, or of ``os.path``, with constants; None: it is not one of those."""
+    """Call a built-in function, or one of ``os.path``, with constants; None: another function."""
     values = [each.value for each in args if isinstance(each, Const)]
     if len(values) != len(args) or not args:
         return None

@@ -1,4 +1,4 @@
-"""Whether a loop ends, as far as its text says it."""
+"""Determines from the code of a loop whether it may run forever."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import ast
 
 
 def why_endless(node: ast.While) -> str:
-    """Return why a loop that tests nothing may never end; empty where it may end, or waits in each turn."""
+    """Return why a loop without a test may never end; empty if it may end, or waits in each iteration."""
     exits: list[ast.If | None] = []
     stored, has_call = set(), False
     todo: list[tuple[ast.AST, ast.If | None, bool]] = [(each, None, False) for each in node.body]
@@ -19,7 +19,7 @@ def why_endless(node: ast.While) -> str:
         if isinstance(part, (ast.Name, ast.Attribute)) and isinstance(part.ctx, ast.Store):
             stored.add(ast.unparse(part))
         if isinstance(part, ast.Try):
-            return ""  # an exception may be its way out
+            return ""  # an exception may be its exit
         inner = part if isinstance(part, ast.If) else under
         is_inside = is_inside or isinstance(part, (ast.While, ast.For, ast.AsyncFor))
         todo += [(child, inner, is_inside) for child in ast.iter_child_nodes(part)]

@@ -1,4 +1,4 @@
-"""Expressions: what they may be worth, as far as the program says it."""
+"""Evaluates expressions to their possible values."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ from dineros.sources.language.values import (
 
 
 class Expressions(Collections):
-    """The half of the interpreter that values expressions."""
+    """The part of the interpreter that evaluates expressions."""
 
     def evaluate(self, node: ast.expr, frame: Frame) -> Value:
-        """Return the value of an expression; its effects are noted."""
+        """Return the value of an expression; its effects are recorded."""
         self.step()
         method = getattr(self, f"_value_of_{type(node).__name__}", None)
         if method is None:
@@ -56,7 +56,7 @@ class Expressions(Collections):
         return self.variable(node.id, frame) or Open(node.id)
 
     def variable(self, name: str, frame: Frame) -> Value | None:
-        """Return a variable: of the function, of those around it, of the module, built in."""
+        """Return a variable: of the function, of enclosing functions, of the module, or built in."""
         here: Frame | None = frame
         is_global = name in frame.globals
         while here is not None:
@@ -76,7 +76,7 @@ class Expressions(Collections):
         return None
 
     def assign_variable(self, name: str, value: Value, frame: Frame) -> None:
-        """Give a variable a value."""
+        """Assign a value to a variable."""
         here: Frame | None = frame
         if name in frame.globals:
             while here is not None and self.holder_of(here) is None:
@@ -109,7 +109,7 @@ class Expressions(Collections):
         return self.attribute(value, node.attr, short(node), node, frame)
 
     def attribute(self, value: Value, name: str, text: str, node: ast.AST, frame: Frame) -> Value:
-        """Return an attribute of a value, its methods among them."""
+        """Return an attribute of a value, including methods."""
         if isinstance(value, Either):
             return join(
                 self.attribute(each, name, text, node, frame) for each in value.options if not is_none(each)
@@ -203,7 +203,7 @@ class Expressions(Collections):
         return join(self.result_of(each) if isinstance(each, Future) else each for each in options(value))
 
     def result_of(self, future: Future) -> Value:
-        """Return what a future holds."""
+        """Return the result of a future."""
         return Goal("client", future.entity) if future.of == "goal" else Open("result")
 
     def _value_of_Starred(self, node: ast.Starred, frame: Frame) -> Value:  # noqa: N802

@@ -24,11 +24,11 @@ from dineros.sources.language.values import (
 )
 
 MOST_TURNS = 64
-"""Turns of a loop that are looked at one by one."""
+"""Limit of the iterations of a loop that are followed one by one."""
 
 
 class Collections(Operations):
-    """The part of the interpreter that values collections."""
+    """The part of the interpreter that evaluates collections."""
 
     # -------------------------------------------------------------------------------------------- collections
 
@@ -103,7 +103,7 @@ class Collections(Operations):
         return Open(text)
 
     def turns(self, value: Value) -> tuple[list[Value], bool]:
-        """Return what a loop over a value goes through, and whether that is exactly known."""
+        """Return the items of a loop over a value, and whether they are known exactly."""
         if isinstance(value, Items):
             return value.items[:MOST_TURNS], not value.is_open and len(value.items) <= MOST_TURNS
         if isinstance(value, Mapping):
@@ -114,7 +114,7 @@ class Collections(Operations):
         return [], False
 
     def _comprehension(self, node: Any, frame: Frame, make: Callable[[Frame], None]) -> bool:
-        """Go through the loops of a comprehension; tell whether all turns are known."""
+        """Follow the loops of a comprehension; return whether all iterations are known."""
         inner = Frame(frame.module, {}, frame, function=frame.function, instance=frame.instance)
         is_exact = True
 
@@ -171,12 +171,12 @@ class Collections(Operations):
         return found
 
     def assign(self, target: ast.expr, value: Value, frame: Frame) -> None:
-        """Give a target a value."""
+        """Assign a value to a target."""
         raise NotImplementedError
 
 
 def put(mapping: Mapping, key: Value, value: Value) -> None:
-    """Put a value into a dictionary, under a key that may not be known."""
+    """Put a value into a dictionary, under a key that may be unknown."""
     if (known := key_of(key)) is not None:
         mapping.items[known] = value
     else:

@@ -1,4 +1,4 @@
-"""Imports: of modules of the folder, and of what is not in it."""
+"""Imports of modules inside and outside of the folder."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dineros.sources.language.values import Frame, ModuleValue, Open, Outside, V
 
 _LIBRARIES = ("rclpy", "launch", "launch_ros", "numpy", "math")
 _INTERFACES = ("_msgs", "_msg", "_interfaces", "_srvs", "_actions")
-"""How packages of interfaces end."""
+"""Suffixes of the modules of interfaces."""
 
 
 class Imports(Expressions):
@@ -70,7 +70,7 @@ class Imports(Expressions):
         return {FALLS}
 
     def _outside_star(self, name: str, node: ast.ImportFrom, frame: Frame) -> None:
-        """Note that all names of a module are imported that is not in the folder."""
+        """Record that all names of a module outside of the folder are imported."""
         stars = self.stars.setdefault(frame.module.path, [])
         top = name.partition(".")[0]
         if name not in stars and top not in sys.stdlib_module_names:

@@ -1,4 +1,4 @@
-"""What the interpreter of a program knows: where it is, what it has found, which values variables have."""
+"""The state of the interpreter of a program: position, results, and values of variables."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ from dineros.sources.language.values import (
 )
 
 MOST_STEPS = 400_000
-"""Expressions and statements that are looked at in one program."""
+"""Limit of the expressions and statements of one program."""
 MOST_CALLS = 30
-"""Functions that call each other, one in another."""
+"""Limit of the depth of calls."""
 MOST_CALLBACKS = 600
-"""Callbacks of one program."""
+"""Limit of the callbacks of one program."""
 MOST_VALUES = 12
-"""Values that are kept of a variable."""
+"""Limit of the values of a variable."""
 
 
 FALLS, RETURNS, RAISES, BREAKS, CONTINUES = "falls", "returns", "raises", "breaks", "continues"
-"""How statements may end: the first continues with the next."""
+"""The possible ends of statements: the first continues with the next statement."""
 
 
 class TooLong(Exception):  # noqa: N818
@@ -53,12 +53,12 @@ class TooLong(Exception):  # noqa: N818
 
 @dataclass(eq=False)
 class Activity:
-    """What is being read, and takes the effects: the main function, a constructor, a callback, a thread.
+    """The code that is being read and gets the effects: main function, constructor, callback or thread.
 
     Attributes
     ----------
     fact : CallbackFact
-        Takes the effects.
+        Gets the effects.
     node : NodeFact or None
         Whose it is.
     conditional, loops, disabled : int
@@ -80,7 +80,7 @@ class Activity:
 
 
 class Library(Protocol):
-    """What knows the functions that are not in the folder."""
+    """Interprets functions that are not in the folder."""
 
     def call(
         self, path: str, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
@@ -107,18 +107,18 @@ class Library(Protocol):
         """Begin the part of an object that a class outside of the folder has."""
 
     def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> bool:
-        """Enter a ``with``; tell whether it is a lock."""
+        """Enter a ``with``; return whether it is a lock."""
 
 
 class Machine:
-    """Where the interpreter is, and what it has found.
+    """The position of the interpreter, and its results.
 
     Parameters
     ----------
     modules : Modules
         The folder's modules.
     program : str
-        What is run, in words.
+        The program that is run, in words.
     """
 
     def __init__(self, modules: Modules, program: str) -> None:
@@ -152,7 +152,7 @@ class Machine:
         return self.activities[-1]
 
     def place(self, node: ast.AST, frame: Frame) -> Place:
-        """Return the place of a part of the code."""
+        """Return the location of a part of the code."""
         return Place(frame.module.path, getattr(node, "lineno", 1))
 
     def step(self) -> None:
@@ -169,7 +169,7 @@ class Machine:
 
     @contextmanager
     def doing(self, activity: Activity) -> Iterator[None]:
-        """Let another activity take the effects."""
+        """Assign the effects to another activity."""
         self.activities.append(activity)
         try:
             yield
@@ -180,7 +180,7 @@ class Machine:
     def perhaps(
         self, *, is_loop: bool = False, is_disabled: bool = False, is_kept: bool = False
     ) -> Iterator[list[Item]]:
-        """Do something that may not be done, or not once; yield its block, which the caller may keep."""
+        """Run code that may be executed any number of times; yield its block, which the caller may keep."""
         activity = self.activity
         activity.conditional += 1
         activity.loops += is_loop
@@ -198,7 +198,7 @@ class Machine:
 
     @contextmanager
     def block(self) -> Iterator[list[Item]]:
-        """Collect what is done in a block of its own."""
+        """Collect the effects in a block of its own."""
         activity = self.activity
         outer, activity.block = activity.block, []
         try:
@@ -208,7 +208,7 @@ class Machine:
 
     @contextmanager
     def each(self, index: object, *, is_loop: bool = True) -> Iterator[None]:
-        """Do one turn of a loop whose turns are known."""
+        """Run one iteration of a loop whose iterations are known."""
         self.trail.append(index)
         self.activity.loops += is_loop
         try:
@@ -220,7 +220,7 @@ class Machine:
     # ---------------------------------------------------------------------------------------------- variables
 
     def read_slot(self, holder: Holder, name: str) -> Value | None:
-        """Return the value of an attribute: what this run gave it, else all that it has had."""
+        """Return the value of an attribute: the one assigned in this run, or all values that it has had."""
         slot = holder.slots.get(name)
         if slot is None:
             return None
@@ -230,7 +230,7 @@ class Machine:
         return found
 
     def write_slot(self, holder: Holder, name: str, value: Value) -> None:
-        """Give an attribute a value; in a branch, it may have the one before, too."""
+        """Assign a value to an attribute; in a branch, it may also have its previous value."""
         slot = holder.slots.get(name)
         if slot is None:
             holder.slots[name] = Slot(value, [value], self.run)
@@ -247,11 +247,11 @@ class Machine:
         slot.run = self.run
 
     def holder_of(self, frame: Frame) -> Holder | None:
-        """Return what holds the variables of a module; None for a function."""
+        """Return the namespace of a module; None for a function."""
         return self.holders.get(id(frame))
 
     def escape(self, value: Value | None, depth: int = 3) -> None:
-        """Note that something unknown gets a value: it may call the functions that it holds."""
+        """Record that unknown code receives a value: it may call the functions in the value."""
         for each in options(value):
             if isinstance(each, (Function, Bound, Partial)):
                 self.attributes.may_call(each)
@@ -274,7 +274,7 @@ class Machine:
         entity: Entity | None = None,
         timeout: float | None = None,
     ) -> Effect:
-        """Note what the activity does; the same at the same place is noted once."""
+        """Record an effect of the activity; equal effects at one location are recorded once."""
         activity = self.activity
         when = "in a loop" if activity.loops else "conditional" if activity.conditional else "always"
         at = self.place(node, frame)
@@ -298,7 +298,7 @@ class Machine:
     def later(
         self, function: Value, kind: str, node: NodeFact | None, args: list[Value], key: object
     ) -> CallbackFact:
-        """Note a callback that is to be read; return its fact."""
+        """Schedule a callback for reading; return its fact."""
         name, at, is_async = self.described(function)
         fact = CallbackFact(name, kind, at or Place("", 0), is_async=is_async)
         callback = Callback(function, fact, node, args)
@@ -337,7 +337,7 @@ class Machine:
         raise NotImplementedError
 
     def module_frame(self, module: Module, *, is_script: bool = False) -> Frame:
-        """Return the variables of a module, which is run when they are first asked for."""
+        """Return the variables of a module, which runs on first use."""
         raise NotImplementedError
 
     def attribute(self, value: Value, name: str, text: str, node: ast.AST, frame: Frame) -> Value:
@@ -345,7 +345,7 @@ class Machine:
         raise NotImplementedError
 
     def look_up(self, cls: Class, name: str, after: Class | None = None) -> Value | None:
-        """Return what a class or its bases have under a name; after a class, where one is given."""
+        """Look up a name in a class and its bases; after a given class, if there is one."""
         order = [each for each in cls.order() if isinstance(each, Class)]
         if after is not None and after in order:
             order = order[order.index(after) + 1 :]
@@ -353,7 +353,7 @@ class Machine:
 
 
 def callback_key(function: Value) -> tuple[object, ...]:
-    """Return what tells one callback from another."""
+    """Return the key of a callback."""
     if isinstance(function, Bound):
         return (id(function.function.node), id(function.instance))
     if isinstance(function, Function):

@@ -1,4 +1,4 @@
-"""The modules of a folder, parsed, and which of them an import names."""
+"""Parses the modules of a folder, and resolves imports to them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import PurePosixPath
 from dineros.sources.folders import SourceFolder
 
 MOST_DEPTH = 400
-"""Levels of nesting of an expression or a statement."""
+"""Limit of the nesting of an expression or a statement."""
 
 
 class Module:
@@ -23,7 +23,7 @@ class Module:
     path : str
         Relative to the folder.
     tree : ast.Module
-        What it says.
+        Its syntax tree.
     """
 
     def __init__(self, path: str, tree: ast.Module) -> None:
@@ -42,7 +42,7 @@ class Modules:
     Parameters
     ----------
     folder : SourceFolder
-        The folder; what cannot be parsed is said in its `unread`.
+        The folder; files that cannot be parsed are listed in its `unread`.
     packages : iterable of str
         Folders of packages, from which imports may begin.
     """
@@ -50,7 +50,7 @@ class Modules:
     def __init__(self, folder: SourceFolder, packages: Iterable[str]) -> None:
         self.all: dict[str, Module] = {}
         self.reached: set[tuple[str, int]] = set()
-        """Path and line of the calls that make entities and that a program reached."""
+        """Path and line of the calls that create entities and that a program reached."""
         self._folder = folder
         files = set(folder.scripts)
         self._with_init = {
@@ -63,7 +63,7 @@ class Modules:
                 self._named[name].append(path)
 
     def unread(self, line: str) -> None:
-        """Say what was left out."""
+        """Report an ignored part."""
         self._folder.unread.append(line)
 
     def module(self, path: str) -> Module | None:
@@ -76,10 +76,10 @@ class Modules:
         return self.all[path]
 
     def find(self, name: str, by: Module) -> str | None:
-        """Return the path of what a module imports by an absolute name; None: it is outside.
+        """Return the path of the module that an absolute name imports; None: outside of the folder.
 
-        Of several files of one name, the one nearest to what imports it is taken, of those the one
-        in the outermost folder.
+        Of several files with one name, the one nearest to the importing file is used, then the one in the
+        outermost folder.
         """
         if name.partition(".")[0] in sys.stdlib_module_names:
             return None
@@ -93,11 +93,11 @@ class Modules:
         )
 
     def is_package(self, name: str) -> bool:
-        """Tell whether a dotted name begins that of a module of the folder."""
+        """Return whether a dotted name is a prefix of the name of a module of the folder."""
         return any(each.startswith(f"{name}.") for each in self._named)
 
     def relative(self, by: Module, level: int, name: str) -> str | None:
-        """Return the path that a relative import means."""
+        """Return the path of a relative import."""
         place = PurePosixPath(by.path).parent
         for _ in range(level - 1):
             place = place.parent
@@ -168,7 +168,7 @@ class Modules:
 
 
 def _is_deep(tree: ast.AST) -> bool:
-    """Tell whether a tree has too many levels to be followed."""
+    """Return whether a tree is nested too deeply to be followed."""
     level: list[ast.AST] = [tree]
     for _ in range(MOST_DEPTH):
         level = [child for node in level for child in ast.iter_child_nodes(node)]

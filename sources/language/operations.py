@@ -1,4 +1,4 @@
-"""Texts, sums and tests: what operators make of values that are partly known."""
+"""Applies operators to partly known values: strings, sums and tests."""
 
 from __future__ import annotations
 
@@ -53,11 +53,11 @@ _COMPARED: dict[type, Callable[[Any, Any], bool]] = {
 _MOST_TEXT = 10_000
 
 Verdict = tuple[bool | None, str]
-"""Whether a test holds, and where that comes from: empty where it is certain."""
+"""Whether a test holds, and the origin of this result: empty if it is certain."""
 
 
 class Operations(Machine):
-    """The part of the interpreter that values operators."""
+    """The part of the interpreter that evaluates operators."""
 
     # ----------------------------------------------------------------------------------------- texts and sums
 
@@ -123,7 +123,7 @@ class Operations(Machine):
     # -------------------------------------------------------------------------------------------------- tests
 
     def truth(self, value: Value) -> Verdict:
-        """Tell whether a value is true, and where that comes from; None: not known."""
+        """Return whether a value is true, and the origin of this result; None: unknown."""
         if isinstance(value, Const):
             return bool(value.value), value.origin
         if isinstance(value, Items) and not value.is_open:
@@ -137,7 +137,7 @@ class Operations(Machine):
         return None, ""
 
     def decide(self, test: ast.expr, frame: Frame) -> Verdict:
-        """Value a test; tell whether it holds."""
+        """Evaluate a test; return whether it holds."""
         return self.truth(self.evaluate(test, frame))
 
     def _value_of_Compare(self, node: ast.Compare, frame: Frame) -> Value:  # noqa: N802
@@ -221,7 +221,7 @@ class Operations(Machine):
 
 
 def joined(parts: list[Value]) -> Value:
-    """Return texts one after another; what is unknown stands in braces."""
+    """Concatenate texts; unknown parts are in braces."""
     text = "".join(hole(each) for each in parts)[:_MOST_TEXT]
     if all(isinstance(each, Const) for each in parts):
         origin = next((each.origin for each in parts if isinstance(each, Const) and each.origin), "")
@@ -230,7 +230,7 @@ def joined(parts: list[Value]) -> Value:
 
 
 def _is_small(value: object, op: ast.operator) -> bool:
-    """Tell whether a value can be calculated with: no product of texts, no huge numbers."""
+    """Return whether a value can be used in calculations: not for products of strings or huge numbers."""
     if isinstance(value, (str, bytes)):
         return isinstance(op, ast.Add) and len(value) < _MOST_TEXT
     return isinstance(value, (bool, float)) or (isinstance(value, int) and abs(value) < 1 << 64)

@@ -1,4 +1,4 @@
-"""Statements: what they give to variables, in which order, and how they may end."""
+"""Runs statements: assignments, their order, and the possible ends of statements."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _LEAVES = {RETURNS, RAISES, BREAKS, CONTINUES}
 
 
 class Statements(Assignments):
-    """The half of the interpreter that runs statements."""
+    """The part of the interpreter that runs statements."""
 
     def _tested(self, test: ast.expr, frame: Frame) -> tuple[Verdict, Condition]:
-        """Evaluate the test of a statement; return its verdict, and what it asks."""
+        """Evaluate the test of a statement; return its verdict, and its condition."""
         with self.block() as before:
             verdict = self.decide(test, frame)
         if verdict[0] is not None and not verdict[1]:
@@ -39,7 +39,7 @@ class Statements(Assignments):
         return verdict, self.condition(test, frame, before)
 
     def execute(self, body: list[ast.stmt], frame: Frame) -> set[str]:
-        """Run statements; what stands behind a way out is done perhaps."""
+        """Run statements; those after a possible exit may be executed."""
         ends: set[str] = set()
         count = 0
         try:
@@ -137,7 +137,7 @@ class Statements(Assignments):
         if node.exc is not None:
             self.evaluate(node.exc, frame)
             call = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
-            if self.activity.fact.effects:  # it has done something already: not a check of what it was given
+            if self.activity.fact.effects:  # it has already had effects: not a check of its arguments
                 self.effect("raise", ast.unparse(call), node, frame)
         return self._leave(RAISES)
 
@@ -167,7 +167,7 @@ class Statements(Assignments):
         ends: set[str] = set()
         parts = [(True, node.body), (False, node.orelse)]
         if is_setting:
-            parts.sort(key=lambda part: part[0] is verdict)  # what is not taken by default comes first
+            parts.sort(key=lambda part: part[0] is verdict)  # branches not taken by default come first
         for is_body, body in parts:
             frame.names.clear()
             frame.names.update(before)
@@ -177,7 +177,7 @@ class Statements(Assignments):
                 found = self.execute(body, frame)
             (done.then if is_body else done.otherwise).extend(block)
             if is_off:
-                off = dict(frame.names)  # of use where the same setting is asked again
+                off = dict(frame.names)  # useful if the same setting is tested again
                 if found != {FALLS}:
                     del frame.returns[count:]
                 goes_on = FALLS in found
@@ -239,7 +239,7 @@ class Statements(Assignments):
                     self.assign_variable(handler.name, Open(handler.name), frame)
                 found = self.execute(handler.body, frame)
             done.handlers.append(block)
-            # A handler that leaves ends what only happens after an error.
+            # A handler with an exit ends the code that runs only after an error.
             ends |= found if FALLS in found or FALLS not in ends else set()
             if FALLS in found:
                 after.append(dict(frame.names))
@@ -338,7 +338,7 @@ class Statements(Assignments):
         return ends
 
     def _polls(self, node: ast.While, frame: Frame) -> None:
-        """Note that a loop waits for a future that it asks again and again."""
+        """Record that a loop waits for a future that it tests repeatedly."""
         for each in ast.walk(node.test):
             if (
                 isinstance(each, ast.Call)
@@ -358,7 +358,7 @@ class Statements(Assignments):
         *,
         is_entered: bool = False,
     ) -> set[str]:
-        """Run the body of a loop whose turns are not known: what it changes may be as before, or anything."""
+        """Run the body of a loop with unknown iterations: changed variables may have any value."""
         before = dict(frame.names)
         self._forget(_assigned(body), frame)
         activity = self.activity
@@ -376,7 +376,7 @@ class Statements(Assignments):
         return ends
 
     def _forget(self, names: set[str], frame: Frame) -> None:
-        """Take a constant that a loop changes for open, before its first turn."""
+        """Mark a constant that a loop changes as open, before the first iteration."""
         for name in names:
             value = frame.names.get(name)
             if isinstance(value, Const) and value.value is not None:
@@ -384,7 +384,7 @@ class Statements(Assignments):
 
 
 def merge(frame: Frame, after: list[dict[str, Value]], before: dict[str, Value]) -> None:
-    """Give variables the values of all branches that continue."""
+    """Merge the values of variables from all branches that continue."""
     if not after:
         after = [before]
     names = {name for each in after for name in each}
@@ -398,7 +398,7 @@ def merge(frame: Frame, after: list[dict[str, Value]], before: dict[str, Value])
 
 
 def _assigned(body: list[ast.stmt]) -> set[str]:
-    """Return the names that statements give values to."""
+    """Return the names that statements assign."""
     return {
         each.id
         for statement in body

@@ -1,4 +1,4 @@
-"""Values that are partly known: what an expression of a program may be."""
+"""Partly known values of expressions of a program."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class Value:
 
 @dataclass(eq=False)
 class Open(Value):
-    """A value that is not known.
+    """An unknown value.
 
     Attributes
     ----------
     text : str
-        How the code calls it.
+        Its text in the code.
     """
 
     text: str = "?"
@@ -39,7 +39,7 @@ class Const(Value):
     value : object
         Number, text, truth value, or None.
     origin : str
-        Empty for a literal. Else where it comes from, so that it may be another value elsewhere:
+        Empty for a literal. Otherwise its origin, if it may have another value in other runs:
         ``variable``, ``parameter NAME``, ``environment NAME``.
     """
 
@@ -48,13 +48,13 @@ class Const(Value):
 
     @property
     def is_setting(self) -> bool:
-        """Whether people can set it from outside."""
+        """Whether users can set it."""
         return self.origin.startswith(("parameter", "environment"))
 
 
 @dataclass(eq=False)
 class Text(Value):
-    """A text with unknown parts, which stand in braces."""
+    """A string with unknown parts, which are in braces."""
 
     text: str
 
@@ -146,7 +146,7 @@ class Class(Value):
 
 @dataclass(eq=False)
 class Slot:
-    """An attribute of an object, or a variable of a module: its value now, and all it has had."""
+    """An attribute of an object, or a variable of a module: its current value, and all previous ones."""
 
     current: Value
     values: list[Value]
@@ -154,7 +154,7 @@ class Slot:
 
 
 class Holder(Value):
-    """What has attributes."""
+    """A value with attributes."""
 
     def __init__(self) -> None:
         self.slots: dict[str, Slot] = {}
@@ -173,7 +173,7 @@ class Object(Holder):
 
 
 class Made(Holder):
-    """What a call outside of the folder returns: a profile, a group, a thread, something unknown."""
+    """The result of a call outside of the folder: a profile, a group, a thread, an unknown value."""
 
     def __init__(self, path: str, args: list[Value], keys: dict[str, Value], at: Place) -> None:
         super().__init__()
@@ -202,7 +202,7 @@ class ModuleValue(Value):
 
 @dataclass(eq=False)
 class Outside(Value):
-    """Something that is not in the folder: module, class, function or constant, by its dotted name."""
+    """A module, class, function or constant outside of the folder, by its dotted name."""
 
     path: str
 
@@ -253,7 +253,7 @@ class RunningNode(Holder):
 
 @dataclass(eq=False)
 class Future(Value):
-    """What an asynchronous call returns.
+    """The result of an asynchronous call.
 
     Attributes
     ----------
@@ -318,23 +318,23 @@ def join(values: Iterable[Value | None]) -> Value:
 
 
 MOST_OPTIONS = 24
-"""Values that one variable is followed through."""
+"""Limit of the values of one variable."""
 
 
 def key_of(value: Value) -> Any:
-    """Return what stands for a value as a key of a dictionary; None: it is not known well enough."""
+    """Return the representation of a value as a key of a dictionary; None: not known exactly."""
     if isinstance(value, Const):
         return value.value if isinstance(value.value, (str, int, float, bool, bytes)) else None
     return value if isinstance(value, (Object, Class, Port, RunningNode)) else None
 
 
 def of_key(key: Any) -> Value:
-    """Return the value that a key of a dictionary stands for."""
+    """Return the value of a key of a dictionary."""
     return key if isinstance(key, Value) else Const(key)
 
 
 def same(one: Value, other: Value) -> bool:
-    """Tell whether two values are surely the same."""
+    """Return whether two values are certainly the same."""
     if one is other:
         return True
     if isinstance(one, Const) and isinstance(other, Const):
@@ -353,7 +353,7 @@ def same(one: Value, other: Value) -> bool:
 
 
 def options(value: Value | None) -> list[Value]:
-    """Return what a value may be, one by one."""
+    """Return the possible values of a value."""
     if value is None:
         return []
     return value.options if isinstance(value, Either) else [value]
@@ -365,12 +365,12 @@ def is_none(value: Value | None) -> bool:
 
 
 def constant(value: Value | None) -> Any:
-    """Return the value of a constant; None where it is none."""
+    """Return the value of a constant; None: not a constant."""
     return value.value if isinstance(value, Const) else None
 
 
 def text_of(value: Value | None) -> str:
-    """Return a value as a text of the facts: what is unknown is open, or stands in braces."""
+    """Return a value as a text of the facts: unknown parts are open, or in braces."""
     if isinstance(value, Const):
         return str(value.value)
     if isinstance(value, Text):

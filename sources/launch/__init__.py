@@ -1,1 +1,1 @@
-"""Launch files: which nodes a robot is started with, under which names, with which parameters."""
+"""Reads launch files: the nodes that they start, with names and parameters."""

@@ -1,4 +1,4 @@
-"""Which executor runs a component: its container in a launch file says it."""
+"""Determines the executor of a component from its container in a launch file."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ THREADS: dict[str, int | str] = {
 
 
 def container_of(component: Started, started: Sequence[Started]) -> Started | None:
-    """Return the container that a launch file loads a component into; None: nothing starts it."""
+    """Return the container into which a launch file loads a component; None: nothing starts it."""
     name = component.container.rpartition("/")[2]
     for each in started:
         if each.kind != "component" and each.name and each.executable:
@@ -40,7 +40,7 @@ def container_of(component: Started, started: Sequence[Started]) -> Started | No
 
 
 def executor_in(component: Started, started: Sequence[Started]) -> Executor | None:
-    """Return the executor that runs a component; None: its container does not say it."""
+    """Return the executor that runs a component; None: unknown from its container."""
     container = container_of(component, started)
     if container is None:
         return None

@@ -1,4 +1,4 @@
-"""What a launch file starts: its actions, walked through with the values of its arguments."""
+"""Evaluates the actions of a launch file with the values of its arguments."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from dineros.sources.language.values import Mapping as Table
 from dineros.sources.launch.substitutions import Scope, Substitutions, known_or_open, truth_of, words_of
 
 DEEPEST = 12
-"""Files that include each other."""
+"""Limit of nested includes."""
 
 
 @dataclass(eq=False)
@@ -34,7 +34,7 @@ class Started:
     at : Place
         Where.
     package, executable, plugin : str
-        What is started; a plugin is a component.
+        The started program; a plugin is a component.
     name, namespace : str
         As given; empty: that of the code.
     remappings : dict of str to str

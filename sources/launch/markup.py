@@ -1,4 +1,4 @@
-"""Launch files in XML and YAML, as the same actions that launch files in Python make."""
+"""Converts launch files in XML and YAML to the actions of launch files in Python."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def actions_of_xml(text: str, path: str) -> list[Value]:
 
 
 def _inner(element: etree._Element) -> list[Entity]:
-    children = element.iterchildren("*")  # comments are left out
+    children = element.iterchildren("*")  # comments are ignored
     return [(str(each.tag), dict(attributes_of(each)), _inner(each), line_of(each) or 1) for each in children]
 
 
@@ -84,7 +84,7 @@ def _entity(tag: str, part: Part) -> Entity:
 
 
 def _action(entity: Entity, path: str) -> Value:
-    """Return an element as the action of the same meaning."""
+    """Convert an element to an equivalent action."""
     tag, attributes, inner, line = entity
     keys = {key: parsed(value) for key, value in attributes.items()}
     at = Place(path, line)
@@ -202,7 +202,7 @@ _MOST_TEXT = 10_000
 
 
 def _closing(text: str, start: int) -> int | None:
-    """Return where the bracket is closed that stands at a place."""
+    """Return the position of the closing bracket for an opening one."""
     depth = 0
     for index in range(start, len(text)):
         depth += {"(": 1, ")": -1}.get(text[index], 0)

@@ -1,4 +1,4 @@
-"""Files of parameters: what they say for a node."""
+"""Reads the parameters of a node from parameter files."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _collect(table: dict[str, Any], path: str, node: str, found: dict[str, Any])
 
 
 def _fits(pattern: str, node: str) -> bool:
-    """Tell whether a key of the file means a node: ``/**`` stands for any namespaces, ``*`` for one."""
+    """Return whether a key of the file matches a node: ``/**`` matches any namespaces, ``*`` one of them."""
     pattern = pattern or "/"
     if pattern.endswith("/**"):
         return True if pattern == "/**" else node.startswith(f"{pattern[:-3]}/")

@@ -1,4 +1,4 @@
-"""The launch files of a folder, read: in Python by the interpreter of programs, in XML, in YAML."""
+"""Reads the launch files of a folder: Python by the interpreter of programs, XML, and YAML."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from dineros.sources.libraries.library import RosLibrary
 from dineros.sources.packages import Package
 
 MOST_INCLUDES = 1000
-"""Files that a launch file includes, each as often as it does."""
+"""Limit of the files that a launch file includes, with repetitions."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class _CalledAt(Place):
 
 
 class _LaunchInterpreter(Interpreter):
-    """Runs a launch file; remembers from where its functions are called."""
+    """Runs a launch file; records from which lines its functions are called."""
 
     def place(self, node: ast.AST, frame: Frame) -> Place:
         """Return the place of a part of the code."""
@@ -89,7 +89,7 @@ class LaunchFiles:
     def read(
         self, path: str, given: Mapping[str, str], *, follows: bool
     ) -> tuple[dict[str, str], list[Started]]:
-        """Return the arguments of a launch file, and what it starts.
+        """Return the arguments of a launch file, and the nodes that it starts.
 
         Parameters
         ----------
@@ -128,7 +128,7 @@ class LaunchFiles:
         return self._actions(path, scope)
 
     def path(self, text: str, beside: str = "") -> str | None:
-        """Return the path in the folder that a text of a launch file means; None: it is not there."""
+        """Return the path in the folder for a text of a launch file; None: it does not exist."""
         for package in self._packages:
             text = text.replace(f"$(find {package.name})", package.path)
         base = PurePosixPath(beside).parent
@@ -145,7 +145,7 @@ class LaunchFiles:
         return None
 
     def named(self, text: str) -> str | None:
-        """Return the launch file that a user means: its path in the folder, or how one path only ends."""
+        """Return the launch file for a path of the user: a path in the folder, or the end of exactly one."""
         found = self.path(text)
         ends = [path for path in self.all() if path.endswith(f"/{text}")]
         return found or (ends[0] if len(ends) == 1 else None)
@@ -199,7 +199,7 @@ class LaunchFiles:
             return Open("function")
 
     def _substitute(self, value: Value) -> Value:
-        """Return what a substitution is worth while an ``OpaqueFunction`` runs."""
+        """Return the value of a substitution while an ``OpaqueFunction`` runs."""
         walker, scope = self._scopes[0]
         text = walker.text(value, scope)
         return Const(text, "parameter of the launch file") if "{" not in text else Text(text)
@@ -217,7 +217,7 @@ class LaunchFiles:
             return None
 
     def parameters(self, started: Started, name: str) -> dict[str, Any]:
-        """Return the parameters that a node is started with, by its name; files are read."""
+        """Return the parameters with which a node is started, by its name; files are read."""
         found: dict[str, Any] = {}
         for each in started.parameters:
             if isinstance(each, dict):
@@ -236,7 +236,7 @@ class LaunchFiles:
 
 
 def _tell_apart(started: list[Started]) -> None:
-    """Give nodes that one function makes again and again the lines that call it."""
+    """Give nodes that one function creates repeatedly the lines of its calls."""
     sites: dict[str, set[Place]] = {}
     for each in started:
         if isinstance(each.at, _CalledAt):
@@ -248,7 +248,7 @@ def _tell_apart(started: list[Started]) -> None:
 
 
 def _value(plain: Any) -> Value:
-    """Return a value of YAML as one of a program, which people can set."""
+    """Convert a value of YAML to a value of a program, which users can set."""
     if isinstance(plain, dict):
         return Table({key: _value(each) for key, each in plain.items()})
     if isinstance(plain, list):

@@ -1,4 +1,4 @@
-"""Substitutions of launch files: texts that arguments, packages and the environment give."""
+"""Evaluates substitutions of launch files: values of arguments, packages and the environment."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from dineros.sources.language.values import (
 
 @dataclass
 class Scope:
-    """What holds for the actions that follow.
+    """The scope of the actions that follow.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Substitutions:
         return typed(self.text(value, scope))
 
     def text(self, value: Value | None, scope: Scope) -> str:
-        """Return the text of a substitution; what is unknown stands in braces."""
+        """Return the text of a substitution; unknown parts are in braces."""
         if value is None or is_none(value):
             return ""
         if isinstance(value, (Const, Text)):
@@ -161,7 +161,7 @@ def known_or_open(text: str) -> Value:
 
 
 def typed(text: str) -> Any:
-    """Return a text as YAML reads it: a number, a truth value, or the text."""
+    """Convert a text by the rules of YAML: to a number, a truth value, or the text."""
     if text.lower() in ("true", "false"):
         return text.lower() == "true"
     for kind in (int, float):
@@ -203,14 +203,14 @@ def _worth(node: ast.expr, depth: int) -> Any:
 
 
 def truth_of(text: str) -> bool | None:
-    """Tell whether the text of a condition is true; None: not known."""
+    """Return whether the text of a condition is true; None: unknown."""
     if "{" in text:
         return None
     return text.strip().lower() in ("true", "1")
 
 
 def words_of(value: Value | None) -> str:
-    """Return what a condition asks, for people."""
+    """Return a condition as text."""
     if isinstance(value, Made):
         if value.path.endswith("LaunchConfiguration"):
             return text_of(value.argument(0))

@@ -1,6 +1,6 @@
-"""Nodes whose code is not in the folder, and whose ports a table knows: what a launch file starts of them.
+"""Nodes of launch files whose code is not in the folder, with ports from a table.
 
-``vendors.toml`` beside this file has the table. An entry of a user's table of the same name comes before it.
+``vendors.toml`` next to this file has the table. An entry of the same name in a user's table overrides it.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ _QUALITY = ("depth", "reliability", "durability")
 
 @cache
 def known_vendors() -> dict[str, Idiom]:
-    """Return the table that stands beside this file."""
+    """Return the table that is stored next to this file."""
     return read_idioms(Path(__file__).with_name("vendors.toml"))
 
 
 def vendor_node(started: Started, idioms: Mapping[str, Idiom]) -> NodeFact | None:
     """Return the node that a launch file starts, by the table; None: the table does not have it.
 
-    What its callbacks do is open, and it publishes at any time.
+    The effects of its callbacks are open, and it publishes at any time.
 
     Parameters
     ----------
     started : Started
-        What is started.
+        The started node.
     idioms : mapping of str to Idiom
-        The table of libraries, with what users add to it.
+        The table of libraries, including entries of users.
     """
     program = f"{started.package}/{started.executable}"
     table = {**known_vendors(), **idioms}

@@ -8,13 +8,13 @@ from typing import Any
 MOST_CHARACTERS = 1 << 18
 """Of a file: parsing takes seconds for more."""
 MOST_PARTS = 50_000
-"""Values of a file, those that are used again counted each time."""
+"""Limit of the values of a file; values that are used repeatedly count each time."""
 DEEPEST = 30
-"""Lists and mappings within each other."""
+"""Limit of the nesting of lists and mappings."""
 
 
 class UnreadableError(ValueError):
-    """A text is not YAML that is read; the message says why."""
+    """A text is not supported YAML; the message has the reason."""
 
 
 @dataclass(eq=False)

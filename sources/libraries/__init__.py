@@ -1,1 +1,1 @@
-"""What rclpy and other libraries do, as far as it matters for facts."""
+"""Interprets rclpy and other libraries, as far as it matters for facts."""

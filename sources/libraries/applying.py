@@ -1,4 +1,4 @@
-"""The table of idioms, applied: what a call of a library makes and does."""
+"""Applies the table of idioms to calls of libraries."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Idioms:
     Parameters
     ----------
     doer : Doer
-        Notes effects.
+        Records effects.
     idioms : mapping of str to Idiom
         The table, by dotted names.
     """
@@ -170,7 +170,7 @@ class Idioms:
         return found
 
     def method(self, value: Value, name: str, args: list[Value], node: ast.AST, frame: Frame) -> Value | None:
-        """Call a method of what the table made; None: it says nothing of it."""
+        """Call a method of an entity of the table; None: the table does not have the method."""
         if id(value) not in self._makes:
             return None
         idiom, entities, fact = self._makes[id(value)]
@@ -207,7 +207,7 @@ class Idioms:
 
 
 def _filled(template: str, given: dict[str, Value | None]) -> str:
-    """Return a text of the table with the arguments of a call in it."""
+    """Return a text of the table with the arguments of a call inserted."""
     for name, value in given.items():
         if f"{{{name}}}" in template:
             if template == f"{{{name}}}":
@@ -217,7 +217,7 @@ def _filled(template: str, given: dict[str, Value | None]) -> str:
 
 
 def _row(node: ast.AST, index: int) -> ast.expr | None:
-    """Return the part of a call that is one row of a list."""
+    """Return the part of a call for one row of a list."""
     for each in ast.walk(node):
         if isinstance(each, ast.List) and len(each.elts) > index:
             return each.elts[index]

@@ -1,4 +1,4 @@
-"""What the built-in functions of Python do, as far as it matters."""
+"""Interprets the built-in functions of Python, as far as it matters."""
 
 from __future__ import annotations
 

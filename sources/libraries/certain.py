@@ -1,4 +1,4 @@
-"""Which attributes of a program are certain: every assignment is known, and few values are possible."""
+"""Finds the attributes of a program whose assignments are all known and that have few possible values."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from dineros.sources.language.modules import Module
 from dineros.sources.language.values import Class, Const, Object
 
 MOST_VALUES = 8
-"""Values of a variable that a model tells apart."""
+"""Limit of the values of a variable that a model distinguishes."""
 _BASES = ("rclpy.", "abc.", "object", "builtins.object", "typing.", "enum.")
-"""How the dotted names of bases begin that set no attribute of a program."""
+"""Prefixes of the dotted names of bases that set no attribute of a program."""
 _TAKEN = frozenset(
     (
         *("_action_client", "_allow_undeclared_parameters", "_callbacks", "_clients", "_clock", "_context"),
@@ -41,14 +41,14 @@ _TAKEN = frozenset(
 
 
 def find_variables(machine: Machine, outside: Iterable[Item]) -> None:
-    """Give each node of a program its variables that are certain.
+    """Store with each node of a program its certain variables.
 
     Parameters
     ----------
     machine : Machine
         The interpreter, at the end of the program.
     outside : iterable of Item
-        What the program does outside of constructors and callbacks.
+        Effects of the program outside of constructors and callbacks.
     """
     known = machine.attributes
     modules = [machine.modules.all[path] for path in machine.frames if path in machine.modules.all]
@@ -76,7 +76,7 @@ def find_variables(machine: Machine, outside: Iterable[Item]) -> None:
 
 
 def _unused(machine: Machine) -> Iterator[CallbackFact]:
-    """Yield what belongs to no node."""
+    """Yield the items that do not belong to a node."""
     return (each.fact for each in machine.callbacks.values() if each.node is None)
 
 
@@ -92,7 +92,7 @@ def _users(machine: Machine) -> dict[Variable, set[NodeFact]]:
 
 
 def _finish(node: NodeFact) -> None:
-    """Find the values of a node's variables; leave out those with many, and those that nothing tests."""
+    """Find the values of a node's variables; omit those with many values, and those that nothing tests."""
     kept = []
     for variable in node.variables:
         values: dict[Known, None] = {variable.first: None}
@@ -123,7 +123,7 @@ def _finish(node: NodeFact) -> None:
 
 
 def _is_plain(machine: Machine, holder: Object, name: str) -> bool:
-    """Tell whether an attribute of an object is only what the program assigns to it."""
+    """Return whether an attribute of an object only has values that the program assigns."""
     special = ("__setattr__", "__getattribute__", "__getattr__", "__delattr__")
     if any(machine.look_up(holder.cls, each) is not None for each in special):
         return False
@@ -134,7 +134,7 @@ def _is_plain(machine: Machine, holder: Object, name: str) -> bool:
 
 
 def _of_class(machine: Machine, holder: Object, variable: Variable) -> Known | None:
-    """Return the value of an attribute that only the class gives."""
+    """Return the value of an attribute that only the class sets."""
     found = machine.look_up(holder.cls, variable.name)
     if not isinstance(found, Const) or not isinstance(found.value, (bool, int, str, type(None))):
         return None
@@ -147,7 +147,7 @@ class _Hidden:
     Parameters
     ----------
     modules : iterable of Module
-        What the program imports.
+        Modules that the program imports.
     stores : set of (str, int, int)
         The assignments that were followed.
     """
@@ -161,7 +161,7 @@ class _Hidden:
             self._read(module.path, module.tree, None, "")
 
     def is_stored(self, name: str, holder: Object) -> bool:
-        """Tell whether code that was not followed may set an attribute of an object."""
+        """Return whether code that was not followed may set an attribute of an object."""
         own = [each.node for each in holder.cls.order() if isinstance(each, Class)]
         return any(cls is None or cls in own for cls in self._found.get(name, ()))
 

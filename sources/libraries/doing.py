@@ -1,4 +1,4 @@
-"""What code does to ports, goals, futures, executors and locks: the effects of callbacks."""
+"""Determines the effects of callbacks on ports, goals, futures, executors and locks."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Keys = dict[str, Value]
 
 
 def seconds(value: Value | None) -> float | None:
-    """Return a number of seconds; None where it is none."""
+    """Return a number of seconds; None: not a number."""
     number = constant(value)
     return float(number) if isinstance(number, (int, float)) and not isinstance(number, bool) else None
 
@@ -44,7 +44,7 @@ def within(value: Value | None) -> str:
 
 
 class Doer:
-    """Notes effects.
+    """Records effects.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Doer:
         self.machine = maker.machine
 
     def is_callback(self) -> bool:
-        """Tell whether the executor calls what is being read."""
+        """Return whether the executor calls the code that is being read."""
         return self.machine.activity.fact.kind not in CONSTRUCTORS
 
     # -------------------------------------------------------------------------------------------------- ports
@@ -65,7 +65,7 @@ class Doer:
     def port(
         self, port: Port, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
     ) -> Value | None:
-        """Call a method of a port; None: it does nothing that matters."""
+        """Call a method of a port; None: it has no relevant effect."""
         entity, kind = port.entity, port.entity.kind
         effect = self.machine.effect
         call = Made(name, args, keys, self.machine.place(node, frame))
@@ -120,7 +120,7 @@ class Doer:
     def goal(
         self, goal: Goal, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
     ) -> Value | None:
-        """Call a method of a goal, on either side."""
+        """Call a method of a goal, in a client or a server."""
         effect = self.machine.effect
         if goal.side == "server":
             if name in ("succeed", "abort", "canceled"):
@@ -179,7 +179,7 @@ class Doer:
     def spin(
         self, name: str, facts: list[NodeFact], call: Made, node: ast.AST, frame: Frame, how: str
     ) -> Value:
-        """Note a spin: ``spin``, ``spin_once``, ``spin_until_future_complete``."""
+        """Record a spin: ``spin``, ``spin_once``, ``spin_until_future_complete``."""
         fact = self.machine.activity.fact
         self.machine.attributes.has_begun = True
         future = call.argument(1, "future")
@@ -302,7 +302,7 @@ class Doer:
     def unknown(
         self, value: Value, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame, text: str
     ) -> Value | None:
-        """Call a method of something that is not known: by names that only rclpy has."""
+        """Call a method of an unknown object: by names that only rclpy has."""
         effect = self.machine.effect
         what = f"open: {text}"
         call = Made(name, args, keys, self.machine.place(node, frame))

@@ -1,4 +1,4 @@
-"""Executors and threads: what runs the callbacks of which node, on how many threads."""
+"""Determines the executor and the number of threads that run the callbacks of a node."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Executors:
     Parameters
     ----------
     doer : Doer
-        Notes effects.
+        Records effects.
     """
 
     def __init__(self, doer: Doer) -> None:
@@ -82,7 +82,7 @@ class Executors:
         return self.doer.spin(name, facts, call, node, frame, "rclpy")
 
     def _is_outer(self) -> bool:
-        """Tell whether what spins is not a callback."""
+        """Return whether the spinning code is not a callback."""
         return self.machine.activity.fact.kind in ("main", "thread", "module")
 
     def _run(self, fact: NodeFact, executor: Made, how: str, made: Made) -> None:
@@ -107,7 +107,7 @@ class Executors:
     def method(
         self, value: Made | Object, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
     ) -> Value | None:
-        """Call a method of an executor or of a thread; None: it is neither."""
+        """Call a method of an executor or of a thread; None: another object."""
         made = value if isinstance(value, Made) else value.made
         if made is None:
             return None
@@ -152,7 +152,7 @@ class Executors:
         return None
 
     def _start(self, value: Made | Object, made: Made, node: ast.AST, frame: Frame) -> Value:
-        """Start a thread: what it runs is read later; a thread that spins is an executor's."""
+        """Start a thread: its code is read later; a thread that spins belongs to an executor."""
         if isinstance(value, Object):
             run = self.machine.look_up(value.cls, "run")
             if run is not None:
@@ -199,7 +199,7 @@ class Executors:
 
 
 def _executor(value: Value | None) -> Made | None:
-    """Return the executor that a value is."""
+    """Return the executor of a value."""
     made = value.made if isinstance(value, Object) else value
     return (
         made
@@ -209,7 +209,7 @@ def _executor(value: Value | None) -> Made | None:
 
 
 def threads_of(executor: Made) -> int | str:
-    """Return how many threads an executor has; ``processors`` where the machine decides."""
+    """Return the number of threads of an executor; ``processors`` if it depends on the machine."""
     kind = executor.path.rpartition(".")[2]
     if kind in ("SingleThreadedExecutor", "EventsExecutor", "StaticSingleThreadedExecutor"):
         return 1

@@ -1,4 +1,4 @@
-"""What an entry of a table of idioms may say: each key with the shape of its value."""
+"""Checks the entries of a table of idioms: each key with the shape of its value."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from dineros.metamodel.errors import DinerosError, Location, near_matches
 from dineros.sources.facts import KINDS
 
 _MOST = 1 << 31
-"""Numbers of a table are smaller."""
+"""Limit of the numbers of a table."""
 
 
 class _Shape(NamedTuple):
-    """A shape of values: what others are not, and a test."""
+    """A shape of values: its description for error messages, and a test."""
 
     words: str
     fits: Callable[[Any], bool]
@@ -99,7 +99,7 @@ _METHOD = {
     "timeout": _SECONDS,
 }
 _COLUMNS = ("attribute", "name", "type", "latched")
-"""What a list of entities, which an argument gives, says by columns."""
+"""Keys of a list of entities that an argument gives, by columns."""
 
 
 def checked(entry: Mapping[str, Any], number: int, file: Path) -> None:
@@ -108,9 +108,9 @@ def checked(entry: Mapping[str, Any], number: int, file: Path) -> None:
     Parameters
     ----------
     entry : mapping
-        As it stands in the file.
+        As written in the file.
     number : int
-        Of the entry, from 1: it names one without a path.
+        Of the entry, from 1: used in errors if it has no path.
     file : Path
         The table, for errors.
 

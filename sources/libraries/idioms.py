@@ -1,6 +1,6 @@
-"""The table of library idioms: what classes and functions of libraries make and do, as data to extend.
+"""The table of library idioms: entities and effects of library classes and functions, as data.
 
-``idioms.toml`` beside this file has the table, and says how it is written.
+``idioms.toml`` next to this file has the table and describes its format.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from dineros.metamodel.files.toml import decode_toml
 from dineros.sources.libraries.idiom_tables import checked
 
 MOST_BYTES = 1 << 20
-"""Bytes of a table."""
+"""Limit of the bytes of a table."""
 
 
 @dataclass(frozen=True)
 class Idiom:
-    """What a class or a function of a library makes and does.
+    """The entities and effects of a class or a function of a library.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Idiom:
     arguments : tuple of str
         Names of its arguments, in order.
     makes : tuple of mappings
-        Entities that it makes on the node; ``{name}`` is the argument of that name.
+        Entities that it creates on the node; ``{name}`` is the argument of that name.
     methods : mapping of str to mapping
-        What its methods do.
+        Effects of its methods.
     node : str or None
         Name of the node that it is: the class is one.
     does : mapping
@@ -93,5 +93,5 @@ def read_idioms(path: Path) -> dict[str, Idiom]:
 
 @cache
 def known_idioms() -> dict[str, Idiom]:
-    """Return the table that stands beside this file."""
+    """Return the table that is stored next to this file."""
     return read_idioms(Path(__file__).with_name("idioms.toml"))

@@ -1,4 +1,4 @@
-"""Calls in Python that make entities, found by their names and not by what runs."""
+"""Finds calls in Python that create entities, by their names, whether or not a program executes them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dineros.sources.libraries.making import CREATES
 
 
 def calls_of(modules: Iterable[Module]) -> Iterator[MakingCall]:
-    """Yield the calls of modules that make entities, dead code among them."""
+    """Yield the calls in modules that create entities, including dead code."""
     for module in modules:
         for node in ast.walk(module.tree):
             if (

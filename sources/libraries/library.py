@@ -1,4 +1,4 @@
-"""What rclpy and other libraries do, as far as it matters: by dotted names, and the table of idioms."""
+"""Interprets calls of rclpy and other libraries, by dotted names and by the table of idioms."""
 
 from __future__ import annotations
 
@@ -358,7 +358,7 @@ class RosLibrary:
                 self.machine.later(bound, "transition", instance.node, [Open("state")], id(instance))
 
     def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> bool:
-        """Enter a ``with``; tell whether it is a lock."""
+        """Enter a ``with``; return whether it is a lock."""
         for each in options(value):
             if isinstance(each, Made) and each.path.startswith(
                 ("threading.", "multiprocessing.", "asyncio.")

@@ -1,4 +1,4 @@
-"""Nodes and their entities, as the calls of rclpy make them."""
+"""Creates the facts of nodes and their entities from calls of rclpy."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ CONSTRUCTORS = ("constructor", "main", "thread", "module")
 
 
 class Maker:
-    """Makes facts of nodes and entities.
+    """Creates facts of nodes and entities.
 
     Parameters
     ----------
     machine : Machine
-        The interpreter; it knows where the program is.
+        The interpreter; it has the current position.
     """
 
     def __init__(self, machine: Machine) -> None:
@@ -61,7 +61,7 @@ class Maker:
         base: str,
         instance: Object | None,
     ) -> NodeFact:
-        """Make a node; the same call makes the same node again."""
+        """Create a node; the same call gives the same node."""
         machine = self.machine
         key = (
             "node",
@@ -92,7 +92,7 @@ class Maker:
         return fact
 
     def _maker(self, frame: Frame, node: ast.AST, instance: Object | None) -> tuple[str, Place]:
-        """Return the class or function that makes a node."""
+        """Return the class or function that creates a node."""
         if instance is not None:
             return instance.cls.node.name, Place(instance.cls.frame.module.path, instance.cls.node.lineno)
         here: Frame | None = frame
@@ -106,7 +106,7 @@ class Maker:
         return frame.module.stem, self.machine.place(node, frame)
 
     def fact_of(self, value: Value | None) -> NodeFact | None:
-        """Return the node that a value is; of several, the first."""
+        """Return the node of a value; of several, the first."""
         for each in options(value):
             if isinstance(each, RunningNode):
                 return each.fact
@@ -152,7 +152,7 @@ class Maker:
     def entity(
         self, kind: str, fact: NodeFact, node: ast.AST, frame: Frame, extra: object = 0
     ) -> tuple[Entity, bool]:
-        """Return an entity of a node, and whether it is new; the same call makes the same entity again."""
+        """Return an entity of a node, and whether it is new; the same call gives the same entity."""
         machine = self.machine
         key = (kind, id(fact), frame.module.path, node.lineno, node.col_offset, extra, *machine.trail)  # type: ignore[attr-defined]
         known = machine.entities.get(key)
@@ -171,27 +171,27 @@ class Maker:
         return found, True
 
     def name(self, entity: Entity, value: Value | None) -> None:
-        """Give an entity its name."""
+        """Set the name of an entity."""
         entity.name = text_of(value)
         if isinstance(value, Const) and value.is_setting:
             entity.details["from_"] = value.origin
 
     def type(self, entity: Entity, value: Value | None) -> None:
-        """Give an entity its type."""
+        """Set the type of an entity."""
         entity.type = type_of(value)
 
     def quality(self, entity: Entity, value: Value | None, *, usual: bool = False) -> None:
-        """Give an entity its quality of service."""
+        """Set the quality of service of an entity."""
         profile = profile_of(value if not usual else Const(10), self.read)
         for key, each in profile.items():
             entity.details[key] = each
 
     def read(self, holder: Value, name: str) -> Value | None:
-        """Return an attribute that the program has given."""
+        """Return an attribute that the program has set."""
         return self.machine.read_slot(holder, name) if isinstance(holder, Holder) else None
 
     def group(self, entity: Entity, value: Value | None, fact: NodeFact) -> None:
-        """Give an entity its callback group."""
+        """Set the callback group of an entity."""
         found = [self._group(each, fact) for each in options(value)] or [("default", None)]
         names = [name for name, _ in found]
         if len(set(names)) == 1:
@@ -220,7 +220,7 @@ class Maker:
     def callback(
         self, entity: Entity, role: str, value: Value | None, fact: NodeFact, args: list[Value], kind: str
     ) -> CallbackFact | None:
-        """Give an entity a callback, which is read later."""
+        """Set the callback of an entity; its code is read later."""
         if is_none(value) or value is None:
             return None
         able = [each for each in options(value) if not is_none(each)]
@@ -305,7 +305,7 @@ class Maker:
             self.machine.effect(do, entity.port if do == "create_timer" else kind, node, frame, entity=entity)
 
     def period(self, entity: Entity, value: Value | None) -> None:
-        """Give a timer its period, in seconds."""
+        """Set the period of a timer, in seconds."""
         number = constant(value)
         if isinstance(number, (int, float)) and not isinstance(number, bool):
             entity.details["period"] = float(number)
@@ -316,7 +316,7 @@ class Maker:
             entity.details["from_"] = value.origin
 
     def action_server(self, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame) -> Value:
-        """Make an action server."""
+        """Create an action server."""
         call = Made("ActionServer", args, keys, self.machine.place(node, frame))
         fact = self.fact_of(call.argument(0, "node"))
         if fact is None:
@@ -337,7 +337,7 @@ class Maker:
         return Port(entity, fact)
 
     def action_client(self, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame) -> Value:
-        """Make an action client."""
+        """Create an action client."""
         call = Made("ActionClient", args, keys, self.machine.place(node, frame))
         fact = self.fact_of(call.argument(0, "node"))
         if fact is None:
@@ -351,7 +351,7 @@ class Maker:
 
 
 def type_of(value: Value | None) -> str:
-    """Return the ROS type of a class: ``std_msgs/msg/String``; open where it is none, or not known."""
+    """Return the ROS type of a class: ``std_msgs/msg/String``; open if it is not one, or unknown."""
     if isinstance(value, Either):
         found = [type_of(each) for each in value.options]
         return f"open: {' or '.join(found)}"
@@ -394,4 +394,4 @@ _KINDS = {
     "guard_condition": "guard_conditions",
 }
 CREATES = frozenset(f"create_{kind}" for kind in _KINDS) | {"create_lifecycle_publisher"}
-"""Methods of a node that make entities."""
+"""Methods of a node that create entities."""

@@ -1,4 +1,4 @@
-"""Quality of service: what a number, a profile or a preset of rclpy says."""
+"""Reads quality of service from a number, a profile or a preset of rclpy."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from dineros.sources.language.values import (
 )
 
 Profile = dict[str, Any]
-"""``depth``, ``reliability``, ``durability``, ``history``, each perhaps open."""
+"""``depth``, ``reliability``, ``durability``, ``history``; each may be open."""
 
 USUAL: Profile = {"depth": 10, "reliability": "reliable", "durability": "volatile"}
-"""What an integer means, but for its depth."""
+"""The quality of service of an integer, except its depth."""
 
 PRESETS: dict[str, Profile] = {
     "SENSOR_DATA": {"depth": 5, "reliability": "best_effort", "durability": "volatile"},
@@ -45,12 +45,12 @@ _WORDS = {
 
 
 def profile_of(value: Value | None, read: Any) -> Profile:
-    """Return what a value says as quality of service; what is not known is open.
+    """Return the quality of service of a value; unknown parts are open.
 
     Parameters
     ----------
     value : Value or None
-        What the code gives.
+        The value in the code.
     read : callable
         Reads an attribute of an object, as the interpreter does.
     """
@@ -111,7 +111,7 @@ def _made(value: Made, read: Any) -> Profile:
 
 
 def word(kind: str, value: Value) -> Any:
-    """Return what a policy says, in small letters: ``best_effort``; depth as a number."""
+    """Return the value of a policy in lower case: ``best_effort``; depth as a number."""
     if isinstance(value, Either):
         return _one([word(kind, each) for each in options(value)])
     if kind == "depth":
@@ -129,7 +129,7 @@ def word(kind: str, value: Value) -> Any:
 
 
 def text_of_open(value: Value) -> str:
-    """Return a value that is not a policy as something open."""
+    """Return a value that is not a policy as open."""
     text = text_of(value)
     return text if is_open(text) else f"open: {text}"
 

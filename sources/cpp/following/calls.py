@@ -245,8 +245,7 @@ class Calls(Routines):
         return [self.template_text(each, call.frame) for each in arguments_of(call.named)]
 
     def escapes(self, call: Call) -> None:
-        """Record that code that cannot be followed receives a node, so that it may use its ports in any
-        way."""
+        """Record that unknown code receives a node, so that it may use its ports in any way."""
         self.forget(call)
         nodes = [each for each in map(node_in, call.args) if each is not None]
         if not nodes or call.last in _HARMLESS or call.path.startswith(_HARMLESS_SPACES):

@@ -32,7 +32,7 @@ _WHOLE = re.compile(r"^(?:std::)?(?:unsigned|signed|int|long|short|u?int\d+_t|si
 _FLOAT = re.compile(r"^(?:double|float|long double)$")
 
 
-class TooLong(Exception):  # noqa: N818 - it is no error
+class TooLong(Exception):  # noqa: N818 - not an error
     """A program is too large to be followed completely."""
 
 

@@ -1,5 +1,4 @@
-"""Records what the programs of a folder have reached; code that none reached is read separately or
-reported."""
+"""Records which code the programs of a folder reach; other code is read separately or reported."""
 
 from __future__ import annotations
 

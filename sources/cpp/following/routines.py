@@ -101,9 +101,9 @@ class Routines(Expressions):
             return
         for each, left, before in zip(routine.parameters, given, args, strict=False):
             value = frame.values.get(each.name)
-            # What `frame_of` has made of the argument is no new value.
+            # The value that `frame_of` has made of the argument is not new.
             if each.is_out and value is not None and value != coerced(text_of(each.type), before):
-                if left.type == "subscript_expression":  # an item of a list: which one, may not be known
+                if left.type == "subscript_expression":  # an item of a list; which one may be unknown
                     held = self.value(left.child_by_field_name("argument"), self.frames[-1])
                     if isinstance(held, Items):
                         held.is_open = True

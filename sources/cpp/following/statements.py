@@ -120,7 +120,7 @@ class Statements(Loops):
             value = self._made(kind, self.values(inner, frame), declarator, frame)
         elif inner is not None:
             value = coerced(text_of(kind), self.value(inner, frame))
-        elif function is not None:  # what looks like a function is a variable with arguments
+        elif function is not None:  # an apparent function is a variable with arguments
             name = path_of(function.child_by_field_name("declarator"))
             parameters = named(function.child_by_field_name("parameters"))
             args = [self.value(each.child_by_field_name("type") or each, frame) for each in parameters]
@@ -194,7 +194,7 @@ class Statements(Loops):
                 self._construct(cls, this, args, node, frame)
             finally:
                 del self.calls[-2:]
-        # Read again, it is the same object: what callbacks gave to its members stays.
+        # Read again, it is the same object: its members keep the values that callbacks assigned.
         for name, value in before.fields.items() if before is not None else ():
             this.fields[name] = joined(this.fields.get(name), value)
         return this
@@ -206,7 +206,7 @@ class Statements(Loops):
         routine = fitting[0] if fitting else None
         if routine is None:
             if any(len(each) >= len(args) > 0 for each in cls.defaults.get(cls.name, [])):
-                self.escapes(Call(node, caller, cls.full, args))  # its constructor is not there
+                self.escapes(Call(node, caller, cls.full, args))  # its constructor is missing
             frame = Frame(cls.path, cls.full, this, cls)
             self._bases(cls, this, {}, args, node, frame)
             self._members(cls, this, {}, frame)
@@ -231,7 +231,7 @@ class Statements(Loops):
                         inits[name.rpartition("::")[2]] = given_nodes
                         if f"::{cls.full}".endswith(
                             f"::{name}"
-                        ):  # a base may have the name of the class, too
+                        ):  # a base may also have the name of the class
                             own = given_nodes
         self.frames.append(frame)
         frame.level = self.cond + self.loops
@@ -298,8 +298,7 @@ class Statements(Loops):
                 self.escapes(Call(node, frame, name, given))
 
     def _names_base(self, init: str, cls: ClassInfo, last: str, name: str) -> bool:
-        """Return whether an initialiser is that of a base class, by its name, the type it refers to, or an
-        alias."""
+        """Return whether an initialiser is that of a base class, by its name, its type, or an alias."""
         if init in (last, name.rpartition("::")[2]):
             return True
         alias = None if init in cls.fields else self.index.find_alias(init, cls.path, cls.full)
