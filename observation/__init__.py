@@ -1,1 +1,1 @@
-"""Systems that exist already: seen or recorded, made into models, compared with models, explained by them."""
+"""Existing systems: observed or recorded, imported as models, compared with models, explained by models."""

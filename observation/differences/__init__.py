@@ -1,1 +1,1 @@
-"""A model against a system that was seen: what is missing, what is extra, what is otherwise."""
+"""Compares a model with an observed system: missing, additional and different nodes, ports and channels."""

@@ -1,4 +1,4 @@
-"""What differs between source code and a system that runs."""
+"""Compares source code with a running system."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dineros.observation.systems import ObservedSystem, name_of, within
 def differences_of_code(
     code: ObservedSystem, seen: ObservedSystem, namespaces: Sequence[str] = (), without: Sequence[str] = ()
 ) -> Report:
-    """Return how a running graph differs from source code, at the lines of the code.
+    """Return the differences between a running graph and source code, at the lines of the code.
 
     Parameters
     ----------

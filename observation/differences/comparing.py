@@ -1,4 +1,4 @@
-"""What differs between a model and a system that was seen."""
+"""Compares a model with an observed system."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ ROLES = {
     "action_servers": "server of action",
     "action_clients": "client of action",
 }
-"""What ports are called, by the attribute of `ObservedNode`."""
+"""Names of the kinds of ports, by the attribute of `ObservedNode`."""
 
 
 def differences(
@@ -126,14 +126,14 @@ def differences(
     namespaces: Sequence[str] = (),
     without: Sequence[str] = (),
 ) -> Report:
-    """Return how a system differs from a model; nodes and topics that agree are proved.
+    """Return the differences between a system and a model; nodes and topics that agree are proved.
 
     Parameters
     ----------
     model : sym.SystemModel
         The model.
     system : ObservedSystem
-        What was seen: nodes with their ports, or topics and services only.
+        The observed system: nodes with their ports, or only topics and services.
     namespaces : sequence of str
         Only nodes in these are compared; all where there are none.
     without : sequence of str
@@ -151,7 +151,7 @@ def differences(
 
 
 def compare_nodes(expected: ObservedSystem, found: ObservedSystem, report: Report, said: Described) -> None:
-    """Put into a report how nodes that were seen differ from those that are expected."""
+    """Add the differences between observed and expected nodes to a report."""
     there, wanted = ({node.name: node for node in system.nodes} for system in (found, expected))
     there = {name: node for name, node in there.items() if name not in found.departed}
     for name, node in wanted.items():
@@ -209,7 +209,7 @@ def _by_name(ports: Sequence[Port]) -> dict[str, list[Port]]:
 
 
 def _paired(wanted: list[Port], there: list[Port]) -> Iterator[tuple[Port | None, Port | None]]:
-    """Yield ports of one name in pairs: those that are the same with each other, then the rest in order."""
+    """Yield ports of one name in pairs: equal ones first, then the rest in order."""
     rest = list(there)
     alone = []
     for port in wanted:
@@ -234,7 +234,7 @@ def _is_same(one: Port, other: Port) -> bool:
 
 
 def _policies(wanted: TopicEndpoint, there: TopicEndpoint) -> Iterator[tuple[str, str, str]]:
-    """Yield the policies that differ, with what is expected and found; a depth only where both are known."""
+    """Yield the policies that differ, with expected and found values; depths only if both are known."""
     yield from _of_quality(wanted.quality, there.quality)
     if None not in (wanted.depth, there.depth) and wanted.depth != there.depth:
         yield "depth", str(wanted.depth), str(there.depth)
@@ -249,7 +249,7 @@ def _of_quality(wanted: Quality, there: Quality) -> Iterator[tuple[str, str, str
 
 
 def _compare_topics(expected: ObservedSystem, found: ObservedSystem, report: Report, said: Described) -> None:
-    """Compare topics that were recorded: no recording tells which node has them."""
+    """Compare recorded topics: a recording does not show to which nodes they belong."""
     wanted: dict[str, list[tuple[str, TopicEndpoint]]] = defaultdict(list)
     for role in ("publishers", "subscribers"):
         for node, endpoint in expected.ports(role):
@@ -288,7 +288,7 @@ def _compare_topics(expected: ObservedSystem, found: ObservedSystem, report: Rep
 def _compare_services(
     expected: ObservedSystem, found: ObservedSystem, report: Report, said: Described
 ) -> None:
-    """Compare services that told of their calls; where none did, nobody asked them to."""
+    """Compare services with recorded events; without any events, introspection was not configured."""
     if not found.services:
         return
     wanted = {

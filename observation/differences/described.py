@@ -1,4 +1,4 @@
-"""What a system model says of its nodes and their ports, in the words of a system that was seen."""
+"""Describes the nodes and ports of a system model as an observed system."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ class Described:
 
 
 def described(model: sym.SystemModel, *, with_unseen: bool = False) -> Described:
-    """Return what a model says of nodes and ports.
+    """Return the nodes and ports of a model.
 
     Parameters
     ----------
     model : sym.SystemModel
-        A valid model. Where it names no interface, that which is generated for it is meant.
+        A valid model. If it names no interface, the generated interface is used.
     with_unseen : bool
-        Whether invented nodes count, which stand for unknown nodes at the other end of a channel.
+        Whether to include invented nodes, which represent unknown nodes at the other end of a channel.
     """
     ports: dict[str, dict[str, list[Any]]] = {}
     elements: dict[tuple[str, str, str], str] = {}
@@ -90,7 +90,7 @@ def full_name(node: sym.NodeNet) -> str:
 
 
 def _absolute(port: TopicEndpoint | Endpoint, node: str) -> TopicEndpoint | Endpoint:
-    """Return a port with the full name that a relative or a private one becomes at its node."""
+    """Return a port with its full name, resolved at its node."""
     name = name_of(port)
     if name.startswith("~"):
         full = f"{node}{name[1:]}"
@@ -102,7 +102,7 @@ def _absolute(port: TopicEndpoint | Endpoint, node: str) -> TopicEndpoint | Endp
 
 
 def _ports(model: sym.SystemModel) -> Iterator[tuple[pn.Place, str, TopicEndpoint | Endpoint, str]]:
-    """Yield each port: its place, its role, what it is, and the id of the element that says so."""
+    """Yield each port: its place, its role, its description, and the id of its element."""
     for channel in model.channels:
         match channel:
             case sym.TopicChannel():
@@ -124,7 +124,7 @@ def _ports(model: sym.SystemModel) -> Iterator[tuple[pn.Place, str, TopicEndpoin
 def _once(
     role: str, endpoint: Endpoint, places: Iterable[pn.Place]
 ) -> Iterator[tuple[pn.Place, str, Endpoint, str]]:
-    """Yield one client for each node: a node has one, from however many callbacks it asks."""
+    """Yield one client for each node, even if several callbacks call the service."""
     nodes = set()
     for place in places:
         node = node_net_of(place)
@@ -144,7 +144,7 @@ def _topic(
 
 
 def _quality(port: sym.PublisherPort | sym.SubscriberPort, existing: str | None) -> Quality:
-    """Return the quality of service of a port, as the node that runs has it where the model does not say."""
+    """Return the quality of service of a port; if the model has none, the one of the generated node."""
     if port.qos is None and (port.channel is None or port.channel.qos is None) and existing is None:
         return plain(sym.QualityOfService())._replace(durability="transientLocal")
     return plain(quality_of(port))

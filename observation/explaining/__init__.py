@@ -1,4 +1,4 @@
-"""Whether a model explains a recording: the nodes were not ours, only their messages are seen."""
+"""Checks whether a model explains a recording of foreign nodes, of which only messages are known."""
 
 from dineros.observation.explaining.explain import TOLERANCE, Explainer, explain
 from dineros.observation.explaining.verdict import RecordingVerdict, Unexplained

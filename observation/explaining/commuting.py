@@ -1,4 +1,4 @@
-"""Which messages have to be tried before one, and which can as well be published after it."""
+"""Determines which messages have to be tried before another one, and which can be published after it."""
 
 from __future__ import annotations
 
@@ -9,25 +9,26 @@ from dineros.observation.explaining.following import FULL, Follower, Product, St
 from dineros.observation.explaining.marking_sets import NOTHING, SetsFullError
 
 Waiting = tuple[tuple[str, int], ...]
-"""Topics, and how many messages of each are still to be published."""
+"""Topics, with the number of messages that remain to be published."""
 
 MOST_CHOICES = 5_000
-"""Sets of waiting messages that a part is asked for; where there are more, all of them are tried."""
+"""Limit of the sets of waiting messages for which a part is queried; beyond it, all messages are tried."""
 MOST_KNOWN = 50_000
-"""Answers that are remembered."""
+"""Limit of the cached answers."""
 FREE_LOOKS = 5_000
-"""How many sets of waiting messages a part is asked for in any case."""
+"""Number of sets of waiting messages for which a part is always queried."""
 LOOK_EVERY = 8
-"""Questions for each further one; what would have to be looked at beyond that is all tried."""
+"""Queries for each further set; beyond this limit, all messages are tried."""
 
 
 class Commuting:
     """Looks for messages that need not be tried before others.
 
-    After some messages, a set of topics is enough to be tried next if, whatever messages of other topics were
-    published first, the next message of each topic in the set can be *drawn forward* past them: whatever is
-    possible in that order is possible in this one, too. Such sets are persistent sets [1]_, but that the two
-    orders need not lead to the same: one may allow more. It holds where it holds in each part of the net.
+    After some messages, it suffices to try a set of topics next if, for all messages of other topics that may
+    be published first, the next message of each topic in the set can be *drawn forward* past them: all
+    markings that are possible in that order are also possible in this one. Such sets are persistent sets
+    [1]_, except that the two orders may lead to different markings: one may allow more. It holds where it
+    holds in each part of the net.
 
     Parameters
     ----------
@@ -51,9 +52,9 @@ class Commuting:
         self._forgotten = follower.forgotten
 
     def near(self, topic: str, others: tuple[str, ...]) -> tuple[str, ...]:
-        """Return those of some topics that have to do with one, or with others of them that have.
+        """Return the topics that depend on a given one, directly or through others.
 
-        The rest makes no difference to it, whatever is possible.
+        The other topics never affect it.
         """
         found = self._near.get((topic, others))
         if found is None:
@@ -68,12 +69,12 @@ class Commuting:
         return found
 
     def needed(self, state: State, topic: str, waiting: Waiting) -> tuple[str, ...]:
-        """Return the topics of which the next message has to be tried next, where one of `topic` is to come.
+        """Return the topics whose next message has to be tried next if a message of `topic` follows.
 
         Parameters
         ----------
         state : State
-            What is possible now.
+            The current state.
         topic : str
             The topic of the message that is to come; it is the first of those returned.
         waiting : tuple of (str, int)
@@ -108,13 +109,13 @@ class Commuting:
         return max(len(self._needed), len(self._asked), len(self._blockers), len(self._near)) > MOST_KNOWN
 
     def _forget(self) -> None:
-        """Forget all: sets of markings that were forgotten have lost their numbers."""
+        """Clear all caches: discarded sets of markings have lost their numbers."""
         for known in (self._near, self._needed, self._asked, self._met, self._blockers):
             known.clear()
         self._forgotten = self._follower.forgotten
 
     def _ask(self, topic: str, waiting: Waiting) -> tuple[Waiting, list[int]]:
-        """Return what waits, always the same object for the same, and the parts that have to do with it."""
+        """Return the waiting messages, as one object for equal ones, and the parts that they affect."""
         found = self._asked.get((topic, waiting))
         if found is None:
             parts_of = self._follower.parts_of
@@ -133,7 +134,7 @@ class Commuting:
         return tuple(needed)
 
     def _blocker(self, state: State, topic: str, waiting: Waiting) -> str | None:
-        """Return a topic past whose messages one of another cannot be drawn forward; None: there is none."""
+        """Return a topic past whose messages one of another cannot be drawn forward, or None."""
         known = self._blockers
         for transition, number, here in self._meetings(topic, waiting):
             if prod([count + 1 for _, count in here]) > MOST_CHOICES:
@@ -146,7 +147,7 @@ class Commuting:
         return None
 
     def _meetings(self, topic: str, waiting: Waiting) -> list[tuple[int, int, Waiting]]:
-        """Return what shows a message, the parts that it changes, and what waits there, too."""
+        """Return the transitions that show a message, the changed parts, and the messages waiting there."""
         found = self._met.get((topic, waiting))
         if found is None:
             follower = self._follower

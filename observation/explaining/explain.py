@@ -1,4 +1,4 @@
-"""Whether a model has a run that shows the messages of a recording, in their order."""
+"""Decides whether a model has a run that shows the messages of a recording, in their order."""
 
 from __future__ import annotations
 
@@ -25,34 +25,34 @@ TOLERANCE = 0.001
 """Seconds within which a recorder may have received messages of different topics in another order."""
 
 COLLECT_EVERY = 200_000
-"""Objects made between two collections of garbage: what is remembered is much, and hardly ever garbage."""
+"""Objects created between two garbage collections: the caches are large and rarely become garbage."""
 
 TELL_EVERY = 1 << 14
 """Messages between two calls of `progress`."""
 
 
 class Explainer:
-    """Looks for a run of a model that shows messages, one message after the other, in memory that stays flat.
+    """Searches for a run of a model that shows messages, one at a time, in bounded memory.
 
     Parameters
     ----------
     model : sym.SystemModel
         The model.
     recorded : collection of RecordedTopic
-        What was recorded; topics of the model that are not among them may have any messages.
+        The recorded topics; other topics of the model may have any messages.
     tolerance : float
         Seconds: messages of different topics that are no farther apart may have been published in any order.
     midway : bool
         Whether the nodes may have run before the first message.
     budget : Budget, optional
-        What the sets of markings may take.
+        The budget of the sets of markings.
 
     Raises
     ------
     DinerosError
         No topic of the model was recorded.
     BudgetError
-        The model has too many markings to be followed.
+        The model has too many markings.
     """
 
     def __init__(
@@ -89,12 +89,12 @@ class Explainer:
         return self._net.shown.keys()
 
     def add(self, topic: str, time: int) -> Unexplained | None:
-        """Take the next message; return the first that no run shows, None while there is none.
+        """Process the next message; return the first one that no run shows, None if there is none yet.
 
         Raises
         ------
         BudgetError
-            There are too many ways in which the messages may have come about.
+            There are too many explanations of the messages.
         """
         if not self._count:
             self._first = time
@@ -108,7 +108,7 @@ class Explainer:
         return self._named(self._ordering.add(SeenMessage(self._count, topic, self._last)))
 
     def finish(self) -> Unexplained | None:
-        """Take the end of the recording; return the first message that no run shows, or None."""
+        """Process the end of the recording; return the first message that no run shows, or None."""
         return self._named(self._ordering.finish())
 
     def silences(self, end: int) -> tuple[Silence, ...]:
@@ -122,7 +122,7 @@ class Explainer:
         Raises
         ------
         BudgetError
-            The memory is not enough to tell.
+            The memory does not suffice to decide.
         """
         found = [each for topic, rhythm in self._rhythms.items() if (each := rhythm.silence(topic, end))]
         if not found or len(found) == len(self._rhythms):
@@ -131,22 +131,22 @@ class Explainer:
 
     @property
     def explained(self) -> int:
-        """How many messages have an explanation."""
+        """The number of explained messages."""
         return self._count - len(self._ordering.open)
 
     @property
     def is_certain(self) -> bool:
-        """Whether what has no explanation here has none at all."""
+        """Whether the absence of an explanation is exact, and not due to a limit."""
         return self._follower.is_certain
 
     def run(self) -> tuple[Witness, bool]:
-        """Return a run that shows the last messages with an explanation; whether it is from the start on."""
+        """Return a run that shows the last explained messages, and whether it begins at the start."""
         start, topics, is_whole = self._ordering.trail()
         is_beginning = is_whole and not self._midway
         return run_of(self._follower, start, topics, is_beginning=is_beginning), is_beginning
 
     def verdict(self, unexplained: Unexplained | None = None) -> RecordingVerdict:
-        """Return what is found out so far."""
+        """Return the result so far."""
         found = RecordingVerdict(
             "conforms",
             self.explained,
@@ -194,7 +194,7 @@ def explain(
     budget: Budget = UNLIMITED,
     progress: Callable[[int], None] | None = None,
 ) -> RecordingVerdict:
-    """Tell whether a model has a run that shows messages, in their order.
+    """Decide whether a model has a run that shows messages, in their order.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""All markings that a model can have after the messages seen so far.
+"""The set of all markings that a model can have after the messages so far.
 
-They are kept as a union of products, with one factor for each part of the net. Where one transition shows a
-topic's messages there is one product; where several do, one for each way in which the messages may have come
-about, and ways that differ in one factor are put together again.
+They are kept as a union of products, with one factor for each part of the net. If one transition shows a
+topic's messages, there is one product; if several do, there is one product for each explanation of the
+messages, and products that differ in one factor are merged.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ Product = tuple[int, ...]
 FULL = "memory ran out: too many markings are possible at once"
 
 MOST_PRODUCTS = 2_000
-"""Products of one union."""
+"""Limit of the products of one union."""
 MOST_STATES = 50_000
-"""Unions that are kept, with what follows them."""
+"""Limit of the unions that are kept, with their successors."""
 LEAST_MEMORY = 64 << 20
-"""Bytes that the diagram of each part may take, however little there is."""
+"""Least bytes for the diagram of each part, even if the budget is smaller."""
 
 
 class State:
-    """What is possible at one moment; equal states are the same object, as long as they are in use.
+    """The possible markings at one moment; equal states are the same object while they are in use.
 
     Attributes
     ----------
     products : tuple of tuple of int
-        The union; empty: nothing is possible.
+        The union; empty: no marking is possible.
     following : dict of str to State, or None
-        What is known of the next messages, by topic.
+        Known successors, by topic of the next message.
     joined : dict of State to State, or None
-        What is known to be possible in this one or another.
+        Known unions of this state with another one.
     """
 
     __slots__ = ("__weakref__", "following", "joined", "products")
 
     def __init__(self, products: tuple[Product, ...]) -> None:
         self.products = products
-        # Many are looked at once only, and the fewer objects there are, the less has to be collected.
+        # Many are used only once, and fewer objects mean less garbage collection.
         self.following: dict[str, State] | None = None
         self.joined: dict[State, State] | None = None
 
@@ -61,11 +61,11 @@ class Follower:
     Parameters
     ----------
     net : ShownNet
-        The model, and what of it is seen.
+        The model, with its visible transitions.
     budget : Budget
-        What the diagrams may take together.
+        The budget of all diagrams together.
     joining : Joining
-        What is followed as one part.
+        The places that are followed as one part.
 
     Attributes
     ----------
@@ -76,9 +76,9 @@ class Follower:
     touched : dict of int to list of int
         By transition that shows a message: numbers of the parts that it changes or looks at.
     parts_of : dict of str to frozenset of int
-        By topic: those that its messages have to do with.
+        By topic: the parts that its messages affect.
     forgotten : int
-        How many times sets of markings were forgotten, so that their numbers mean others since.
+        Number of times that sets of markings were discarded, so that their numbers were reused.
     """
 
     def __init__(self, net: ShownNet, budget: Budget, joining: Joining = "silence") -> None:
@@ -102,22 +102,22 @@ class Follower:
 
     @property
     def is_certain(self) -> bool:
-        """Whether what is not possible here is not possible at all."""
+        """Whether the markings are exact, and not limited by a bound on tokens."""
         return not any(sets.reached_edge for sets in self.parts)
 
     def start(self, midway: bool = False) -> State:
-        """Return what is possible before the first message.
+        """Return the possible markings before the first message.
 
         Parameters
         ----------
         midway : bool
-            Whether the nodes may have run before: then each part has any marking that it can have at all,
-            whatever the other parts do.
+            Whether the nodes may have run before: then each part can have any of its markings, independent of
+            the other parts.
         """
         return self._state((tuple(sets.anywhere if midway else sets.start for sets in self.parts),))
 
     def step(self, state: State, topic: str) -> State:
-        """Return what is possible after a message on a recorded topic.
+        """Return the possible markings after a message on a recorded topic.
 
         Raises
         ------
@@ -138,7 +138,7 @@ class Follower:
         return known
 
     def union(self, one: State, other: State) -> State:
-        """Return what is possible in one of two states."""
+        """Return the union of two states."""
         if one is other:
             return one
         known = one.joined.get(other) if one.joined is not None else None
@@ -157,7 +157,7 @@ class Follower:
         return self._state(self._compact({*one.products, *other.products}))
 
     def covers(self, one: State, other: State) -> bool:
-        """Tell whether a state has all that another has; where it does not see that, it denies it."""
+        """Return whether a state includes another one; False if this cannot be decided."""
         return one is other or all(
             its in one.products or any(self._holds(product, its) for product in one.products)
             for its in other.products
@@ -168,7 +168,7 @@ class Follower:
         return [topic for topic in self.net.shown if self.step(state, topic)]
 
     def forget(self) -> None:
-        """Forget what follows what, and so all states but those that somebody holds."""
+        """Clear the successors, and so all states except those in use."""
         self.forgotten += 1
         self._forget_states()
         used = list(self._states.values())
@@ -176,12 +176,12 @@ class Follower:
             sets.forget({product[number] for state in used for product in state.products})
 
     def _forget_states(self) -> None:
-        """Forget what follows what. Sets of markings, and the steps between them, are fewer, and dearer."""
+        """Clear the successors only. Sets of markings and the steps between them are fewer and cost more."""
         for state in list(self._states.values()):
             state.following = state.joined = None
 
     def fired(self, product: Product, transition: int) -> Product | None:
-        """Return a product after a shown transition; None where it is not enabled in any of its markings."""
+        """Return a product after a shown transition; None if no marking of it enables the transition."""
         factors = list(product)
         for number in self.touched[transition]:
             factors[number] = self.parts[number].step(factors[number], transition)
@@ -190,7 +190,7 @@ class Follower:
         return tuple(factors)
 
     def _found(self, operation: Callable[P, State], *arguments: P.args, **named: P.kwargs) -> State:
-        """Return what an operation finds; where there is no room, forget, and try once more."""
+        """Return the result of an operation; if the memory is full, clear the caches and retry once."""
         try:
             return operation(*arguments, **named)
         except SetsFullError:
@@ -221,12 +221,12 @@ class Follower:
         return found
 
     def _compact(self, products: set[Product]) -> tuple[Product, ...]:
-        """Put products together that differ in one factor, and leave out those that others hold."""
+        """Merge products that differ in one factor, and remove those that others include."""
         if len(products) == 1:
             return tuple(products)
         while True:
             before = len(products)
-            # Where all have the same factor, no two differ in that one only.
+            # If all have the same factor, no two differ only in that one.
             factors = [set(of_all) for of_all in zip(*products, strict=True)]
             for number, different in enumerate(factors):
                 if len(different) > 1:
@@ -254,7 +254,7 @@ class Follower:
         return {(*others[:number], factor, *others[number:]) for others, factor in found.items()}
 
     def _holds(self, one: Product, other: Product) -> bool:
-        """Tell whether all of a product is in another."""
+        """Return whether a product is included in another one."""
         for sets, factor, its in zip(self.parts, one, other, strict=True):
             if factor != its and not sets.covers(factor, its):
                 return False

@@ -1,7 +1,7 @@
-"""Sets of markings of one part of a net, and what a shown firing makes of them: found once, then looked up.
+"""Sets of markings of one part of a net, with cached successors by shown firings.
 
 A set is a node of a decision diagram, so equal sets have equal numbers. Together the sets and the steps
-between them are a deterministic automaton, of which only what a recording needs is ever made.
+between them are a deterministic automaton, of which only the states that a recording needs are built.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ NOTHING = 0
 """The empty set."""
 
 MOST_KEPT = 100_000
-"""Sets of a part that are kept; when there are more, all but those in use are made again when needed."""
+"""Limit of the cached sets of a part; beyond it, all except those in use are recomputed when needed."""
 
 MOST_ANSWERS = 500_000
-"""Answers about sets of a part that are remembered."""
+"""Limit of the cached answers about sets of a part."""
 
 
 class SetsFullError(Exception):
-    """There is no room for another set, as long as those that are kept are kept."""
+    """There is no space for another set unless cached sets are discarded."""
 
 
 def all_markings(part: NetPart, budget: Budget) -> SymbolicStateSpace:
@@ -39,7 +39,7 @@ def all_markings(part: NetPart, budget: Budget) -> SymbolicStateSpace:
     Raises
     ------
     BudgetError
-        The time or the memory is not enough.
+        The time or the memory does not suffice.
     """
     try:
         space = symbolic_state_space(part.net, budget)
@@ -51,29 +51,29 @@ def all_markings(part: NetPart, budget: Budget) -> SymbolicStateSpace:
 
 
 class MarkingSets:
-    """The sets of markings of a part. All of them are closed: no silent firing leads out of them.
+    """The sets of markings of a part. All sets are closed under silent firings.
 
     Parameters
     ----------
     part : NetPart
         The part.
     budget : Budget
-        What its diagram may take.
+        The budget of its diagram.
 
     Attributes
     ----------
     start : int
-        What is possible before any message.
+        The set of markings before any message.
     anywhere : int
-        All markings that the part can have, whatever the others do.
+        All markings that the part can have, independent of the other parts.
     reached_edge : bool
-        Whether some set had a marking with which a firing was left out, as a place was too full that
-        nothing bounds: then there may be more markings.
+        Whether a firing was ignored because an unbounded place had too many tokens; then there may be more
+        markings.
 
     Raises
     ------
     BudgetError
-        The time or the memory is not enough for the markings of the part.
+        The time or the memory does not suffice for the markings of the part.
     """
 
     def __init__(self, part: NetPart, budget: Budget) -> None:
@@ -86,7 +86,7 @@ class MarkingSets:
         self._firing = {
             part.transitions[number]: self._only(frozenset({number})) for number in events - part.silent
         }
-        # The diagram's relations leave out what changes nothing; of that, what enables it is kept.
+        # The diagram's relations omit transitions that change nothing; their enabling is kept.
         self._tests = {
             transition: space.event_masks(number)
             for number, transition in enumerate(part.transitions)
@@ -105,12 +105,12 @@ class MarkingSets:
         self._fixed = len(space.diagram.pinned)
 
     def step(self, states: int, transition: int) -> int:
-        """Return what is possible after a shown transition of the whole net, and silent ones after it.
+        """Return the set after a shown transition of the whole net, followed by silent ones.
 
         Raises
         ------
         SetsFullError
-            There is no room; `forget` makes some.
+            There is no space; `forget` frees some.
         """
         found = self._steps.get((states, transition))
         if found is None:
@@ -118,7 +118,7 @@ class MarkingSets:
         return found
 
     def union(self, one: int, other: int) -> int:
-        """Return what is in one of two sets."""
+        """Return the union of two sets."""
         if one == other:
             return one
         key = (one, other) if one < other else (other, one)
@@ -128,7 +128,7 @@ class MarkingSets:
         return found
 
     def covers(self, one: int, other: int) -> bool:
-        """Tell whether a set holds all of another."""
+        """Return whether a set includes another one."""
         found = self._covers.get((one, other))
         if found is None:
             found = self._covers[one, other] = self.union(one, other) == one
@@ -136,11 +136,11 @@ class MarkingSets:
 
     @property
     def is_full(self) -> bool:
-        """Whether so much is remembered that it is time to forget."""
+        """Whether the caches are so large that they should be cleared."""
         return len(self._steps) + len(self._unions) + len(self._covers) > MOST_ANSWERS
 
     def forget(self, used: Iterable[int]) -> None:
-        """Forget all sets but those that are in use."""
+        """Discard all sets except those in use."""
         self._steps.clear()
         self._unions.clear()
         self._covers.clear()
@@ -150,7 +150,7 @@ class MarkingSets:
             self._hold(states)
 
     def closed(self, states: int) -> int:
-        """Return what is reached from a set by silent firings."""
+        """Return the closure of a set under silent firings."""
         if self._silent is not None and states and self._anything:
             with Scope(self.space.diagram) as scope:
                 scope.hold(states)
@@ -161,13 +161,13 @@ class MarkingSets:
         return states
 
     def meets_edge(self, states: int) -> bool:
-        """Tell whether a set has a marking with which a firing was left out; see `reached_edge`."""
+        """Return whether a firing was ignored for a marking of a set; see `reached_edge`."""
         return bool(
             states and self._edge and self._anything and self.sets.intersection(states, self._edge) != NOTHING
         )
 
     def asks(self, transition: int) -> bool:
-        """Tell whether places of the part decide whether a transition of the whole net is enabled."""
+        """Return whether the enabling of a transition of the whole net depends on places of the part."""
         if transition not in self.part.transitions:
             return False
         number, net = self.part.transitions.index(transition), self.part.net
@@ -199,7 +199,7 @@ class MarkingSets:
         return self._only(frozenset(numbers & {event.transition for event in self.space.encoding.events}))
 
     def enabled(self, states: int, transition: int) -> int:
-        """Return the markings of a set in which this part lets a shown transition of the whole net fire."""
+        """Return the markings of a set in which this part enables a shown transition of the whole net."""
         firing = self._firing.get(transition)
         if firing is None or not states:
             return NOTHING

@@ -1,11 +1,12 @@
-"""Where a run may be when a recorder is started in the middle of it.
+"""The possible states of a run when a recorder is started in the middle of it.
 
-Any marking that the model can reach, and no other. For a small model these are known exactly. For a large
+These are exactly the markings that the model can reach. For a small model these are known exactly. For a
+large
 one, the markings of each part are those that it can reach if the other parts may show any message at any
-time. That is more than there is: two parts may be taken to be in markings that they never have at the same
-time, and a recording may conform that no run shows. What an invariant of the net connects, such as a
-request, its callback and its answer, is followed as one part, so that no call is answered twice or without
-a request.
+time. This over-approximates: two parts may be assumed in markings that they never have at the same time, so a
+recording may conform although no run shows it. Places of one invariant of the net, such as those of a
+request, its callback and its answer, are followed as one part, so that no call is answered twice or without a
+request.
 """
 
 from __future__ import annotations
@@ -20,18 +21,18 @@ from dineros.observation.explaining.parts import parts_of
 from dineros.observation.explaining.shown import ShownNet
 
 WHOLE_SECONDS, WHOLE_SHARE = 10.0, 0.2
-"""Seconds that finding all markings of a model may take, and the part of a time budget."""
+"""Limit of the seconds for finding all markings of a model, and its share of a time budget."""
 WHOLE_NODES = 20_000
 """Nodes of the decision diagram of all markings, up to which they are followed exactly."""
 
 
 def follower_midway(net: ShownNet, budget: Budget) -> Follower:
-    """Return what follows messages from any marking, as exactly as the model's size allows.
+    """Return a follower that starts in any marking, as exactly as the size of the model allows.
 
     Raises
     ------
     BudgetError
-        The time or the memory is not enough even where each part is followed by itself.
+        The time or the memory does not suffice even if each part is followed separately.
     """
     if _is_small(net, budget):
         return Follower(net, budget, "all")
@@ -42,7 +43,7 @@ def follower_midway(net: ShownNet, budget: Budget) -> Follower:
 
 
 def untold(follower: Follower) -> tuple[str, ...]:
-    """Return the topics and events over which parts depend on each other that begin independently.
+    """Return the topics and events by which parts with independent initial markings depend on each other.
 
     Empty if all first markings are ones that the model can reach.
     """
@@ -58,7 +59,7 @@ def untold(follower: Follower) -> tuple[str, ...]:
 
 
 def _is_small(net: ShownNet, budget: Budget) -> bool:
-    """Tell whether all markings of a model are found soon, and are not too many to be followed."""
+    """Return whether all markings of a model are found quickly, and are not too many."""
     left = budget.left
     seconds = WHOLE_SECONDS if left is None else min(WHOLE_SECONDS, left * WHOLE_SHARE)
     tried = replace(budget, seconds=seconds, started=None, deadline=None).begun()

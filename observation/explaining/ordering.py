@@ -1,8 +1,8 @@
-"""In which order recorded messages may have been published.
+"""Determines the orders in which recorded messages may have been published.
 
-A recorder sees the messages of one topic in their order. Those of different topics reach it on different
-ways, so that two which come shortly after each other may have been published the other way round. Which of
-them were published before a message is open until all that may have been have come.
+A recorder sees the messages of one topic in their order. Messages of different topics take different paths,
+so two messages that arrive shortly after each other may have been published in the other order. The messages
+that preceded a message are known only when all candidates have arrived.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from dineros.observation.explaining.commuting import Commuting
 from dineros.observation.explaining.following import Follower, State
 
 MOST_ORDERS = 5_000
-"""Sets of messages at once that may have been published before the others."""
+"""Limit of the sets of messages that may have been published before the others."""
 
 Early = int
-"""Messages published before some that came before them: bit `n` stands for the `n`-th of the open ones."""
+"""Messages published before earlier arrivals: bit `n` stands for the `n`-th open message."""
 
 NONE: Early = 0
 
 TRAIL = 64
-"""Messages, at least, of which the order is remembered in which they were published."""
+"""Least number of messages whose order of publication is remembered."""
 
 
 @dataclass(slots=True)
 class Way:
-    """What is possible after some messages, and one of the orders in which they may have been published.
+    """The possible markings after some messages, and one possible order of their publication.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Way:
     topic : str
         The topic of the last message.
     before : Way or None
-        The way up to that message; None: nothing before is remembered.
+        The order up to that message; None: earlier messages are not remembered.
     """
 
     state: State
@@ -47,7 +47,7 @@ class Way:
 
 @dataclass(frozen=True)
 class SeenMessage:
-    """A message, as far as its order goes.
+    """The order data of a message.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Ordering:
         return None
 
     def finish(self) -> SeenMessage | None:
-        """Take the end of the messages; return the first that no run shows, None where there is none."""
+        """Process the end of the messages; return the first one that no run shows, None if there is none."""
         while self.open:
             if not self._settle():
                 return self.open[0]
@@ -113,11 +113,11 @@ class Ordering:
 
     @property
     def last(self) -> State:
-        """What is possible after all messages, once they are finished."""
+        """The possible markings after all messages, once they are finished."""
         return self._ways[NONE].state
 
     def possible(self) -> set[str]:
-        """Return the topics on which a message may have come instead of one that no run shows."""
+        """Return the topics on which a message could have come instead of one that no run shows."""
         found: set[str] = set()
         masks = self._masks()
         pending = dict(self._ways)
@@ -136,8 +136,8 @@ class Ordering:
     def trail(self) -> tuple[State, list[str], bool]:
         """Return the state before the last messages, their topics in one order, and whether they are all.
 
-        Of several orders of the same messages one is remembered. Where what came later fits to another of
-        them only, the messages before that are left out.
+        Of several orders of the same messages one is remembered. If later messages fit only to another one,
+        the messages before it are omitted.
         """
         way = self._ways[min(self._ways, key=int.bit_count)]
         last = _remembered(way)
@@ -171,14 +171,15 @@ class Ordering:
 
     def _settled(self, first: SeenMessage) -> dict[Early, Way]:
         found: dict[Early, Way] = {}
-        # By how many messages were published early: when a set's turn comes, all ways to it are known.
+        # By the number of messages published early: when a set is processed, all orders that lead to it are
+        # known.
         pending: list[dict[Early, Way]] = [{} for _ in self.open]
         for early, way in self._ways.items():
             if early & 1:
                 found[early >> 1] = way
             else:
                 pending[early.bit_count()][early] = way
-        # What has nothing to do with the first can as well be published after it, and after all that has.
+        # Messages independent of the first one can also be published after it and after all dependent ones.
         masks = self._masks()
         near = self._commuting.near(first.topic, tuple(sorted(masks)))
         orders = 0
@@ -231,7 +232,7 @@ class Ordering:
 
 
 def _remembered(last: Way | None) -> list[Way]:
-    """Return the ways to a message, from the first that is remembered on."""
+    """Return the steps to a message, from the first one that is remembered."""
     found = []
     while last is not None:
         found.append(last)

@@ -1,11 +1,13 @@
-"""A net in parts that meet only where a message is shown.
+"""Splits a net into parts that interact only by shown messages.
 
-A silent firing changes one part and looks at no other. So the markings that are possible after some messages
-are products, with one factor for each part: what is possible in one part hangs on which of its shown
-transitions have fired, and on nothing else. Each part is small, and its sets of markings are found once.
+A silent firing changes one part and depends on no other. So the markings that are possible after some
+messages
+are products, with one factor for each part: the possible markings of a part depend only on its shown
+transitions that have fired. Each part is small, and its sets of markings are computed once.
 
-That holds if the first marking is known. If it is not, parts depend on each other: what one part can be in at
-first hangs on what the others have shown before. Parts that are *joined* are followed as one, and their first
+That holds if the first marking is known. If it is not, parts depend on each other: the initial markings of
+one part depend on the messages that the others have shown before. Parts that are *joined* are followed as
+one, and their first
 markings are those that they can have together.
 """
 
@@ -25,13 +27,12 @@ from dineros.analysis.nets.semiflows import semiflows
 from dineros.analysis.reductions.cut_out import cut_out
 
 ASSUMED = 16
-"""Tokens, beyond those at the start, up to which places are followed that nothing bounds."""
+"""Limit of the tokens of an unbounded place, beyond its initial ones."""
 
 
 Joining = Literal["silence", "invariants", "all"]
-"""Which places stand in one part: those that a silent firing has to do with; also those of one invariant,
-such as
-that a callback is in one place at a time; or all that any firing connects."""
+"""Which places form one part: those connected by a silent firing; also those of one invariant, such as the
+state of a callback; or all places that any firing connects."""
 
 
 @dataclass(frozen=True)
@@ -41,15 +42,15 @@ class NetPart:
     Attributes
     ----------
     net : CompiledNet
-        Its places, their free room, and the transitions that change them or look at them.
+        Its places, their free room, and the transitions that change or test them.
     places : tuple of int
         In the whole net: the places of `net`, which are its first.
     transitions : tuple of int
         In the whole net: the transitions of `net`, in its order.
     silent : frozenset of int
-        The transitions of `net` that show nothing.
+        The transitions of `net` that show no message.
     edges : dict of int to int
-        By place of `net` that nothing bounds: the fewest tokens with which some firing is left out.
+        By unbounded place of `net`: the fewest tokens with which some firing is ignored.
     """
 
     net: CompiledNet
@@ -60,7 +61,7 @@ class NetPart:
 
 
 def parts_of(net: CompiledNet, shown: Collection[int], joining: Joining = "silence") -> list[NetPart]:
-    """Return the parts of a net that some shown transition has to do with; the others can always rest.
+    """Return the parts of a net that some shown transition affects; the others never have to change.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def parts_of(net: CompiledNet, shown: Collection[int], joining: Joining = "silen
     shown : collection of int
         The transitions that show a message.
     joining : Joining
-        What stands in one part.
+        The criterion for one part.
     """
     touched = [
         {place for arcs in (net.pre, net.post, net.inhibitor) for place, _ in arcs.row(transition)}
@@ -103,7 +104,7 @@ def _part(
     shown: Collection[int],
     bounds: list[int | None],
 ) -> NetPart:
-    """Cut a part out; what nothing bounds is followed up to so many tokens only."""
+    """Extract a part; unbounded places are followed only up to so many tokens."""
     free, edges = {}, {}
     for number, place in enumerate(places):
         initial, bound = int(net.initial[place]), bounds[place]

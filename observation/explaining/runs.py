@@ -1,4 +1,4 @@
-"""A run of the model that shows given messages: firings, found from the last message back to the first."""
+"""Builds a run of the model that shows given messages, from the last message back to the first."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def run_of(follower: Follower, start: State, topics: Sequence[str], *, is_beginn
     follower : Follower
         The model.
     start : State
-        What is possible before the first of them.
+        The state before the first of them.
     topics : sequence of str
         Topics of the messages; there is such a run.
     is_beginning : bool
@@ -52,7 +52,7 @@ def run_of(follower: Follower, start: State, topics: Sequence[str], *, is_beginn
 def _before(
     follower: Follower, state: State, topic: str, markings: Sequence[Vector]
 ) -> tuple[int, list[Vector | None]]:
-    """Return a transition after which these markings can be, and those before it where it changes them."""
+    """Return a transition that can lead to these markings, and the markings before it that it changes."""
     for product in state.products:
         for transition in follower.net.shown[topic]:
             earlier: list[Vector | None] = []

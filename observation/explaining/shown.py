@@ -1,4 +1,4 @@
-"""Which firings of a flattened model show a message on a topic, or an event of a service."""
+"""Finds the firings of a flattened model that show a message on a topic, or an event of a service."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ EVENTS: dict[type[Step], str] = {
     Reply: RESPONSE_SENT,
     Response: RESPONSE_RECEIVED,
 }
-"""What a service tells of a step."""
+"""The event of a service for a step."""
 
 
 @dataclass(frozen=True)
 class ShownNet:
-    """A flattened model, and what of it a recorder sees.
+    """A flattened model, with the transitions that a recorder sees.
 
-    Signals are left out: nobody sees them change, and as they may change at any time, no message comes or
-    stays away for them.
+    Signals are ignored: their changes are invisible, and since they may change at any time, they never force
+    or prevent a message.
 
     Attributes
     ----------
     model : sym.SystemModel
         The model.
     subject : Subject
-        What it is flattened to.
+        The flattened net.
     shown : dict of str to tuple of int
         By full name of a recorded topic, or name of an event: the transitions that show a message on it.
     hidden : tuple of str
@@ -58,27 +58,27 @@ class ShownNet:
 
     @cached_property
     def roles(self) -> dict[str, StepRole]:
-        """What firing each transition is, by its id."""
+        """The step that each transition represents, by its id."""
         return step_roles(self.subject.links())
 
     @cached_property
     def own(self) -> frozenset[int]:
-        """The transitions of the model itself: others stand for what channels, executors and timers do."""
+        """The transitions of the model itself: others represent channels, executors and timers."""
         known = self.subject.transition_index
         return frozenset(known[str(each.id)] for each in transitions(self.model) if str(each.id) in known)
 
     def nodes_of(self, name: str) -> tuple[str, ...]:
-        """Return the node nets that publish on a topic, or tell an event."""
+        """Return the node nets that publish on a topic or send an event."""
         names = _names(self.model)
         roles = (role for role in self.roles.values() if names.get((role.channel, role.kind)) == name)
         return tuple(dict.fromkeys(role.node for role in roles if role.node))
 
 
 def shown_net(model: sym.SystemModel, recorded: set[str]) -> ShownNet:
-    """Flatten a model, and find what shows the messages of recorded topics.
+    """Flatten a model, and find the transitions that show the messages of recorded topics.
 
     By the rules of ``ros2`` a message is seen when it is published. By those of ``ros1`` it is seen when the
-    topic delivers it: one that the publisher's own queue loses reaches nobody, a recorder neither.
+    topic delivers it: a message that the publisher's own queue loses does not reach a recorder.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def shown_net(model: sym.SystemModel, recorded: set[str]) -> ShownNet:
 
 
 def _names(model: sym.SystemModel) -> dict[tuple[str | None, type[Step]], str]:
-    """Return what shows a step, by channel and kind of the step."""
+    """Return the transitions that show a step, by channel and kind of the step."""
     found: dict[tuple[str | None, type[Step]], str] = {}
     for channel in model.channels:
         if isinstance(channel, sym.TopicChannel):
@@ -134,5 +134,5 @@ def _names(model: sym.SystemModel) -> dict[tuple[str | None, type[Step]], str]:
 
 
 def _is_of_all(event: str, recorded: set[str]) -> bool:
-    """Tell whether all of several clients tell of their calls: it is known where the server tells, too."""
+    """Return whether all of several clients publish events of their calls: known if the server also does."""
     return event_name(named(event), REQUEST_RECEIVED) in recorded

@@ -1,8 +1,8 @@
-"""Topics that fall silent before a recording ends, although the model must continue.
+"""Finds topics that fall silent before a recording ends, although the model must continue.
 
-A model that was explained may rest or continue: no message is missing yet, as models know no times here. But
-if a topic was regular, nothing came on it for a long time while others continued, and the model has no way to
-stay silent, then what was recorded has stopped, and the model has not.
+A model that explains a recording may stop or continue: no message is overdue, because times are ignored here.
+But if a topic was regular, received nothing for a long time while others continued, and the model cannot stay
+silent, then the recorded system has stopped although the model must continue.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from dineros.observation.explaining.marking_sets import NOTHING, MarkingSets, Se
 LEAST_MESSAGES = 6
 """Messages before a topic counts as regular."""
 UNEVEN = 4.0
-"""How many times the mean gap the longest one may be on a regular topic."""
+"""Largest ratio of the longest gap to the mean gap of a regular topic."""
 LONG = 5.0
-"""How many times its longest gap a topic has to be silent."""
+"""Least ratio of the silence of a topic to its longest gap."""
 LEAST_SECONDS = 1.0
-"""Seconds that a topic has to be silent at least."""
+"""Least seconds of silence."""
 
 
 @dataclass(frozen=True)
 class Silence:
-    """A topic on which nothing came any more.
+    """A topic without further messages.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Silence:
 
 @dataclass
 class Rhythm:
-    """When messages of a topic came, in nanoseconds."""
+    """Arrival times of the messages of a topic, in nanoseconds."""
 
     first: int
     last: int
@@ -61,13 +61,13 @@ class Rhythm:
     longest: int = 0
 
     def add(self, time: int) -> None:
-        """Take the next message."""
+        """Process the next message."""
         self.longest = max(self.longest, time - self.last)
         self.last = time
         self.count += 1
 
     def silence(self, topic: str, end: int) -> Silence | None:
-        """Return how long a topic was silent at the end, if it was regular before and that is long."""
+        """Return the silence of a topic at the end, if it was regular before and the silence is long."""
         if self.count < LEAST_MESSAGES:
             return None
         every, silent = (self.last - self.first) / (self.count - 1), end - self.last
@@ -78,11 +78,11 @@ class Rhythm:
 
 
 def unexpected(follower: Follower, state: State, silent: Collection[Silence]) -> tuple[Silence, ...]:
-    """Return the silences that the model has no way to keep.
+    """Return the silences that the model does not allow.
 
-    A topic has to continue if, whatever the model's own transitions choose, its next message becomes possible
-    at last, and then stays possible until it comes. Everything else is fair: what can happen again and
-    again, such as that an executor takes a callback, does happen. Only topics that are not silent
+    A topic has to continue if, for all choices of the model's own transitions, its next message eventually
+    becomes possible and stays possible until it comes. All other transitions are fair: steps that are enabled
+    repeatedly, such as that an executor takes a callback, do happen. Only topics that are not silent
     themselves help.
 
     Parameters
@@ -90,7 +90,7 @@ def unexpected(follower: Follower, state: State, silent: Collection[Silence]) ->
     follower : Follower
         The model.
     state : State
-        What is possible at the end of the recording.
+        The state at the end of the recording.
     silent : collection of Silence
         All topics that fell silent.
 
@@ -115,7 +115,7 @@ def unexpected(follower: Follower, state: State, silent: Collection[Silence]) ->
 
 
 def _must_go_on(follower: Follower, state: State, wanted: frozenset[int], free: Collection[int]) -> bool:
-    """Tell whether one of the wanted transitions, whatever is possible now, has to fire at last."""
+    """Return whether one of the wanted transitions must eventually fire, from all possible markings."""
     groups: dict[tuple[int, ...], list[int]] = {}
     for transition in wanted:
         asked = tuple(part for part in follower.touched[transition] if follower.parts[part].asks(transition))
@@ -138,10 +138,10 @@ def _must_go_on(follower: Follower, state: State, wanted: frozenset[int], free: 
 def _comes(
     part: MarkingSets, states: int, some: Collection[int], free: Collection[int], own: Collection[int]
 ) -> bool:
-    """Tell whether one of some shown transitions becomes enabled at last in a part, and stays enabled.
+    """Return whether one of some shown transitions eventually becomes enabled in a part, and stays enabled.
 
-    A game on sets of markings: the model's own transitions choose so that it stays away, as they may for
-    ever; of the rest, any may come next. `away` is the largest set in which they can stay.
+    A game on sets of markings: the model's own transitions try to avoid it forever; any of the other
+    transitions may come next. `away` is the largest set in which they can stay.
     """
     if not part.has_levels:
         return True

@@ -1,4 +1,4 @@
-"""What is found out about a recording: whether the model has a run that shows its messages."""
+"""The verdict on a recording: whether the model has a run that shows its messages."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ class RecordingVerdict:
     status : {"conforms", "violated", "unknown"}
         The answer.
     messages : int
-        How many messages on topics of the model have an explanation.
+        The number of explained messages on topics of the model.
     unexplained : Unexplained or None
         The first that has none.
     reason : str
-        Why the answer is not known.
+        Why the answer is unknown.
     hidden : tuple of str
         Topics of the model that were not recorded: their messages may come at any time.
     others : tuple of str

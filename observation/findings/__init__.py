@@ -1,1 +1,1 @@
-"""What is wrong with a system that was seen, before anything is known of its behaviour."""
+"""Faults of an observed system that are visible without a model of its behaviour."""

@@ -1,4 +1,4 @@
-"""What code shows to be wrong that no model of callbacks does: sleeps, waits without bound, spins, loops."""
+"""Faults in code that models of callbacks do not show: sleeps, unbounded waits, spins, loops."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dineros.observation.findings.losing import losses, said
 from dineros.sources.facts import HELD, CallbackFact, Effect, Facts, NodeFact, Place, is_open, located
 
 LONG = 1.0
-"""Seconds of a sleep that is reported."""
+"""Least seconds of a sleep that is reported."""
 
 SLEEPS = Fault("code-sleeps", "warning", "A callback sleeps a second or more.", "{who} {words}")
 WAITS = Fault("code-waits", "warning", "A callback waits without time-out.", "{who} {words}")
@@ -46,14 +46,14 @@ _SPINS = (
 
 
 def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
-    """Return what is found in the code of folders, in the order of the code.
+    """Return the findings in the code of folders, in the order of the code.
 
     The elements of a finding are the names of node and callback.
 
     Parameters
     ----------
     read : iterable of (str, Facts)
-        Each folder, and what was read there.
+        Each folder, with its facts.
     """
     found: list[tuple[str, int, Finding]] = []
     for folder, facts in read:
@@ -77,7 +77,7 @@ def _at(place: Place, folder: str, finding: Finding) -> tuple[str, int, Finding]
 
 
 def _holds_others_up(callback: CallbackFact, node: NodeFact) -> bool:
-    """Tell whether other callbacks wait while one runs; work on goals is in no group, and needs a thread."""
+    """Return whether other callbacks wait while one runs; work on goals has no group, but needs a thread."""
     if node.threads == "not spun":
         return False
     return callback.kind in _CALLED or (
@@ -118,7 +118,7 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
 
 
 def _endless(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:
-    """Yield waits of work on a goal in a thread of its own, which no circle of callbacks can show."""
+    """Yield waits of work on a goal in a thread of its own, which circles of callbacks cannot show."""
     for effect in callback.effects if callback.is_apart else ():
         if effect.do == "call" and effect.how == "blocks, without time-out":
             who = f"the work on goals of {node.name} ({callback.name})"
@@ -131,7 +131,7 @@ def _destroys(callback: CallbackFact) -> bool:
 
 
 def _locks(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
-    """Yield waits under a lock that another callback of the node wants, too."""
+    """Yield waits under a lock that another callback of the node also needs."""
     if node.threads in (1, "not spun") and not any(each.kind == "thread" for each in node.callbacks):
         return  # no two callbacks run at once
     users: dict[str, list[CallbackFact]] = {}
@@ -163,7 +163,7 @@ def _locks(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
 def _held(
     effect: Effect, callback: CallbackFact, node: NodeFact, does: str, lock: str, others: set[str]
 ) -> Iterator[tuple[Place, Finding]]:
-    """Yield the finding that a callback waits under a lock, if others want it."""
+    """Yield the finding that a callback waits under a lock, if others need it."""
     if others:
         who, names = f"{callback.name} of {node.name}", ", ".join(sorted(others))
         if effect.do == "lock":
@@ -201,7 +201,7 @@ def _own(
 def _never_meanwhile(
     callback: CallbackFact, node: NodeFact, event: str, nodes: Iterable[NodeFact]
 ) -> str | None:
-    """Return why nothing sets an event while a callback runs; None: something may, or nobody is known to."""
+    """Return why an event cannot be set while a callback runs; None: it may be set, or no setter is known."""
     setters = [
         (each, other)
         for other in nodes
@@ -225,7 +225,7 @@ def _never_meanwhile(
 
 
 def _may_be_one(node: NodeFact) -> bool:
-    """Tell whether an executor has one thread, or has a number that the code does not tell."""
+    """Return whether an executor has one thread, or an unknown number."""
     return node.threads == 1 or is_open(node.threads)
 
 

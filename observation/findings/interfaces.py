@@ -1,4 +1,4 @@
-"""Types that code uses and that neither the folders nor installed packages define."""
+"""Finds types that code uses and that neither the folders nor installed packages define."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def missing_types(read: Sequence[tuple[str, Facts]]) -> list[Finding]:
     Parameters
     ----------
     read : sequence of (str, Facts)
-        Each folder, and what was read there; all define interfaces for each other.
+        Each folder, with its facts; all folders can use each other's interfaces.
     """
     known = _together(read)
     found: dict[str, Finding] = {}
@@ -43,7 +43,7 @@ def missing_types(read: Sequence[tuple[str, Facts]]) -> list[Finding]:
 
 
 def unchecked_types(read: Sequence[tuple[str, Facts]]) -> list[str]:
-    """Return a line for each type that no file defines, and no installed package: it is not checked."""
+    """Return a line for each type that no file and no installed package defines: it is not checked."""
     known = _together(read)
     found: dict[str, str] = {}
     for folder, _, entity in _typed(read):
@@ -63,7 +63,7 @@ def _together(read: Iterable[tuple[str, Facts]]) -> Interfaces:
 
 
 def _typed(read: Iterable[tuple[str, Facts]]) -> Iterator[tuple[str, NodeFact, Entity]]:
-    """Yield the ports with a type that the code says, each with its folder and node."""
+    """Yield the ports with a known type, each with its folder and node."""
     for folder, facts in read:
         for node in facts.nodes:
             for entity in node.entities:

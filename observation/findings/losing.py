@@ -1,4 +1,4 @@
-"""What code shows to get lost or to come late: early messages, requests to a server that goes, timers."""
+"""Finds lost and late messages in code: early messages, requests to a destroyed server, timers."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ _RESTS = (
     *("sleep", "spin", "spin_once", "spin_until", "wait", "wait_for_service", "wait_for_server"),
     *("input", "loop"),
 )
-"""After which a subscriber may be there."""
+"""Effects after which a subscriber may exist."""
 
 
 @dataclass(frozen=True)
 class _Use:
-    """Something that a callback does to a port."""
+    """An effect of a callback on a port."""
 
     node: NodeFact
     callback: CallbackFact
@@ -54,7 +54,7 @@ class _Use:
 
 
 def losses(nodes: Iterable[NodeFact]) -> Iterator[tuple[Place, Finding]]:
-    """Yield what may get lost or late, each with its line.
+    """Yield the findings of losses and delays, each with its line.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def _early(use: _Use, uses: list[_Use], nodes: list[NodeFact]) -> Iterator[tuple
         if _name(each, node) == _name(entity, use.node)
     }
     if not readers - {use.node}:
-        return  # nobody else in this code, who may begin later
+        return  # no other node in this code, which may start later
     unless = "" if is_told else f", unless the durability is transient local ({durability})"
     names = ", ".join(sorted({node.name for node in readers - {use.node}}))
     words = (
@@ -129,7 +129,7 @@ def _early(use: _Use, uses: list[_Use], nodes: list[NodeFact]) -> Iterator[tuple
 
 
 def _is_first(use: _Use) -> bool:
-    """Tell whether a message is published before anything that takes time."""
+    """Return whether a message is published before any effect that takes time."""
     effect = use.effect
     before = use.callback.effects[: use.callback.effects.index(effect)]
     if any(each.do in _RESTS for each in before):
@@ -170,7 +170,7 @@ def _loses(use: _Use, uses: list[_Use]) -> Iterator[tuple[Place, Finding]]:
 
 
 def _is_bounded(use: _Use) -> bool:
-    """Tell whether a call is given up after a time."""
+    """Return whether a call has a time-out."""
     if use.effect.timeout is not None:
         return True
     after = use.callback.effects[use.callback.effects.index(use.effect) :]
@@ -216,7 +216,7 @@ def _may_last(work: float | None, patience: float | None) -> bool:
 
 
 def _late(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
-    """Yield sleeps in the callback of a timer that make its ticks late, and hold others up."""
+    """Yield sleeps in the callback of a timer that delay its ticks and other callbacks."""
     if node.threads == "not spun":
         return
     for timer in node.of("timers"):

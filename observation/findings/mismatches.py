@@ -1,4 +1,4 @@
-"""Faults that ports alone show: of publishers and subscriptions, clients and servers, nodes and names."""
+"""Faults that are visible from ports: publishers and subscriptions, clients and servers, nodes and names."""
 
 from __future__ import annotations
 
@@ -79,16 +79,16 @@ FAULTS = {
 """All of them, by name."""
 
 ENDS = frozenset({UNHEARD.rule, UNFILLED.rule, UNSERVED.rule, NEAR.rule})
-"""Rules of names that lack an end."""
+"""Rules for names with one end only."""
 
 _NEAR = 0.8
-"""How alike two names are that nearly match, as `difflib.SequenceMatcher` measures it; 1: the same."""
+"""Least similarity of two names that nearly match, by `difflib.SequenceMatcher`; 1: equal."""
 _MOST_COMPARED = 200
-"""Names that are compared with each other at most: the time grows with the square."""
+"""Limit of the names that are compared with each other: the time grows with the square."""
 
 
 def mismatches(system: ObservedSystem) -> list[Finding]:
-    """Return what is wrong with a system, whatever its nodes do.
+    """Return the faults of a system that do not depend on the behaviour of its nodes.
 
     The elements of a finding are full names of ROS: of the topic, service or node, then of the nodes.
     """
@@ -175,7 +175,7 @@ def _of_services(system: ObservedSystem) -> Iterator[Finding]:
 
 
 def _of_names(givers: Mapping[str, list[str]], takers: Mapping[str, list[str]]) -> Iterator[Finding]:
-    """Yield the names without a taker that are nearly those without a giver; the nodes of each are given."""
+    """Yield names without a receiver that are similar to names without a sender, with the nodes of each."""
     for first, second in _near(givers, takers):
         yield NEAR.found(
             *(first, second, *givers[first], *takers[second]),
@@ -208,6 +208,6 @@ def _near(givers: Iterable[str], takers: Iterable[str]) -> Iterator[tuple[str, s
 
 
 def listed(names: Iterable[str]) -> str:
-    """Return the first of some names, and how many more there are."""
+    """Return the first of some names, and the number of others."""
     known = list(dict.fromkeys(names))
     return ", ".join(known[:3]) + (f" and {len(known) - 3} more" if len(known) > 3 else "")

@@ -1,4 +1,4 @@
-"""Types of a system that was seen which nobody knows here."""
+"""Finds types of an observed system that are not installed here."""
 
 from __future__ import annotations
 

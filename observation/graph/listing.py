@@ -1,8 +1,8 @@
-"""What rclpy tells of a graph, whatever names participants have.
+"""Lists a graph by rclpy, even if participants have invalid names.
 
-Anybody can announce nodes and topics by names that ROS does not allow. rclpy refuses to ask about them, and
-lists no node at all while one has no name. So what it refuses is left out here and remembered, and nodes
-are found by their publishers and subscriptions if they cannot be listed.
+Participants can announce nodes and topics with names that ROS does not allow. rclpy rejects queries about
+them, and lists no node at all if one has no name. So these names are omitted here and recorded, and nodes are
+found by their publishers and subscriptions if they cannot be listed.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from dineros.observation.systems import is_name
 T = TypeVar("T")
 
 MOST_REMEMBERED = 100
-"""Names that are remembered as left out."""
+"""Limit of the recorded names that were omitted."""
 UNKNOWN = "_NODE_NAME_UNKNOWN_"
-"""Name of the node of an endpoint before the middleware has heard whose it is."""
+"""Name of the node of an endpoint before the middleware has discovered the node."""
 
 
 class Listing:
@@ -27,12 +27,12 @@ class Listing:
     Parameters
     ----------
     node : rclpy.node.Node
-        Asks.
+        The node that sends queries.
 
     Attributes
     ----------
     left_out : dict of str to None
-        What has a name that ROS does not allow, in words.
+        Elements with a name that ROS does not allow, in words.
     is_complete : bool
         Whether all endpoints that were listed last are known to be of some node.
     """
@@ -58,15 +58,15 @@ class Listing:
                 self._leave_out("topic", name)
 
     def publishers(self, topic: str, *, is_raw: bool = False) -> list[Any]:
-        """Return what is known of the publishers of a topic; `is_raw`: by its name in the middleware."""
+        """Return the known publishers of a topic; `is_raw`: by its name in the middleware."""
         return self._endpoints(self._node.get_publishers_info_by_topic, topic, is_raw)
 
     def subscribers(self, topic: str, *, is_raw: bool = False) -> list[Any]:
-        """Return what is known of the subscriptions of a topic; `is_raw`: by its name in the middleware."""
+        """Return the known subscriptions of a topic; `is_raw`: by its name in the middleware."""
         return self._endpoints(self._node.get_subscriptions_info_by_topic, topic, is_raw)
 
     def nodes(self) -> list[tuple[str, str]]:
-        """Return name and namespace of each node, as often as it is there."""
+        """Return name and namespace of each node, with duplicates."""
         found: list[tuple[str, str]] | None = self._asked(self._node.get_node_names_and_namespaces)
         nodes = self._of_endpoints() if found is None else found
         kept = []
@@ -78,7 +78,7 @@ class Listing:
         return kept
 
     def services(self, role: str, name: str, namespace: str) -> list[tuple[str, list[str]]]:
-        """Return the services of a node as ``servers`` or ``clients``, and their types; none if it went."""
+        """Return the services of a node as ``servers`` or ``clients``, and their types; none if it left."""
         ask = {
             "servers": self._node.get_service_names_and_types_by_node,
             "clients": self._node.get_client_names_and_types_by_node,
@@ -118,7 +118,7 @@ class Listing:
         return found
 
     def _asked(self, ask: Callable[..., T], *arguments: Any) -> T | None:
-        """Ask rclpy; None if it refuses."""
+        """Query rclpy; None if it rejects the query."""
         from rclpy.exceptions import InvalidHandle
         from rclpy.impl.implementation_singleton import rclpy_implementation
         from rclpy.node import NodeNameNonExistentError

@@ -1,4 +1,4 @@
-"""Quality of service as ROS 2 discovers it, as plain values."""
+"""Converts discovered quality of service to plain values."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 from dineros.observation.systems import TopicEndpoint, quality_of_profile
 
 _UNBOUNDED = 9_223_372_036
-"""Seconds from which on a time is without bound: rmw writes 2^63 - 1 nanoseconds for that."""
+"""Seconds from which a time counts as unbounded: rmw uses 2^63 - 1 nanoseconds."""
 
 
 def endpoint_of(topic: str, info: Any) -> TopicEndpoint:
@@ -18,7 +18,7 @@ def endpoint_of(topic: str, info: Any) -> TopicEndpoint:
     topic : str
         Full name.
     info : rclpy.topic_endpoint_info.TopicEndpointInfo
-        What was discovered.
+        The discovered endpoint.
     """
     profile = info.qos_profile
     quality = quality_of_profile(profile, _seconds)

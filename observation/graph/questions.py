@@ -1,4 +1,4 @@
-"""What nodes answer: whether they obey simulated time, and in which state a managed node is."""
+"""Queries nodes: whether they use simulated time, and the state of managed nodes."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ _STATE = ("get_state", "lifecycle_msgs/srv/GetState")
 
 
 class Questions:
-    """Asks each node once, as soon as it can be asked; who does not answer is waited for by nobody.
+    """Queries each node once, as soon as possible; missing responses are ignored.
 
     Parameters
     ----------
     node : rclpy.node.Node
-        Asks; somebody else runs its callbacks.
+        The querying node; its callbacks are run elsewhere.
     """
 
     def __init__(self, node: Any) -> None:
@@ -24,13 +24,13 @@ class Questions:
         self._futures: dict[tuple[str, str], Any] = {}
 
     def can_be_asked(self, node: str, service: str, type: str) -> None:
-        """Take note that a node has a service."""
+        """Record that a node has a service."""
         for word, wanted in (_PARAMETERS, _STATE):
             if service == f"{node}/{word}" and type == wanted:
                 self._able.add((node, word))
 
     def ask(self, node: str) -> None:
-        """Ask a node what was not asked yet; nothing where its services are not there."""
+        """Send a node the queries that remain, if it has the services."""
         for word, _ in (_PARAMETERS, _STATE):
             key = node, word
             if key not in self._able or key in self._futures:
@@ -42,7 +42,7 @@ class Questions:
                 self._futures[key] = self._clients[key].call_async(request)
 
     def answers(self, node: str) -> tuple[bool | None, str | None]:
-        """Return whether a node obeys simulated time, and the state of a managed node; None: not told."""
+        """Return whether a node uses simulated time, and the state of a managed node; None: unknown."""
         told, state = self._result(node, "get_parameters"), self._result(node, "get_state")
         simulated = None
         if told is not None:
@@ -53,7 +53,7 @@ class Questions:
         return simulated, "unknown" if state is None else str(state.current_state.label)
 
     def close(self) -> None:
-        """Take the clients down."""
+        """Destroy the clients."""
         for client in self._clients.values():
             self._node.destroy_client(client)
 

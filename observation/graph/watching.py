@@ -1,8 +1,8 @@
-"""Watching a running graph for some seconds: what nodes announce, and what they answer when asked.
+"""Watches a running graph for some seconds: discovered nodes, and their responses to queries.
 
 Nothing is published, and no interface of the system needs to be installed: ports, types and quality of
-service are what discovery tells (DDS, "built-in topics"). Two questions are asked of nodes that have the
-services for it: whether they obey simulated time, and of managed nodes, in which state they are.
+service come from discovery (DDS, "built-in topics"). Nodes with the necessary services get two queries:
+whether they use simulated time, and, for managed nodes, their state.
 """
 
 from __future__ import annotations
@@ -30,15 +30,14 @@ from dineros.runtime.ros.process.environment import DOMAINS
 from dineros.runtime.ros.process.session import Session
 
 PAUSE = 0.25
-"""Seconds between two looks at the graph."""
+"""Seconds between two queries of the graph."""
 QUIET = 1.0, 3.5
-"""Seconds without news after which a graph is taken to be known: as long as it is watched, within these
-bounds. A
-participant of DDS that was not heard announces itself again after 3 s."""
+"""Seconds without changes after which a graph counts as complete: as long as it is watched, within these
+bounds. A participant of DDS that was missed announces itself again after 3 s."""
 SLOW = 4.0
-"""How many times longer that is at most on a busy machine, on which looks take longer than they should."""
+"""Largest factor of this time on a busy machine, on which queries take longer than expected."""
 MOST_MORE = 60.0
-"""Seconds that news prolongs the watch at most."""
+"""Largest extension of the watch by changes, in seconds."""
 _GOALS = "/_action/send_goal"
 _HIDDEN = "_"
 
@@ -50,14 +49,14 @@ def watch(
     without: Collection[str] = (),
     doubts: Callable[[ObservedSystem], bool] | None = None,
 ) -> ObservedSystem:
-    """Return the nodes of a graph, with all ports that were there at some time.
+    """Return the nodes of a graph, with all ports that existed at some time.
 
-    Hidden nodes (``_name``), such as tools make them, are left out.
+    Hidden nodes (``_name``), such as those of tools, are omitted.
 
     Parameters
     ----------
     seconds : float
-        How long to watch at least; it is longer while there is news, `QUIET`, `SLOW` and `MOST_MORE` say how.
+        Least time to watch; it is extended while there are changes, `QUIET`, `SLOW` and `MOST_MORE` say how.
     domain : int, optional
         The ROS domain; by default that of the environment.
     without : collection of str
@@ -110,7 +109,7 @@ class _Watching:
         self._began = time.monotonic()
 
     def system(self, *, again: bool = False) -> ObservedSystem:
-        """Watch until there is no news; return what was seen so far."""
+        """Watch until there are no changes; return the observed system."""
         quiet = max(QUIET[0], min(self._seconds, QUIET[1]))
         begun = last_news = time.monotonic()
         least = begun + (QUIET[1] if again else self._seconds)
@@ -123,7 +122,7 @@ class _Watching:
             time.sleep(PAUSE)
             present = self._look()
             after = time.monotonic()
-            # A machine that is too busy for this loop is so for those that announce themselves, too.
+            # A machine that is too busy for this loop also delays announcements.
             slow = min(SLOW, max(1.0, (after - now) / (2 * PAUSE)))
             if self._known() != known or not self._listing.is_complete:
                 last_news = after
@@ -142,16 +141,16 @@ class _Watching:
         )
 
     def close(self) -> None:
-        """Take down what asked questions."""
+        """Destroy the querying node."""
         self._questions.close()
 
     def _known(self) -> int:
-        """Return how many nodes and ports were seen; what was seen once is never forgotten."""
+        """Return the number of observed nodes and ports; elements are never removed."""
         ports = (found.total() for known in self._ports.values() for found in known.values())
         return len(self._ports) + sum(ports)
 
     def _look(self) -> set[str]:
-        """Take in what is there now; return the names of the nodes."""
+        """Add the current elements; return the names of the nodes."""
         named = [(f"{namespace.rstrip('/')}/{name}", name, namespace)
                  for name, namespace in self._listing.nodes()]  # fmt: skip
         present = [each for each in named if not each[1].startswith(_HIDDEN) and each[0] not in self._without]

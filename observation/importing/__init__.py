@@ -1,1 +1,1 @@
-"""From a system that was seen to a system model with open behaviour."""
+"""Imports an observed system as a system model with open behaviour."""

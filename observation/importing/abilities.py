@@ -1,4 +1,4 @@
-"""What a node can do: the places of what it publishes, sends and wants, and of what it waits for."""
+"""The possible steps of a node: places of its publications, requests and goals, and of its waits."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from dineros.observation.systems import ALL_KEPT, ObservedNode, TopicEndpoint
 
 
 class Abilities:
-    """Knows what a node can do, and says what is assumed of it.
+    """Determines the possible steps of a node, and records assumptions.
 
     Parameters
     ----------
     node : ObservedNode
         What was seen.
     given : Given
-        What is said of all nodes.
+        The facts given for all nodes.
     channels : Channels
-        Takes the ports.
+        Gets the ports.
     is_unseen : bool
-        Whether nobody has seen it, and it stands for others.
+        Whether it was not observed and represents unknown nodes.
     is_partial : bool
         Whether the system may have other nodes. Then a server that nobody has seen answers; else it never
         does.
@@ -72,9 +72,9 @@ class Abilities:
         }
 
     def _requests(self) -> dict[Step, tuple[pn.Place, ...]]:
-        """Return where requests are put whose responses no callback waits for.
+        """Return the places of requests whose responses no callback waits for.
 
-        A callback that is open may send any; otherwise there are those that are given.
+        An open callback may send any request; other callbacks send the given ones.
         """
         said = {step for callback in self._said.callbacks.values() for step in callback.does or ()}
         sent = {step.name for step in said if step.verb == "send"}
@@ -85,7 +85,7 @@ class Abilities:
         }
 
     def _waits(self) -> dict[Step, pn.Place]:
-        """Return what says that a message or a result is there, of those that a callback waits for."""
+        """Return the places that mark the arrival of messages and results for which a callback waits."""
         said = {step for callback in self._said.callbacks.values() for step in callback.does or ()}
         topics = {each.topic for each in self._node.subscribers}
         actions = {each.name for each in self._node.action_clients}
@@ -131,7 +131,7 @@ class Abilities:
         }
 
     def _is_open(self) -> bool:
-        """Tell whether nothing is said of what a callback of the node does."""
+        """Return whether no steps are given for a callback of the node."""
         node = self._node
         names = [each.given_as for each in node.subscribers]
         for endpoints in (node.servers, node.action_servers, node.action_clients):
@@ -149,7 +149,7 @@ class Abilities:
         return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net, capacity=1)
 
     def _depth(self, endpoint: TopicEndpoint) -> tuple[int, bool]:
-        """Return the depth of a history, and whether it is taken for lack of knowledge."""
+        """Return the depth of a history, and whether it is assumed."""
         said = self._said.depths.get(endpoint.topic)
         known = endpoint.depth if said is None else said
         if known is None:

@@ -1,4 +1,4 @@
-"""What is taken of a node where a source does not tell it."""
+"""Assumptions about a node for facts that a source does not have."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ from dataclasses import dataclass
 from dineros.metamodel import sym
 
 USUAL_DEPTH = 10
-"""Messages that a history keeps where nobody has said it; the commonest number in programs."""
+"""Default depth of a history; the most common number in programs."""
 USUAL_PERIOD = 1.0
-"""Seconds of a timer that nobody has seen; no answer depends on it."""
+"""Period of an invented timer in seconds; no answer depends on it."""
 TIMER = "timer"
-"""Name of the timer that stands for all that a node does of itself."""
+"""Name of the timer that represents all spontaneous actions of a node."""
 
 
 Marked = sym.NodeNet | sym.CallbackPage | sym.TopicPort
-"""What says what of it is assumed."""
+"""The list that records the assumptions."""
 
 
 @dataclass(frozen=True)
 class Assumed:
-    """Something that a source does not tell, and that is taken.
+    """An assumption about a fact that a source does not have.
 
     Attributes
     ----------
     node : str
         Full name of the node.
     key, value : str
-        How it would be said in the file of what is given, under the node: ``depths."/scan"``, ``10``.
+        Its notation in the file of given facts, under the node: ``depths."/scan"``, ``10``.
     words : str
-        What is taken, for people.
+        The assumption in words.
     """
 
     node: str
@@ -39,7 +39,7 @@ class Assumed:
 
     @property
     def kind(self) -> str:
-        """What it is about: ``depths``, ``threads``, ``timers``, ``lifecycle``, or what callbacks do."""
+        """Its subject: ``depths``, ``threads``, ``timers``, ``lifecycle``, or the steps of callbacks."""
         return "what callbacks do" if self.key.startswith("callback.") else self.key.partition(".")[0]
 
     def __str__(self) -> str:
@@ -47,7 +47,7 @@ class Assumed:
 
 
 def of_client(name: str) -> str:
-    """Return the key of what a client does with answers, in a node that also serves what it calls."""
+    """Return the key for a client's handling of responses, in a node that also serves this service."""
     return f"{name} (client)"
 
 
@@ -57,7 +57,7 @@ def quoted(text: str) -> str:
 
 
 class Taken:
-    """Lines for people about the decisions of an import, each line once, in their order."""
+    """Messages about the decisions of an import, without duplicates, in their order."""
 
     def __init__(self) -> None:
         self._lines: dict[str, bool] = {}
@@ -67,7 +67,7 @@ class Taken:
         self._lines.setdefault(line, False)
 
     def lack(self, line: str) -> None:
-        """Add something that the model lacks, so that proofs about the model need not hold for the code."""
+        """Add a part that the model lacks, so that proofs about the model may not hold for the code."""
         self._lines[line] = True
 
     @property
@@ -77,5 +77,5 @@ class Taken:
 
     @property
     def lacks(self) -> int:
-        """How many of them say what the model lacks."""
+        """Number of lines about parts that the model lacks."""
         return sum(self._lines.values())

@@ -1,6 +1,6 @@
-"""What a callback does, as the net of its page: open where nobody has said it, else the steps given.
+"""Builds the net of a callback page: open behaviour if nothing is given, otherwise the given steps.
 
-*Open* is the safe reading: after it has begun, a callback may publish on any publisher of its node, call any
+**Open* is the worst case: after it has begun, a callback may publish on any publisher of its node, call any
 service that its node is a client of and wait for the answer or not, and send any goal, in any order and any
 number of times; or it ends.
 """
@@ -19,7 +19,7 @@ from dineros.observation.importing.names import Ids, flat
 
 @dataclass(frozen=True)
 class Call:
-    """Where a callback calls a service: places of a client on its page; in `timed_out`, it has given up."""
+    """The places of a client on a callback page; `timed_out` gets a token after a time-out."""
 
     request: sym.Place
     response: sym.Place
@@ -28,15 +28,15 @@ class Call:
 
 @dataclass(frozen=True)
 class Possible:
-    """What callbacks of a node can do.
+    """The possible steps of callbacks of a node.
 
     Attributes
     ----------
     puts : mapping of Step to places
-        Places that a step puts a token on: of each publisher of a topic, of the goals of an action, of
-        requests that nobody waits for.
+        Places on which a step puts a token: of each publisher of a topic, of the goals of an action, of
+        requests without a wait.
     call : callable
-        Makes the client of a call for a page, with what it needs: page, step, seconds until it gives up.
+        Creates the client of a call for a page, with its arguments: page, step, seconds until it gives up.
     calls : tuple of Step
         The calls that the node can make.
     waits : mapping of Step to place
@@ -52,7 +52,7 @@ class Possible:
     variables: Mapping[str, Mapping[str, pn.Place]] = field(default_factory=dict)
 
     def steps(self) -> tuple[Step, ...]:
-        """Return all that a callback may do, any number of times."""
+        """Return the steps that a callback may take, any number of times."""
         return tuple(Step(step.verb, step.name, "*") for step in (*self.puts, *self.calls))
 
 
@@ -62,11 +62,11 @@ class Body:
     Parameters
     ----------
     page : sym.CallbackPage
-        The page; its id begins those of what is put there.
+        The page; its id is the prefix of the ids of its elements.
     ids : Ids
-        Makes ids.
+        Creates ids.
     possible : Possible
-        What the node can do.
+        The possible steps of the node.
     """
 
     def __init__(self, page: sym.CallbackPage, ids: Ids, possible: Possible) -> None:
@@ -78,26 +78,26 @@ class Body:
         self._limits: dict[tuple[str, str | None], float | None] = {}
 
     def place(self, word: str, **features: object) -> sym.Place:
-        """Put a place on the page."""
+        """Add a place to the page."""
         return sym.Place(id=self._id(word), page=self.page, **features)  # type: ignore[arg-type]
 
     def transition(self, word: str, *, kind: str = "discrete", at: str = "") -> sym.Transition:
-        """Put a transition on the page, which stands for a line of code where one is named."""
+        """Add a transition to the page; it represents a line of code if one is given."""
         return sym.Transition(id=self._id(word), kind=kind, page=self.page, sourceLine=at or None)
 
     def run(
         self, begin: sym.Transition, steps: tuple[Step, ...] | None, branches: Flow | None = None
     ) -> pn.Place:
-        """Let the callback do its steps, after what begins it; return the place where all is done.
+        """Add the steps of the callback after its first transition; return the last place.
 
         Parameters
         ----------
         begin : sym.Transition
-            What begins it.
+            Its first transition.
         steps : tuple of Step or None
             In order; None: open.
         branches : Flow or None
-            The same in its branches, if variables decide about them.
+            The steps in branches, if variables decide about them.
         """
         state: pn.Place = self.place("runs")
         flow(begin, state)
@@ -120,7 +120,7 @@ class Body:
         return state
 
     def _limit(self, steps: Iterable[Step]) -> None:
-        """Let one client stand for all calls of a service: it gives up only where all do."""
+        """Represent all calls of a service by one client: it has a time-out only if all calls have one."""
         for step in steps:
             if step.verb == "call":
                 client = step.name, step.group
@@ -155,7 +155,7 @@ class Body:
         return states[branches.end]
 
     def _set(self, label: Set, before: pn.Place, after: pn.Place) -> None:
-        """Let a variable get a value, whatever it had before."""
+        """Assign a value to a variable, independent of its previous value."""
         places = self._possible.variables[label.variable]
         for value, old in places.items():
             if label.before is not None and value not in label.before:
@@ -165,7 +165,7 @@ class Body:
             flow(self._here(old), sets, self._here(places[label.value]))
 
     def store(self, state: pn.Place, kept: pn.Place | None) -> pn.Place:
-        """Let the callback say that it was here to those that wait for that; return the place after it."""
+        """Notify the callbacks that wait for this one; return the place after it."""
         if kept is None:
             return state
         after, here = self.place("stored"), self._here(kept)
@@ -177,7 +177,7 @@ class Body:
         return after
 
     def end(self, state: pn.Place, exit: pn.Place | None = None) -> None:
-        """Let the callback end: with a token on a place, a server's answer, or with nothing."""
+        """End the callback: with a token on a place, a server's response, or nothing."""
         if exit is None:
             flow(state, self.transition("ends", kind="end"))
         else:
@@ -207,7 +207,7 @@ class Body:
             flow(does, self._here(place))
 
     def _here(self, place: pn.Place) -> pn.ReferencePlace:
-        """Return what stands for a place of the node on this page."""
+        """Return the reference to a place of the node on this page."""
         if place not in self._references:
             id = self._ids.new(f"{place.id}@{self.page.id}")
             self._references[place] = pn.ReferencePlace(id=id, target=place, page=self.page)

@@ -1,4 +1,4 @@
-"""A system model of a system that was seen: a node net for each node, a channel for each name."""
+"""Builds a system model of an observed system: a node net for each node, a channel for each name."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from dineros.observation.systems import ObservedSystem
 
 @dataclass(frozen=True)
 class Imported:
-    """What an import made.
+    """The result of an import.
 
     Attributes
     ----------
     model : sym.SystemModel
         The model.
     assumed : tuple of Assumed
-        What the source does not tell, and is taken.
+        Assumptions about facts that the source does not have.
     unseen : tuple of str
-        Names of invented nodes: they stand for unknown nodes at the other end of a channel.
+        Names of invented nodes: they represent unknown nodes at the other end of a channel.
     left_out : tuple of str
         What was seen and a model cannot hold, a line each.
     recorded : tuple of str
@@ -44,7 +44,7 @@ class Imported:
 
 
 def to_model(system: ObservedSystem, given: Given | None = None, id: str = "observed") -> Imported:
-    """Return a system model of what was seen.
+    """Return a system model of an observed system.
 
     Each node is a node net that runs callbacks: subscriptions, services, goals and timers are callback pages,
     whose behaviour is open (`dineros.observation.importing.bodies`) unless it is given.
@@ -97,9 +97,9 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
 def _latencies(
     given: Mapping[str, GivenTopic | GivenService], made: Mapping[str, sym.Channel], recorded: set[str]
 ) -> set[str]:
-    """Give latencies to channels; return the names of which nothing that is given is used.
+    """Set the latencies of channels; return the names whose given facts are not used.
 
-    Ends are only used of what was recorded: of other channels, the nodes tell them.
+    Given ends are used for recorded channels only: for others, they are known from the nodes.
     """
     for name, said in given.items():
         if said.latency is not None and name in made:

@@ -9,12 +9,12 @@ from dineros.observation.systems import USUAL, Endpoint, TopicEndpoint
 
 
 class Channels:
-    """Topics, services and actions, made when their first port is.
+    """Topics, services and actions; each is created with its first port.
 
     Attributes
     ----------
     ids : Ids
-        Makes the ids of the model.
+        Creates the ids of the model.
     topics, services, actions : dict
         The channels by their full names.
     """
@@ -91,7 +91,7 @@ class Channels:
 
 
 def _quality(quality: Quality) -> sym.QualityOfService | None:
-    """Return what a port says of its quality of service; nothing where it is the usual one."""
+    """Return the quality of service of a port; None if it is the default."""
     if quality == USUAL:
         return None
     return sym.QualityOfService(

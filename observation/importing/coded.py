@@ -1,4 +1,4 @@
-"""What the code of a system says, as what is seen and given of a system."""
+"""Converts the facts of code to an observed system and given facts."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from dineros.sources.alternatives import taken_of, types_of
 from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open, located
 
 PROCESSORS = 4
-"""Threads of an executor that takes as many as the machine has."""
+"""Assumed threads of an executor with one thread per processor."""
 _MIDDLEWARE = ("system default", "best available")
 """Qualities that the middleware decides."""
 MAIN = "main"
-"""Name of the timer that stands for what a node does outside of callbacks."""
+"""Name of the timer that represents the actions of a node outside of callbacks."""
 
 
 @dataclass(frozen=True)
 class Coded:
-    """A system that code describes.
+    """A system described by code.
 
     Attributes
     ----------
     system : ObservedSystem
         Its nodes and their ports.
     given : Given
-        What the code says of behaviour, groups and threads.
+        Behaviour, groups and threads from the code.
     taken : tuple of str
-        What the code does not decide, and how it is taken, a line each.
+        Assumptions about facts that the code does not determine, a line each.
     apart : ObservedSystem
         The nodes before those that share an executor are joined.
     left_out : int
@@ -54,17 +54,17 @@ class Coded:
     left_out: int = 0
 
     def with_people(self, said: Given) -> Given:
-        """Return what the code says, corrected by what people say."""
+        """Return the facts of the code, overridden by facts that users give."""
         return merged(self.given, said)
 
 
 def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
-    """Return what the facts of a folder say of a system.
+    """Return the system described by the facts of folders.
 
     Parameters
     ----------
     read : iterable of (str, Facts)
-        Each folder and what was read there; lines of code are named with the folder.
+        Each folder with its facts; lines of code are reported with the folder.
     source : str
         The folders, in words.
     """
@@ -94,7 +94,7 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
 
 
 def merged(code: Given, people: Given) -> Given:
-    """Return what code says, corrected by what people say of the same nodes."""
+    """Return the facts of the code, overridden by facts that users give for the same nodes."""
     nodes = dict(code.nodes)
     for name, said in people.nodes.items():
         known = nodes.get(name, GivenNode())
@@ -118,7 +118,7 @@ def merged(code: Given, people: Given) -> Given:
 
 
 def _corrected(code: GivenCallback | None, said: GivenCallback) -> GivenCallback:
-    """Return what code says of a callback, corrected by what people say; what they leave out stays."""
+    """Return the facts of a callback from the code, overridden by those that users give."""
     if code is None:
         return said
     return replace(
@@ -134,16 +134,16 @@ def _corrected(code: GivenCallback | None, said: GivenCallback) -> GivenCallback
 
 
 class _CodedNode:
-    """What the code says of one node.
+    """Converts the facts of one node.
 
     Parameters
     ----------
     fact : NodeFact
         The node.
     taken : Taken
-        Gets what is taken.
+        Gets the assumptions.
     folder : str
-        In which its files are.
+        The folder of its files.
     """
 
     def __init__(self, fact: NodeFact, taken: Taken, folder: str) -> None:
@@ -264,7 +264,7 @@ class _CodedNode:
     # ------------------------------------------------------------------------------------------ behaviour
 
     def given(self) -> GivenNode:
-        """Return what the code says of the node's behaviour."""
+        """Return the node's behaviour from the code."""
         behaviour = Behaviour(
             self.names, self._taken, self._folder, self.fact.entities, self._groups_of_clients()
         )
@@ -300,7 +300,7 @@ class _CodedNode:
                         accepted=self._decisions.told(entity, True),
                         rejected=self._decisions.told(entity, False),
                     )
-                else:  # several clients of one name are taken for one
+                else:  # several clients of one name are treated as one
                     both = None if steps is None or first.does is None else (*first.does, *steps)
                     callbacks[key] = replace(first, does=both)
         self._outside(behaviour, timers, callbacks)
@@ -368,7 +368,7 @@ class _CodedNode:
     def _outside(
         self, behaviour: Behaviour, timers: dict[str, float], callbacks: dict[str, GivenCallback]
     ) -> None:
-        """Add what constructors, the main function and threads do: a timer in a group of its own."""
+        """Add the actions of constructors, the main function and threads: a timer in a group of its own."""
         steps: list[Step] = []
         for fact in self.fact.callbacks:
             if fact.kind in ("constructor", "main", "thread", "parameters"):
@@ -405,7 +405,7 @@ class _CodedNode:
         return None
 
     def _newest(self) -> Mapping[str, bool]:
-        """Return the topics whose readers ask for no reliable messages: losing some is their way."""
+        """Return the topics whose subscriptions request best-effort delivery, so that losses are intended."""
         return {
             self.names[entity]: True
             for entity in self.fact.of("subscriptions")

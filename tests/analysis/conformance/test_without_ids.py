@@ -404,7 +404,7 @@ class TestTopics:
         verdict = verdict_on(talker(), self.traces(4))
         assert [str(violation) for violation in verdict.violations] == [
             "Heard takes a message (Chatter): no message of the model is under way to it: a program outside "
-            "of the model publishes on topic chatter, too"
+            "of the model also publishes on topic chatter"
         ]
         monitor = Monitor(talker())
         for records in self.traces(4).values():

@@ -225,7 +225,7 @@ def test_wider_classes_may_prove_the_same() -> None:
     ("change", "words"),
     [
         ({"marking": {"x": 1}}, "names 'x'"),
-        ({"marking": {"p": -1}}, "less than no tokens"),
+        ({"marking": {"p": -1}}, "negative number of tokens"),
         ({"times": {"b": "[0,1]"}}, "names 'b'"),
         ({"times": {"a": "[2,1]"}}, "holds no state"),
         ({"times": {"a": "1"}}, "not an interval"),
