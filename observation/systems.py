@@ -1,7 +1,7 @@
-"""What is seen of a system that exists already: nodes, topics, services and actions, whatever the source.
+"""The description of an observed system: nodes, topics, services and actions, for all sources.
 
-A running graph tells which node has which port; a recording tells topics only, and what was offered on them.
-What a source cannot tell is `None`: nothing here is guessed.
+A running graph shows the node of each port; a recording shows only topics and the offers on them. Facts that
+a source does not have are `None`: nothing is guessed.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ USUAL = Quality("reliable", "volatile", "automatic", None, None, None)
 """The quality of service that a port has by default in ROS 2."""
 
 ALL_KEPT = 5000
-"""Depth in models of a history that keeps all: samples that Fast DDS keeps at most by default."""
+"""Depth in models of a history that keeps all: the default limit of samples of Fast DDS."""
 
 
 MOST_CHARACTERS = 255
-"""Of a name; DDS allows no more."""
+"""Limit of the characters of a name; DDS allows no more."""
 
 _NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
@@ -39,9 +39,9 @@ class TopicEndpoint:
     quality : Quality
         Quality of service, as discovered.
     depth : int or None
-        Depth of the history; None: not told (Fast DDS announces none). 0: all messages are kept.
+        Depth of the history; None: unknown (Fast DDS announces none). 0: all messages are kept.
     at : str
-        The line of the code that makes it, as ``file:line``; empty where no code was read.
+        The line of the code that creates it, as ``file:line``; empty where no code was read.
     reader : str
         The node of the code that reads it, if several nodes of one executor read the topic; else empty.
     """
@@ -55,7 +55,7 @@ class TopicEndpoint:
 
     @property
     def given_as(self) -> str:
-        """The name under which something is given of its callback."""
+        """The name of its callback in given facts."""
         return f"{self.topic} of {self.reader}" if self.reader else self.topic
 
 
@@ -70,7 +70,7 @@ class Endpoint:
     type : str
         Such as ``std_srvs/srv/Trigger`` or ``example_interfaces/action/Fibonacci``.
     at : str
-        The line of the code that makes it, as ``file:line``; empty where no code was read.
+        The line of the code that creates it, as ``file:line``; empty where no code was read.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Endpoint:
 
 @dataclass(frozen=True)
 class ObservedNode:
-    """A node that was seen.
+    """An observed node.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class ObservedNode:
 
 @dataclass(frozen=True)
 class RecordedTopic:
-    """A topic of which it is known that messages went over it, and not between whom.
+    """A topic that carried messages between unknown nodes.
 
     Attributes
     ----------
@@ -121,9 +121,9 @@ class RecordedTopic:
     type : str
         Such as ``std_msgs/msg/String``.
     offered : tuple of Quality
-        What each publisher offered, as far as the recording says; which nodes these were, it does not.
+        The offer of each publisher in the recording; the nodes are unknown.
     messages : int or None
-        How many were recorded; None: not told.
+        The number of recorded events; None: unknown.
     """
 
     name: str
@@ -134,7 +134,7 @@ class RecordedTopic:
 
 @dataclass(frozen=True)
 class RecordedService:
-    """A service whose introspection events were recorded; which nodes they are of, they do not tell.
+    """A service whose introspection events were recorded; the events do not name nodes.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ class RecordedService:
     type : str
         Such as ``std_srvs/srv/Trigger``.
     events : int or None
-        How many were recorded; None: not told.
+        The number of recorded events; None: unknown.
     """
 
     name: str
@@ -153,16 +153,16 @@ class RecordedService:
 
 @dataclass(frozen=True)
 class Watched:
-    """How a running graph was watched.
+    """The observation of a running graph.
 
     Attributes
     ----------
     seconds : float
-        How long, in all.
+        The total time.
     quiet : float
-        Seconds at the end without news.
+        Seconds at the end without changes.
     is_stable : bool
-        Whether news had ended; else more may be there than was seen.
+        Whether the graph was stable; otherwise parts may be missing.
     is_checked : bool
         Whether it was looked at again, since something seemed to be wrong with it.
     """
@@ -181,12 +181,12 @@ class Watched:
 
 @dataclass(frozen=True)
 class ObservedSystem:
-    """A system that was seen.
+    """An observed system.
 
     Attributes
     ----------
     source : str
-        Where, in words: ``ROS domain 3``, or the path of a recording.
+        The source, in words: ``ROS domain 3``, or the path of a recording.
     nodes : tuple of ObservedNode
         In order of their names.
     topics : tuple of RecordedTopic
@@ -200,7 +200,7 @@ class ObservedSystem:
     left_out : tuple of str
         What was seen and cannot be asked about or held by a model, in words.
     watched : Watched or None
-        How a running graph was watched.
+        The observation of a running graph.
     is_partial : bool
         Whether there may be other nodes, as beside those of a package.
     """
@@ -234,7 +234,7 @@ def name_of(port: TopicEndpoint | Endpoint) -> str:
 
 
 def quality_of_profile(profile: Any, seconds: Callable[[Any], float | None]) -> Quality:
-    """Return what a profile of ROS 2 says; what it does not tell is as usual.
+    """Return the quality of service of a profile of ROS 2; missing parts have their defaults.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ def quality_of_profile(profile: Any, seconds: Callable[[Any], float | None]) -> 
 
 
 def is_name(name: str) -> bool:
-    """Tell whether a full name of a node, topic, service or action is one of ROS 2.
+    """Return whether a full name of a node, topic, service or action is valid in ROS 2.
 
     Examples
     --------
@@ -265,7 +265,7 @@ def is_name(name: str) -> bool:
 
 
 def full_name(topic: str) -> str:
-    """Return the full name of a topic: names without a slash stand in the root namespace.
+    """Return the full name of a topic: names without a slash are in the root namespace.
 
     Examples
     --------
@@ -278,7 +278,7 @@ def full_name(topic: str) -> str:
 def within(
     system: ObservedSystem, namespaces: Sequence[str] = (), without: Sequence[str] = ()
 ) -> ObservedSystem:
-    """Return a system with only the nodes of some namespaces (all where none are named), without some."""
+    """Return a system with only the nodes of some namespaces (all if none are given), without some."""
     starts = tuple(f"/{name.strip('/')}/".replace("//", "/") for name in namespaces or ("/",))
     kept = tuple(node for node in system.nodes if node.name.startswith(starts) and node.name not in without)
     names = {node.name for node in kept}
@@ -291,14 +291,14 @@ def within(
 REQUEST_SENT, REQUEST_RECEIVED, RESPONSE_SENT, RESPONSE_RECEIVED = SERVICE_EVENTS = (
     *("request sent", "request received", "response sent", "response received"),
 )
-"""What services tell of a call, in the order of their numbers in ``service_msgs/msg/ServiceEventInfo``."""
+"""Events of a call of a service, in the order of their numbers in ``service_msgs/msg/ServiceEventInfo``."""
 
 OF_EVENTS = "/_service_event"
-"""How the name of a topic ends on which a service tells of its calls."""
+"""Suffix of the topic on which a service publishes events of its calls."""
 
 
 def event_name(service: str, event: str) -> str:
-    """Return the name by which events of a service stand among messages; no topic is named so.
+    """Return the name of events of a service among messages; no topic has such a name.
 
     Examples
     --------
@@ -332,15 +332,15 @@ _OF_ACTIONS = "/_action/"
 
 
 def is_house_topic(name: str, type: str) -> bool:
-    """Tell whether a topic is one that ROS makes by itself: for logs, parameters, time, states."""
+    """Return whether ROS creates a topic itself: for logs, parameters, time, states."""
     return name in _EVERY_TOPIC or type.startswith(_OF_LIFECYCLES) or name.endswith(OF_EVENTS)
 
 
 def is_house_service(type: str) -> bool:
-    """Tell whether a service, by its type, is one that nodes have unasked: of parameters, lifecycle."""
+    """Return whether nodes have a service by default, by its type: of parameters, lifecycle."""
     return type in _EVERY_SERVICE or type.startswith(_OF_LIFECYCLES)
 
 
 def is_of_action(name: str) -> bool:
-    """Tell whether a topic or a service belongs to an action."""
+    """Return whether a topic or a service belongs to an action."""
     return _OF_ACTIONS in name

@@ -67,7 +67,7 @@ def described(model: sym.SystemModel, *, with_unseen: bool = False) -> Described
     for place, role, port, id in _ports(model):
         net = node_net_of(place)
         if net in names:
-            # Who stands behind such a node is not known, nor is a namespace.
+            # The real nodes behind such a node are unknown, and so is their namespace.
             absolute = _absolute(port, "/" if is_unseen(net) else names[net])
             ports[names[net]].setdefault(role, []).append(absolute)
             elements.setdefault((names[net], role, name_of(absolute)), id)

@@ -1,6 +1,6 @@
-"""Facts about a system that no graph shows: a file next to the model, which imports read and never overwrite.
+"""Facts about a system that a graph does not show: a file that imports read and never overwrite.
 
-It is TOML. Everything in it may be left out; what is there replaces what would be assumed::
+It is TOML. All parts are optional; given facts replace assumptions::
 
     [node."/mapper"]
     threads = 2                             # of a multi-threaded executor
@@ -49,31 +49,31 @@ from dineros.metamodel.files.toml import decode_toml
 from dineros.observation.importing.flows.labels import Flow, GivenVariable, Step
 
 Span = tuple[float, float | None]
-"""Seconds at least, and at most; None: nothing bounds them."""
+"""Least and greatest seconds; None: unbounded."""
 
 LIFE = ("deactivates", "cleansUp", "shutsDown", "configureFails", "activateFails")
-"""What may happen to a managed node, as `dineros.metamodel.sym.Lifecycle` has it."""
+"""Possible changes of a managed node, as in `dineros.metamodel.sym.Lifecycle`."""
 
 ORDERS = ("any", "rclcpp", "rclpy")
-"""In which order an executor takes callbacks, as `dineros.metamodel.sym.CallbackOrder` has it."""
+"""Orders in which an executor takes callbacks, as in `dineros.metamodel.sym.CallbackOrder`."""
 
 
 @dataclass(frozen=True)
 class GivenCallback:
-    """What is said of a callback; None: nothing.
+    """The facts given for a callback; None: not given.
 
     Attributes
     ----------
     does : tuple of Step or None
-        What it does, in order.
+        Its steps, in order.
     group : str or None
         Its callback group; of a service that the node calls, the group of its client.
     awaits : bool
-        Whether it gives its thread back while it waits for answers.
+        Whether it releases its thread while it waits for responses.
     at : str
         The line of the code where it begins.
     takes : Span or None
-        Seconds that one run takes, at least and at most, without what it waits for.
+        Least and greatest seconds of one run, without waits.
     offset : Span or None
         Of a timer: when it strikes first.
     jitter : float or None
@@ -81,10 +81,9 @@ class GivenCallback:
     measured : str
         Where these times come from.
     flow : Flow or None
-        What it does in its branches, if variables decide about it; of the client of an action, what is done
-        about results.
+        Its steps in branches, if it depends on variables; of an action client, its handling of results.
     accepted, rejected : Flow or None
-        Of the client of an action: what is done about a goal that is accepted or rejected.
+        Of an action client: its handling of accepted and rejected goals.
     """
 
     does: tuple[Step, ...] | None = None
@@ -102,14 +101,14 @@ class GivenCallback:
 
 @dataclass(frozen=True)
 class GivenNode:
-    """What is said of a node; None, or absent: nothing.
+    """The facts given for a node; None, or absent: not given.
 
     Attributes
     ----------
     is_shared : bool
-        Whether it stands for several nodes that share an executor.
+        Whether it represents several nodes that share an executor.
     open_timers : frozenset of str
-        Timers whose period is not known: what they do may happen at any time.
+        Timers with an unknown period: they may tick at any time.
     variables : mapping of str to GivenVariable
         Attributes that flows of its callbacks set and test.
     answers_hold_groups : bool
@@ -133,7 +132,7 @@ class GivenNode:
 
 @dataclass(frozen=True)
 class GivenTopic:
-    """Between whom a recorded topic is, and how long its messages are on their way."""
+    """Publishers, subscribers and latency of a recorded topic."""
 
     publishers: tuple[str, ...] = ()
     subscribers: tuple[str, ...] = ()
@@ -142,7 +141,7 @@ class GivenTopic:
 
 @dataclass(frozen=True)
 class GivenService:
-    """Between whom a service or action is that was recorded, and how long what it sends is on its way."""
+    """Servers, clients and latency of a recorded service or action."""
 
     servers: tuple[str, ...] = ()
     clients: tuple[str, ...] = ()
@@ -151,7 +150,7 @@ class GivenService:
 
 @dataclass(frozen=True)
 class Given:
-    """All that is said of a system."""
+    """All facts given for a system."""
 
     nodes: Mapping[str, GivenNode] = field(default_factory=dict)
     topics: Mapping[str, GivenTopic] = field(default_factory=dict)
@@ -162,16 +161,16 @@ class Given:
     takes: Span | None = None
 
     def node(self, name: str) -> GivenNode:
-        """Return what is said of a node."""
+        """Return the facts given for a node."""
         return self.nodes.get(name, GivenNode())
 
 
 MOST_BYTES = 1 << 20
-"""Bytes of a file of what is given."""
+"""Limit of the bytes of a file of given facts."""
 
 
 def given_beside(model: Path) -> Path:
-    """Return where what is given stands for a model.
+    """Return the path of the file of given facts for a model.
 
     Examples
     --------
@@ -182,12 +181,12 @@ def given_beside(model: Path) -> Path:
 
 
 def read_given(path: Path) -> Given:
-    """Read what is given.
+    """Read the file of given facts.
 
     Raises
     ------
     DinerosError
-        The file cannot be read, is not TOML, or says something that is unknown or of the wrong kind.
+        The file cannot be read, is not TOML, or contains something unknown or of the wrong kind.
     """
     return _Reading(path).given(decode_toml(read_bytes(path, MOST_BYTES), path))
 
@@ -274,7 +273,7 @@ class _Reading:
             sleeps = True
             least += 0.0 if sleep[2] else float(sleep[1])
             most += float(sleep[1])
-        if sleeps:  # it works besides: for a time that nobody has said, unless it is in `takes`
+        if sleeps:  # it also works, for an unknown time, unless it is in `takes`
             end = None if takes is None or takes[1] is None else round(takes[1] + most, 9)
             takes = (round((takes[0] if takes is not None else 0.0) + least, 9), end)
         return GivenCallback(tuple(steps), group, awaits, "", takes, jitter, measured, offset)
@@ -292,7 +291,7 @@ class _Reading:
     def _channels(
         self, found: Mapping[str, Any], kind: str, made: Callable[..., _Channel], ends: tuple[str, ...]
     ) -> dict[str, _Channel]:
-        """Return what is given of channels of a kind: their latencies, and which nodes have their ends."""
+        """Return the facts given for channels of a kind: latencies, and the nodes of their ends."""
         tables, channels = self._table(found, kind, ""), dict[str, _Channel]()
         for name in tables:
             table, at = self._table(tables, name, kind), f"{kind}.{name}"

@@ -15,7 +15,7 @@ from dineros.observation.importing.names import Ids
 
 
 def token_types_of(packages: Sequence[str], id: str) -> tuple[sym.SystemModel, list[str]]:
-    """Return a model whose token types are the messages of packages; and what tokens cannot carry, in lines.
+    """Return a model whose token types are the messages of packages, and lines about unsupported messages.
 
     Raises
     ------

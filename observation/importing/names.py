@@ -1,4 +1,4 @@
-"""Ids of what is imported, and names of ROS that models can hold."""
+"""Ids of imported elements, and names of ROS that models can have."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _TYPE = {
 
 
 def is_type(name: str, kind: str) -> bool:
-    """Tell whether a text names an interface of a kind: ``msg``, ``srv`` or ``action``.
+    """Return whether a text names an interface of a kind: ``msg``, ``srv`` or ``action``.
 
     Examples
     --------
@@ -47,13 +47,13 @@ def split(name: str) -> tuple[str, str]:
 
 
 class Ids:
-    """Ids that are all different; what is asked for in the same order gets the same ids."""
+    """Creates distinct ids; the same sequence of requests gets the same ids."""
 
     def __init__(self) -> None:
         self._used: set[str] = set()
 
     def new(self, wanted: str) -> str:
-        """Return an id: the one wanted, or with a number behind it.
+        """Return an id: the wanted one, or with a number appended.
 
         Examples
         --------

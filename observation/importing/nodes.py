@@ -1,4 +1,4 @@
-"""The node net of one node that was seen: its callback pages, and its ports in the channels."""
+"""Builds the node net of one observed node: its callback pages, and its ports in the channels."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from dineros.observation.systems import Endpoint, TopicEndpoint
 
 
 class NodeBuilder(Abilities):
-    """Makes the node net of a node.
+    """Builds the node net of a node.
 
     Parameters
     ----------
     node : ObservedNode
-        What was seen.
+        The observed node.
     given : Given
-        What is said of all nodes.
+        The facts given for all nodes.
     channels : Channels
-        Takes the ports.
+        Gets the ports.
     is_unseen : bool
-        Whether nobody has seen it, and it stands for others.
+        Whether it was not observed and represents unknown nodes.
     is_partial : bool
         Whether the system may have other nodes. Then a server that nobody has seen answers; else it never
         does.
@@ -102,7 +102,7 @@ class NodeBuilder(Abilities):
             setattr(self._net.lifecycle, feature, True)
 
     def _timers(self) -> None:
-        """Add the timers; nobody can see any, so where none are given, one does all that the node can do."""
+        """Add the timers; they are invisible, so if none are given, one timer takes all possible steps."""
         if self._said.timers is not None:
             for name, period in self._said.timers.items():
                 self._timer(name, period)
@@ -135,7 +135,7 @@ class NodeBuilder(Abilities):
         self._newest(port, endpoint, limit)
 
     def _newest(self, port: sym.SubscriberPort, endpoint: TopicEndpoint, limit: int) -> None:
-        """Decide whether a reader needs the newest message only: if nothing is given, its QoS suggests it."""
+        """Decide whether a reader needs only the newest message: by default, from its QoS."""
         given = self._said.newest.get(endpoint.given_as)
         if given is not None:
             port.newestOnly = given
@@ -159,7 +159,7 @@ class NodeBuilder(Abilities):
         self._channels.serve(endpoint, port, self._at_once(endpoint.name))
 
     def _at_once(self, service: str) -> int:
-        """Return how many requests of a service the node works on at once: several in a reentrant group."""
+        """Return the number of simultaneous requests of a service: several in a reentrant group."""
         group = self._said.callbacks.get(service, GivenCallback()).group
         is_reentrant = group is not None and self._said.groups[group] == "reentrant"
         return (self._said.threads or 1) if is_reentrant else 1
@@ -194,7 +194,7 @@ class NodeBuilder(Abilities):
         )
 
     def _answers(self) -> None:
-        """Add what answers begin to requests that nobody waits for, and what becomes of goals."""
+        """Add the callbacks of responses without a wait, and of results of goals."""
         for client in self._node.clients:
             name, step = client.name, Step("send", client.name)
             if step in self._possible.puts:
@@ -223,7 +223,7 @@ class NodeBuilder(Abilities):
             self._channels.want(client, port)
 
     def _told(self, key: str, name: str) -> tuple[sym.Place | None, sym.Place | None]:
-        """Add what is done about goals that are accepted and rejected, if variables decide about it."""
+        """Add the handling of accepted and rejected goals, if it depends on variables."""
         said = self._said.callbacks.get(key, GivenCallback())
         if said.accepted is None or said.rejected is None or not self._possible.variables:
             return None, None
@@ -273,12 +273,12 @@ class NodeBuilder(Abilities):
         return Body(page, self._ids, self._possible)
 
     def _does(self, name: str) -> tuple[tuple[Step, ...] | None, Flow | None]:
-        """Return what is said that a callback does, in order, and in its branches."""
+        """Return the steps given for a callback, in order and in its branches."""
         branches = self._said.callbacks.get(name, GivenCallback()).flow
         return self._steps(name), None if branches is None else self._able(name, branches)
 
     def _able(self, name: str, branches: Flow) -> Flow:
-        """Return a flow of a callback without the steps that the node cannot do, and with what it knows."""
+        """Return a flow of a callback without impossible steps, and with propagated values."""
 
         def able(label: Label) -> Label:
             is_step = isinstance(label, Step) and Step(label.verb, label.name) not in self._ables()
@@ -292,7 +292,7 @@ class NodeBuilder(Abilities):
         return self._said.callbacks.get(name, GivenCallback()).awaits
 
     def _is_alone(self, name: str, variable: str) -> bool:
-        """Tell whether no other run of a callback sets a variable while a callback runs."""
+        """Return whether no other run sets a variable while a callback runs."""
         setting = [
             key
             for key, callback in self._said.callbacks.items()
@@ -311,18 +311,18 @@ class NodeBuilder(Abilities):
         return {Step(step.verb, step.name) for step in self._possible.steps()} | set(self._possible.waits)
 
     def _steps(self, name: str) -> tuple[Step, ...] | None:
-        """Return what is said that a callback does; None: nothing is.
+        """Return the steps given for a callback; None: not given.
 
         Raises
         ------
         DinerosError
-            The node cannot do that.
+            The node cannot take these steps.
         """
         steps = self._said.callbacks.get(name, GivenCallback()).does
         able = self._ables()
         if (
             steps is not None
-        ):  # what code does to ports that the model has not, is said where they are left out
+        ):  # actions on ports that the model does not have are reported where the ports are omitted
             steps = tuple(step for step in steps if not step.at or Step(step.verb, step.name) in able)
         for step in steps or ():
             if Step(step.verb, step.name) not in able:
@@ -349,19 +349,19 @@ class NodeBuilder(Abilities):
         return Call(request, response, port.timedOut)
 
     def _key(self, name: str) -> str:
-        """Return the key of what a client does: one of its own where the node is the server, too."""
+        """Return the key of a client: a separate one if the node is also the server."""
         own = of_client(name)
         return own if own in self._said.callbacks else name
 
     def _group(self, name: str) -> sym.CallbackGroup | None:
-        """Return the callback group that is given of a callback, or of the client of a service."""
+        """Return the callback group given for a callback, or for the client of a service."""
         group = self._said.callbacks.get(name, GivenCallback()).group
         return None if group is None else self._groups[group]
 
     # ------------------------------------------------------------------------------------- what is refused
 
     def _refuse_unknown(self) -> None:
-        """Refuse what is given of callbacks and topics that the node does not have."""
+        """Reject facts given for callbacks and topics that the node does not have."""
         read = [endpoint.given_as for endpoint in self._node.subscribers]
         ends = (*self._node.publishers, *self._node.subscribers)
         topics = [endpoint.topic for endpoint in ends]

@@ -1,4 +1,4 @@
-"""What a source does not tell, as a file that people complete: everything in it is a comment at first."""
+"""Writes facts missing in a source as a file for users to complete: initially, all lines are comments."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from dineros.observation.systems import ObservedSystem
 
 
 def to_be_given(imported: Imported, system: ObservedSystem, model: Path) -> str:
-    """Return the text of a file of what is given, which says nothing yet.
+    """Return the text of a file of given facts that contains only comments.
 
     Parameters
     ----------
     imported : Imported
-        What was made, and assumed.
+        The import with its assumptions.
     system : ObservedSystem
-        What was seen.
+        The observed system.
     model : Path
         The file of the model.
     """

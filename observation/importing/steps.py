@@ -1,4 +1,4 @@
-"""The effects of callbacks in code, as the steps that a model can hold."""
+"""Converts effects of callbacks in code to steps of a model."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from dineros.sources.facts import CallbackFact, Effect, Entity, located
 
 _TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
 _WAITS = ("blocks", "await", "spin-until", "polled", "waits for")
-"""How effects begin that wait for an answer."""
+"""Prefixes of effects that wait for a response."""
 
 USUAL_TIMEOUT = 1.0
-"""Seconds that a callback waits for a response if the code has a time-out that is not known."""
+"""Seconds that a callback waits for a response if its time-out is unknown."""
 
 
 class Behaviour:
-    """Turns effects into steps.
+    """Converts effects to steps.
 
     Parameters
     ----------
     names : mapping of Entity to str
         Full names of the entities that the model has.
     taken : Taken
-        Gets what is left out.
+        Gets the omitted effects.
     folder : str
-        In which the files are.
+        The folder of the files.
     own : iterable of Entity
-        All entities of the node, those that the model leaves out among them.
+        All entities of the node, including those that the model omits.
     groups : mapping of Entity to str
         Callback groups of clients that have another one than the first client of their service; empty: the
         default group.
@@ -50,7 +50,7 @@ class Behaviour:
         self._taken = taken
 
     def steps(self, fact: CallbackFact) -> tuple[Step, ...] | None:
-        """Return what a callback does, in order; None: anything, as the code could not be followed."""
+        """Return the steps of a callback, in order; None: any steps, if the code was not followed."""
         if fact.is_open:
             return None
         found: list[Step] = []
@@ -70,12 +70,12 @@ class Behaviour:
             step = self.step(effect)
             if step is not None:
                 found.append(step)
-            elif effect.entity not in self._own:  # else it is said where the entity is left out
+            elif effect.entity not in self._own:  # otherwise it is reported where the entity is omitted
                 self._taken.lack(f"{at}: uses {effect.what} of another node; omitted in the model")
         return tuple(found)
 
     def step(self, effect: Effect) -> Step | None:
-        """Return the step that an effect is; None: it is none, or of an entity that the model has not."""
+        """Return the step of an effect; None: it has none, or the model does not have its entity."""
         verb, at = self._verb(effect), located(effect.at, self._folder)
         if verb is None or effect.entity is None or effect.entity not in self._names:
             return None
@@ -86,14 +86,14 @@ class Behaviour:
         return replace(step, times="?") if is_one_of_several else step
 
     def in_branch(self, effect: Effect) -> Step | None:
-        """Return the step that an effect is in its branch, where it is done once; perhaps: one of several."""
+        """Return the step of an effect in its branch, where it happens once, possibly one of several."""
         step = self.step(effect)
         if step is None or effect.entity is None:
             return None
         return replace(step, times="?" if effect.entity.details.get("instances") else "")
 
     def _timeout(self, effect: Effect, at: str) -> float | None:
-        """Return how long a callback waits for a response; without this time, a deadlock would be found."""
+        """Return the time-out of a callback for a response; without it, a deadlock would be reported."""
         if effect.timeout is not None or "open" not in effect.how:
             return effect.timeout
         self._taken.add(f"{at}: {effect.what} is waited for with an unknown time-out; 1 s is assumed")
@@ -109,7 +109,7 @@ class Behaviour:
 
     @staticmethod
     def gives_back(fact: CallbackFact) -> bool:
-        """Tell whether a callback gives its thread back while it waits: it awaits, spins, or has its own."""
+        """Return whether a callback releases its thread while it waits: it awaits, spins, or has its own."""
         if fact.is_apart:
             return True
         calls = [effect.how for effect in fact.effects if effect.do == "call"]
@@ -117,7 +117,7 @@ class Behaviour:
         return bool(waits) and all(how.startswith(("await", "spin-until")) for how in waits)
 
     def after(self, client: Entity, callbacks: Iterable[CallbackFact]) -> tuple[Step, ...] | None:
-        """Return what answers of a client begin: done callbacks; of an action, those of goal and result."""
+        """Return the done callbacks of a client's responses; of an action, those of goal and result."""
         found: list[Step] = []
         for fact in callbacks:
             for effect in fact.effects:

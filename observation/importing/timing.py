@@ -1,4 +1,4 @@
-"""What code says of time: in which order an executor takes callbacks, and how long they sleep."""
+"""Derives times from code: the order in which an executor takes callbacks, and their sleeps."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ _STOPS = {
     "destroy": "is destroyed",
     "create_timer": "is made",
 }
-"""What may happen to a timer while its node runs, in words."""
+"""Possible changes of a timer while its node runs, in words."""
 
 
 class Stops(NamedTuple):
-    """Why a timer does not tick all the time: what happens to it, and where."""
+    """The reason why a timer does not tick all the time, with its location."""
 
     at: Place
     words: str
 
 
 def order_of(fact: NodeFact) -> str | None:
-    """Return in which order the executor of a node takes callbacks; None where the code does not say it.
+    """Return the order in which the executor of a node takes callbacks; None: unknown from the code.
 
-    Executors with one thread that wait for a set of what is ready have the order of their client library. Of
-    a component, its container decides, and what else it contains.
+    Executors with one thread and a wait set have the order of their client library. For a component it
+    depends on its container and the other components.
     """
     if fact.threads != 1 or fact.plugin:
         return None
@@ -37,7 +37,7 @@ def order_of(fact: NodeFact) -> str | None:
 
 
 def sleeps_of(fact: CallbackFact) -> tuple[float, None] | None:
-    """Return the seconds that a callback takes at least, as it sleeps so long whatever happens."""
+    """Return the least seconds of a callback: its unconditional sleeps."""
     sleeps = [
         effect.timeout or 0.0
         for effect in fact.effects
@@ -49,8 +49,9 @@ def sleeps_of(fact: CallbackFact) -> tuple[float, None] | None:
 def stops_of(timer: Entity, fact: NodeFact) -> Stops | None:
     """Return why a timer does not tick all the time; None: it does.
 
-    Transitions of a managed node do not count: its timers run while it is configured, in the model, too. Nor
-    does what a main function in Python does: that ends the program. In C++, constructors are part of it.
+    Transitions of a managed node do not count: also in the model, its timers run while it is configured.
+    Actions of a main function in Python do not count either: they end the program. In C++, constructors are
+    part of it.
     """
     own = timer.callbacks.get("callback")
     ignored = ("transition", "main") if fact.at.file.endswith(".py") else ("transition",)

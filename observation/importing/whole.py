@@ -1,4 +1,4 @@
-"""What was seen, as a model can hold it: each service with a server, and nothing that has two meanings."""
+"""Converts a system to one that a model can represent: one server per service, one type per name."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Whole:
     Attributes
     ----------
     nodes : tuple of ObservedNode
-        The nodes, those that stand for others among them.
+        The nodes, including those that represent unknown nodes.
     unseen : frozenset of str
         Names of nodes that nobody has seen: they stand for whoever publishes a recorded topic, or would serve
         what nobody serves.
@@ -60,7 +60,7 @@ class Whole:
 
 
 def whole(system: ObservedSystem, given: Given) -> Whole:
-    """Return what a model can hold of a system, and what it cannot."""
+    """Return the part of a system that a model can represent, and the omitted parts."""
     left_out: list[str] = []
     left_out += [
         f"service {service.name}: its events do not show which node serves it"
@@ -84,9 +84,9 @@ def whole(system: ObservedSystem, given: Given) -> Whole:
 
 
 def _recorded(system: ObservedSystem, given: Given) -> Iterable[ObservedNode]:
-    """Yield nodes with the ports of recorded topics: those that are given, else one for each topic.
+    """Yield nodes with the ports of recorded topics: given ones, otherwise one for each topic.
 
-    Services are there as far as somebody says whose they are: a server that nobody has seen would not answer.
+    Services are included only if their nodes are given: an unknown server would not answer.
     """
     for topic in system.topics:
         said = given.topics.get(topic.name)
@@ -97,7 +97,8 @@ def _recorded(system: ObservedSystem, given: Given) -> Iterable[ObservedNode]:
                 name, publishers=tuple(TopicEndpoint(topic.name, topic.type, each) for each in offered[:1])
             )
         for name in said.subscribers if said is not None else ():
-            # Recorded is what publishers offer; a subscription that asked for more would have got nothing.
+            # The recording has the offers of publishers; a subscription that requested more would have
+            # received nothing.
             yield ObservedNode(name, subscribers=(TopicEndpoint(topic.name, topic.type, offered[0]),))
     for service in system.services:
         ends = given.services.get(service.name, GivenService())
@@ -107,7 +108,7 @@ def _recorded(system: ObservedSystem, given: Given) -> Iterable[ObservedNode]:
 
 
 def _joined(nodes: Iterable[ObservedNode]) -> list[ObservedNode]:
-    """Return nodes of which each name stands once, with the ports of all of that name."""
+    """Return nodes with distinct names, each with the ports of all nodes of that name."""
     found: dict[str, ObservedNode] = {}
     for node in nodes:
         before = found.get(node.name)
@@ -124,7 +125,7 @@ def _is_kept(node: ObservedNode, left_out: list[str]) -> bool:
 
 
 def _named(node: ObservedNode, left_out: list[str]) -> ObservedNode:
-    """Return a node without the ports whose name or type no model can have."""
+    """Return a node without the ports whose name or type a model cannot have."""
     changed: dict[str, Any] = {}
     for role, kind in _KINDS.items():
         ports = getattr(node, role)
@@ -144,12 +145,12 @@ def _named(node: ObservedNode, left_out: list[str]) -> ObservedNode:
 
 
 def _has_name(port: TopicEndpoint | Endpoint) -> bool:
-    """Tell whether a model can have the name of a port; a recorded topic may have no slash in front."""
+    """Return whether a model can have the name of a port; a recorded topic may lack the leading slash."""
     return is_name(full_name(port.topic) if isinstance(port, TopicEndpoint) else port.name)
 
 
 def _types(nodes: Iterable[ObservedNode]) -> dict[tuple[str, str], str]:
-    """Return the type of each topic, service and action: that of what offers it first, by nodes' names."""
+    """Return the type of each topic, service and action: of its first provider by the names of nodes."""
     found: dict[tuple[str, str], str] = {}
     ordered = sorted(nodes, key=lambda node: node.name)
     for roles in (("publishers", "servers", "action_servers"), ("subscribers", "clients", "action_clients")):
@@ -191,7 +192,7 @@ def _one_server(nodes: Iterable[ObservedNode], left_out: list[str]) -> Iterable[
 
 
 def _servers_of_the_unserved(nodes: Iterable[ObservedNode]) -> list[ObservedNode]:
-    """Return a node for each service and action that nobody serves, which never answers."""
+    """Return a node that never responds for each service and action without a server."""
     wanted: dict[tuple[str, str], str] = {}
     served: dict[str, set[str]] = defaultdict(set)
     for node in nodes:
@@ -207,7 +208,7 @@ def _servers_of_the_unserved(nodes: Iterable[ObservedNode]) -> list[ObservedNode
 
 
 def _callers_of_the_uncalled(nodes: Iterable[ObservedNode]) -> list[ObservedNode]:
-    """Return a node for each topic, service and action that nobody uses: another package may, at any time."""
+    """Return a node for each unused topic, service and action: another package may use it at any time."""
     wanted: dict[tuple[str, str], TopicEndpoint | Endpoint] = {}
     used: dict[str, set[str]] = defaultdict(set)
     for node in nodes:
@@ -224,4 +225,4 @@ def _callers_of_the_uncalled(nodes: Iterable[ObservedNode]) -> list[ObservedNode
 
 
 _CALLERS = {"publishers": "subscribers", "clients": "servers", "action_clients": "action_servers"}
-"""What uses the other end, by kind."""
+"""The users of the other end, by kind."""

@@ -1,1 +1,1 @@
-"""How long what was recorded took: callbacks, handlers, periods of timers, messages on their way."""
+"""Measures recorded times: callbacks, handlers, periods of timers, latencies of messages."""

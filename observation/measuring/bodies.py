@@ -1,4 +1,4 @@
-"""What the traces of nodes are read by: which transitions belong to which callbacks, timers and readers."""
+"""Maps transitions of a model to callbacks, timers and readers, for reading traces."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class MeasuredCallback:
     id : str
         Its id.
     begins : frozenset of str
-        Of a timer with a period.
+        Transitions that start it by a timer with a period.
     ends : frozenset of str
-        By which it ends.
+        Transitions that end it.
     period, jitter : float
         Of its timer, in seconds; no period: 0.
     begins_at_once : bool
@@ -43,7 +43,7 @@ class Bodies:
         self.callbacks: dict[str, MeasuredCallback] = {}
         """By the id of a transition."""
         self.readers: dict[str, set[str]] = {}
-        """Places that messages arrive at, by node."""
+        """Places at which messages arrive, by node."""
         calls, timers = calls_of(model), set(timers_of(model))
         for page in pages(model):
             node = node_net_of(page)

@@ -1,4 +1,4 @@
-"""What a model declares of the times that were measured, and what breaks it."""
+"""Compares measured times with those that a model declares."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ALLOWANCE = 0.005
 
 
 class Declaration(NamedTuple):
-    """What is declared of a time: its bounds in seconds, and how messages call what it belongs to."""
+    """The declaration of a time: its bounds in seconds, and the name of its element in messages."""
 
     least: float
     most: float | None
@@ -36,16 +36,16 @@ class Declaration(NamedTuple):
 
 @dataclass
 class Breach:
-    """A declared time that a run breaks.
+    """A declared time that a run violates.
 
     Attributes
     ----------
     part : Part
-        What the time belongs to.
+        The element of the time.
     bound : {"least", "most"}
         Which bound is broken.
     declared : Declaration
-        What is declared.
+        The declaration.
     seconds, at : float
         The time that is farthest from it, and when it was over, from the start of the run.
     record : Record
@@ -103,7 +103,7 @@ class Breach:
 
 
 def declarations(model: sym.SystemModel) -> dict[Part, Declaration]:
-    """Return what a model declares of durations, periods and latencies."""
+    """Return the durations, periods and latencies that a model declares."""
     return dict(_declared(model))
 
 
@@ -146,7 +146,7 @@ def _bounds(part: Part, interval: pn.TimeInterval | None, words: str) -> Iterato
 class Comparison:
     """Compares times that were measured with those that a model declares.
 
-    The periods of timers count once the model says how long something takes, as in questions with time.
+    The periods of timers count only if the model has times, as in questions with time.
 
     Parameters
     ----------
@@ -174,13 +174,13 @@ class Comparison:
         return bool(self._declared)
 
     def take(self, seen: Seen, begun: float) -> None:
-        """Compare a time; `begun` is when the run began, by the same clock."""
+        """Compare a time; `begun` is the start of the run by the same clock."""
         declared = self._declared.get(seen.part)
         if declared is None:
             return
         self.compared += 1
         self._counts[seen.part] = self._counts.get(seen.part, 0) + 1
-        # The true time lies between both: only what breaks the bound in any case counts.
+        # The true time lies between both: a bound counts as violated only if both violate it.
         if declared.most is not None and seen.least > declared.most + self._allowance:
             self._note(Breach(seen.part, "most", declared, seen.least, seen.at - begun, seen.record))
         elif seen.most < declared.least - self._allowance:
@@ -197,7 +197,7 @@ class Comparison:
             known.seconds, known.at, known.record = breach.seconds, breach.at, breach.record
 
     def breaches(self) -> list[Breach]:
-        """Return what was broken, each bound of each element once with its worst time, the earliest first."""
+        """Return the violated bounds, each once with its worst time, the earliest first."""
         for breach in self._found.values():
             breach.of = self._counts[breach.part]
         return sorted(self._found.values(), key=lambda each: each.at)

@@ -1,4 +1,4 @@
-"""Since when something could have begun at once: what a node was busy with before a moment."""
+"""Determines since when a node was idle before a moment."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from collections import deque
 
 CLOSE = 0.001
-"""Seconds between two things that follow each other at once."""
+"""Largest seconds between two events that count as immediate successors."""
 _KEPT = 512
-"""Spans that are remembered; before them, nothing is known."""
+"""Limit of the remembered spans; earlier times are unknown."""
 
 
 class Spans:
@@ -19,7 +19,7 @@ class Spans:
         self._open: float | None = None
 
     def add(self, begin: float, end: float) -> None:
-        """Note a span that is over."""
+        """Record a completed span."""
         self._spans.append((begin, end))
 
     def begin(self, moment: float) -> None:

@@ -1,4 +1,4 @@
-"""The times in traces of nodes of ours: all nodes together, in the order of their clocks.
+"""Measures the times in traces of nodes of DiNeROS: all nodes together, in the order of their clocks.
 
 A message was not in the history of its reader while the node was idle and its place was empty: it would have
 been taken. So its latency is at least the time from its publication to the last such moment before it was
@@ -37,7 +37,7 @@ from dineros.observation.measuring.seen import Part, Seen
 
 Trace = Callable[[], Iterable[Record]]
 _MOST_SENT = 1 << 17
-"""Messages whose publications are remembered; the oldest are forgotten."""
+"""Limit of the remembered publications; the oldest are discarded."""
 _BEGINS = (Start, Error, Aside, Lifecycle)
 
 
@@ -49,14 +49,14 @@ class JournalTimes:
     model : sym.SystemModel
         The model that was run.
     traces : mapping of str to callable
-        By node net, what reads its records.
+        By node net, a function that reads its records.
 
     Attributes
     ----------
     begun : float or None
-        When the first record was written.
+        Time of the first record.
     is_simulated : bool
-        Whether the run was simulated, so that the times of its records mean nothing.
+        Whether the run was simulated, so that the times of its records are not measurements.
     """
 
     def __init__(self, model: sym.SystemModel, traces: Mapping[str, Trace]) -> None:
@@ -126,7 +126,7 @@ class JournalTimes:
             self._change(node, record, moment)
 
     def _mark(self, node: str, record: Start) -> None:
-        """Note which places of messages hold tokens at the beginning."""
+        """Record which places of messages hold tokens at the start."""
         for place, spans in self._places[node].items():
             self._held[node, place] = len(record.marking.get(place, ()))
             if self._held[node, place]:
@@ -170,7 +170,7 @@ class JournalTimes:
         node, moment = record.node or "", record.time or 0.0
         place, client = getattr(record, "place", ""), getattr(record, "client", None)
         least, runs = -math.inf, self._nodes[node]
-        # A request can wait for a free instance of its server: nothing tells since when.
+        # A request can wait for a free instance of its server, for an unknown time.
         if is_ordered and kind != "request" and sent >= runs.since:
             spans = self._places[node].get(place)
             least = idle_before(moment, *([runs.busy] if spans is None else [runs.busy, spans])) - sent

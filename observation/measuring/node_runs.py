@@ -1,4 +1,4 @@
-"""What one node of ours recorded: runs of its callbacks, followed by their tokens, and ticks of timers."""
+"""Reads the trace of one node of DiNeROS: runs of callbacks, followed by tokens, and ticks of timers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dineros.observation.measuring.seen import Part, Seen
 
 _INSTANCE = re.compile(r"^[^\[\]]*\[\d+\]\.")
 _MOST_OPEN = 100_000
-"""Tokens of runs that have not ended; the oldest are forgotten."""
+"""Limit of the tokens of open runs; the oldest are discarded."""
 
 _Key = tuple[str, object]
 
@@ -29,7 +29,7 @@ class _Run:
 
 @dataclass
 class _Tick:
-    """When a timer's callback began last, and since when it could have begun."""
+    """The last start of a timer's callback, and the earliest time at which it could have started."""
 
     begun: float
     idle: float
@@ -43,7 +43,7 @@ class NodeRuns:
     busy : Spans
         When its handlers ran.
     since : float
-        Before this moment the node was not as it is meant to be: it started, failed, or changed its state.
+        Before this moment the node was not in normal operation: it started, failed, or changed its state.
     """
 
     def __init__(self, bodies: Bodies) -> None:
@@ -54,13 +54,13 @@ class NodeRuns:
         self.since = -math.inf
 
     def begin(self, moment: float) -> None:
-        """Forget what came before: the node starts, fails, or changes its state."""
+        """Discard earlier data: the node starts, fails, or changes its state."""
         self._open.clear()
         self._ticks.clear()
         self.since = moment
 
     def fire(self, record: Fire) -> Iterator[Seen]:
-        """Take a firing; yield what is over by it."""
+        """Process a firing; yield the times that it completes."""
         moment = record.time or 0.0
         took = max(0.0, record.duration or 0.0)
         id = _INSTANCE.sub("", record.transition)

@@ -1,4 +1,4 @@
-"""Times that a recording proposes for a model: intervals from the least to the greatest that was observed.
+"""Proposes times for a model: intervals from the least to the greatest observed time.
 
 An observed maximum is not a bound: a later time can be greater. The next time lies within the least and the
 greatest of n with the probability (n - 1) / (n + 1), if all of them are equally likely to be the extremes;
@@ -23,7 +23,7 @@ from dineros.observation.measuring.samples import Samples, Summary, duration_tex
 from dineros.observation.measuring.seen import Seen
 
 LEAST_TIMES = 5
-"""With fewer, nothing is proposed."""
+"""Least number of samples of a proposal."""
 SAME_PERIOD = 0.01
 """Part of a period by which the median of the times between ticks may differ from it."""
 
@@ -32,16 +32,16 @@ Times = Literal["duration", "period", "latency"]
 
 @dataclass(frozen=True)
 class TimeProposal:
-    """What was measured of an element, and what it proposes.
+    """A measurement of an element, and the proposed time.
 
     Attributes
     ----------
     feature : {"duration", "period", "latency"}
-        What of it.
+        The proposed feature.
     element, name : str
-        Its id, or the node and the callback of an imported model; and how messages call it.
+        Its id, or the node and the callback of an imported model; and its name in messages.
     summary : Summary
-        What was measured.
+        The measurement.
     source : str
         The name of the recording.
     period, jitter : float
@@ -68,7 +68,7 @@ class TimeProposal:
 
     @property
     def origin(self) -> str:
-        """Where the interval comes from, in one line."""
+        """The source of the interval, in one line."""
         return f"{self.source}: {self.summary}"
 
     def __str__(self) -> str:
@@ -100,7 +100,7 @@ _VERBS = {"duration": "takes", "latency": "is on its way for"}
 def ticks_proposed(
     element: str, name: str, gaps: Samples, source: str, declared: float | None = None
 ) -> TimeProposal | None:
-    """Return what the times between ticks propose; None if there are too few.
+    """Return the proposal of the times between ticks; None if there are too few.
 
     Parameters
     ----------
@@ -131,17 +131,17 @@ def _micro(seconds: float, rounded: Callable[[float], int]) -> float:
 
 
 def time_proposals(model: sym.SystemModel, times: Iterable[Seen], source: str) -> list[TimeProposal]:
-    """Return what the traces of a run propose for the elements of its model, in model order.
+    """Return the proposals from the traces of a run for the elements of its model, in model order.
 
     Durations are those of callbacks, and of transitions with handlers in other node nets. Times between ticks
-    and latencies count where nothing had to wait. A reader's latency is that of all of its publishers.
+    and latencies count only without waits. A reader's latency is that of all of its publishers.
 
     Parameters
     ----------
     model : sym.SystemModel
         The model that was run.
     times : iterable of Seen
-        What was measured.
+        The measurement.
     source : str
         The name of the recording.
     """
@@ -187,7 +187,7 @@ def _proposed(
 
 
 def give_times(model: sym.SystemModel, accepted: Iterable[TimeProposal]) -> None:
-    """Give a model the times of accepted proposals, each with where it comes from; the model is changed."""
+    """Set the times of accepted proposals in a model, each with its source; the model is changed."""
     by_id: dict[tuple[str, str], pn.Element | sym.SubscriberPort] = {}
     for page in pages(model):
         by_id["duration", str(page.id)] = by_id["period", str(page.id)] = page

@@ -1,4 +1,4 @@
-"""Times that were measured, and what to say of them: how many, their quantiles, the greatest."""
+"""Samples of measured times, and their summaries: number, quantiles, greatest."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from typing import Any
 
 QUANTILES = (0.5, 0.95, 0.99)
 MOST = 1 << 20
-"""Times that are kept."""
+"""Default limit of the stored times."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What is said of some times, in seconds.
+    """A summary of times, in seconds.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Summary:
     least, greatest : float
         The extremes that were observed.
     median, q95, q99 : float
-        Quantiles: the least observed time that so many percent do not exceed.
+        Quantiles: the least observed time that this percentage does not exceed.
     """
 
     count: int
@@ -72,7 +72,7 @@ class Samples:
         return self._count
 
     def add(self, seconds: float) -> None:
-        """Take one more."""
+        """Add a time."""
         self._count += 1
         self._least, self._greatest = min(self._least, seconds), max(self._greatest, seconds)
         if len(self._values) < self._most:
@@ -97,7 +97,7 @@ class Samples:
         return self._values[max(0, math.ceil(share * len(self._values)) - 1)]
 
     def summary(self) -> Summary:
-        """Return what is said of them."""
+        """Return their summary."""
         median, q95, q99 = (self.quantile(each) for each in QUANTILES)
         return Summary(self._count, self._least, median, q95, q99, self._greatest)
 

@@ -1,4 +1,4 @@
-"""One time that a recording shows, and within which bounds the true one lies."""
+"""One recorded time, with bounds for the true one."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Literal
 from dineros.metamodel.records import Record
 
 Feature = Literal["duration", "period", "latency"]
-"""Of what a time is: of a run of a callback or handler, between two ticks, of a message on its way."""
+"""The kind of a time: run of a callback or handler, gap between two ticks, latency of a message."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """What a time belongs to.
+    """The element of a time.
 
     Attributes
     ----------
@@ -39,11 +39,11 @@ class Seen:
     Attributes
     ----------
     part : Part
-        What it belongs to.
+        Its element.
     least, most : float
-        The true time is not outside. They differ where it is not known how long something had to wait.
+        Bounds of the true time. They differ if the length of a wait is unknown.
     at : float
-        When it was over, by the clock of the recording.
+        When it ended, by the clock of the recording.
     record : Record
         The record that ended it.
     """
@@ -56,7 +56,7 @@ class Seen:
 
     @property
     def is_certain(self) -> bool:
-        """Whether nothing had to wait, so that the time itself is known."""
+        """Whether there was no wait, so that the time is exact."""
         return self.most - self.least <= CERTAIN
 
 

@@ -1,4 +1,4 @@
-"""Open behaviour narrowed by what was recorded: which callback leads to what, with the evidence."""
+"""Narrows open behaviour by recordings: which callback leads to which messages, with the evidence."""
 
 from dineros.observation.narrowing.calling import verbs_of
 from dineros.observation.narrowing.narrowing import Narrowed, narrowed

@@ -1,4 +1,4 @@
-"""Whether nodes wait for the answers of the services that they call, as far as a recording shows it."""
+"""Determines from a recording whether nodes wait for the responses of the services that they call."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from dineros.observation.systems import (
 def verbs_of(
     system: ObservedSystem, recorded: Collection[RecordedTopic], given: Given | None = None
 ) -> dict[tuple[str, str], Verb]:
-    """Return ``send`` for the nodes and services of which it is seen that the node continues.
+    """Return ``send`` for the nodes and services if the recording shows that the node continues.
 
-    A callback that waits for an answer keeps its thread. So where a node with one thread takes an answer, no
-    callback waits for it. Of several clients nobody knows whose answer it was.
+    A callback that waits for a response keeps its thread. So if a node with one thread takes a response, no
+    callback waits for it. If there are several clients, the recipient of a response is unknown.
 
     Parameters
     ----------

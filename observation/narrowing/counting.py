@@ -1,6 +1,6 @@
-"""What is counted of a recording: which messages of a node come after which, how often and how soon.
+"""Counts which messages of a node follow which others in a recording, how often and how soon.
 
-All that is kept of each pair of topics is a few numbers, however long the recording is.
+For each pair of topics only a few numbers are stored, independent of the length of the recording.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from dineros.observation.measuring.samples import Samples
 
 SECOND = 1_000_000_000
 _MOST_GAPS = 1 << 14
-"""Times between messages that are kept of a topic."""
+"""Limit of the stored times between messages of a topic."""
 
 
 @dataclass
 class Delays:
-    """Times between two messages, in nanoseconds; `samples`, where it is there, keeps them in seconds."""
+    """Times between two messages, in nanoseconds; `samples`, if given, stores them in seconds."""
 
     count: int = 0
     least: int = 0
@@ -40,7 +40,7 @@ class Delays:
 
     @property
     def variation(self) -> float:
-        """Standard deviation as a part of the mean; infinite where that says nothing."""
+        """Standard deviation relative to the mean; infinite if undefined."""
         if self.count < 2 or self.mean <= 0:
             return math.inf
         return math.sqrt(self._squares / (self.count - 1)) / self.mean
@@ -48,14 +48,13 @@ class Delays:
 
 @dataclass
 class Following:
-    """How messages of one topic follow those of another.
-
-    A message follows the latest one before it, unless another one follows that already.
+    """Counts how messages of one topic follow those of another. A message is matched to the latest one before
+it, if that one is not matched yet.
 
     Attributes
     ----------
     triggers : int
-        Messages that might be followed.
+        Messages that may be followed.
     followed : int
         Those that are.
     delays : Delays
@@ -70,7 +69,7 @@ class Following:
     _latest: int = 0
 
     def trigger(self, time: int) -> None:
-        """Take a message that might be followed."""
+        """Add a message that may be followed."""
         if not self.triggers:
             self._first = time
         self.triggers += 1
@@ -78,24 +77,24 @@ class Following:
 
     @property
     def promptness(self) -> float:
-        """How much sooner it is followed than by chance (half the time between two): from 0 to 1."""
+        """How much sooner it is followed than by chance (half the mean gap): from 0 to 1."""
         if self.triggers < 2 or self._latest <= self._first:
             return 1.0
         by_chance = (self._latest - self._first) / (self.triggers - 1) / 2
         return max(0.0, 1 - self.delays.mean / by_chance)
 
     def open_since(self, time: int, within: int) -> int | None:
-        """Return how long the latest trigger has been waiting; None: none waits, or for too long."""
+        """Return the waiting time of the latest trigger; None: none waits, or for too long."""
         if self._last is None or time - self._last > within:
             return None
         return max(0, time - self._last)
 
     def end(self) -> None:
-        """Let the latest trigger not be followed any more."""
+        """Discard the latest trigger as not followed."""
         self._last = None
 
     def follow(self, delay: int) -> None:
-        """Let the latest trigger be followed."""
+        """Mark the latest trigger as followed."""
         self.followed += 1
         self.delays.add(delay)
         self._last = None
@@ -107,14 +106,14 @@ class Following:
 
 
 class Publications:
-    """What is counted of the messages that one node publishes on one topic, or of its calls of one service.
+    """Counts of the messages that one node publishes on one topic, or of its calls of one service.
 
     Parameters
     ----------
     triggers : tuple of str
-        Topics that the node hears; of its services, names of events.
+        Topics to which the node subscribes; of its services, names of events.
     within : int
-        Nanoseconds after which nothing follows any more.
+        Nanoseconds after which a message no longer counts as a follower.
 
     Attributes
     ----------
@@ -140,13 +139,13 @@ class Publications:
         self._begun = dict.fromkeys(triggers, 0)
 
     def heard(self, trigger: str, time: int) -> None:
-        """Take a message that the node hears, or an event that begins a callback."""
+        """Add a message that the node receives, or an event that starts a callback."""
         self._begun[trigger] += 1
         self.alone[trigger].trigger(time)
         self.together[trigger].trigger(time)
 
     def ended(self, trigger: str) -> None:
-        """Take the end of a callback: where no other one of its kind runs, nothing follows any more."""
+        """Add the end of a callback: if no other one of its kind runs, no follower is possible any more."""
         self._begun[trigger] -= 1
         if self._begun[trigger] <= 0:
             self._begun[trigger] = 0
@@ -154,7 +153,7 @@ class Publications:
             self.together[trigger].end()
 
     def published(self, time: int) -> None:
-        """Take a message that the node publishes."""
+        """Add a message that the node publishes."""
         self.count += 1
         if self._last is not None:
             self.gaps.add(time - self._last)

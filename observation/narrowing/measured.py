@@ -1,4 +1,4 @@
-"""Times that a recording or tracing files propose, as what is given of callbacks."""
+"""Converts times proposed by recordings or tracing files to facts given for callbacks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dineros.observation.systems import ObservedSystem
 
 
 def times_of_timers(proposals: Iterable[Proposal], source: str) -> list[TimeProposal]:
-    """Return period and jitter of the timers that a recording shows: by the times between their messages."""
+    """Return period and jitter of timers, from the times between their messages in a recording."""
     found = []
     for each in proposals:
         if each.kind == "timer":
@@ -27,9 +27,9 @@ def times_of_timers(proposals: Iterable[Proposal], source: str) -> list[TimeProp
 def with_times(
     given: Given, system: ObservedSystem, accepted: Iterable[TimeProposal]
 ) -> tuple[Given, tuple[TimeProposal, ...]]:
-    """Return what is given with accepted times, and those that callbacks have now.
+    """Return the given facts with accepted times, and the times that callbacks now have.
 
-    A timer has them if it has been accepted. Times that are given already stay.
+    A timer has times if it has been accepted. Times that are already given are not replaced.
     """
     held = []
     nodes = dict(given.nodes)

@@ -1,4 +1,4 @@
-"""A model narrowed by proposals that were accepted, and widened until it explains the recording again."""
+"""Narrows a model by accepted proposals, and widens it until it explains the recording again."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ Messages = Callable[[], Iterable[tuple[str, int]]]
 
 @dataclass(frozen=True)
 class Narrowed:
-    """What narrowing made.
+    """The result of narrowing.
 
     Attributes
     ----------
     imported : Imported
         The model.
     given : Given
-        What is said of the system by what was given before and by the proposals.
+        The facts given before and by the proposals.
     accepted : tuple of Proposal
-        What holds in the model, some of them weaker than they were: `sometimes` instead of `always`.
+        Proposals that hold in the model, some of them weakened from `always` to `sometimes`.
     dropped : tuple of Proposal
         What was accepted, and taken back: with it no run would show the recording.
     verdict : RecordingVerdict
@@ -65,8 +65,8 @@ def narrowed(
 ) -> Narrowed:
     """Return a model of a system in which accepted proposals hold, and that explains the recording.
 
-    Where no run shows a message, what is least sure of its topic is weakened: from always to sometimes, and
-    then taken back; if nothing of the kind is left, what was accepted of its nodes, and then the rest.
+    If no run shows a message, the least certain proposal of its topic is weakened from always to sometimes,
+    and then withdrawn; after those, the proposals of its nodes, and then the rest.
     Open behaviour explains any recording of the system, so this ends. Where it does not, as a node has more
     threads than anybody has said, no more is taken back than what explains as much as it does.
 
@@ -115,9 +115,9 @@ def narrowed(
 def with_proposals(
     given: Given, system: ObservedSystem, accepted: Iterable[Proposal], verbs: Verbs | None = None
 ) -> Given:
-    """Return what is given, and what accepted proposals say of the callbacks of which nothing is given.
+    """Return the given facts, and those of accepted proposals for callbacks without given facts.
 
-    Nodes that are seen to continue while a service works, by `verbs`, do so in all their callbacks.
+    Nodes that continue while a service works, by `verbs`, do so in all their callbacks.
     """
     by_node: defaultdict[str, list[Proposal]] = defaultdict(list)
     for proposal in accepted:
@@ -132,7 +132,7 @@ def with_proposals(
 
 
 class _NarrowedNode:
-    """What is said of one node, and what proposals add."""
+    """The facts given for one node, and those that proposals add."""
 
     def __init__(self, node: ObservedNode, said: GivenNode, accepted: list[Proposal], verbs: Verbs) -> None:
         self._node = node
@@ -157,7 +157,7 @@ class _NarrowedNode:
         callbacks = dict(self._said.callbacks)
         for name in sorted({endpoint.topic for endpoint in self._node.subscribers}):
             self._add(callbacks, name, self._steps(name, self._able))
-        # What others begin is the node's own as long as nobody gives it; then it stays as it is given.
+        # Effects of other callbacks count as the node's own unless they are given.
         others = (*self._node.servers, *self._node.action_servers, *self._node.action_clients)
         for name in (*(each.name for each in others), *self._goes_on):
             self._add(callbacks, name, self._steps(name, self._unexplained()))
@@ -177,7 +177,7 @@ class _NarrowedNode:
                     name += "_"
                 timers[name] = round(proposal.mean, 6)
                 self._add(callbacks, name, (step,))
-        # There are answers of their own only where somebody continues meanwhile.
+        # There are separate responses only if a callback continues in the meantime.
         sent = {step.name for each in callbacks.values() for step in each.does or () if step.verb == "send"}
         for name in self._goes_on:
             if name not in sent and name not in {each.name for each in others}:
@@ -191,7 +191,7 @@ class _NarrowedNode:
             callbacks[name] = replace(before, does=steps)
 
     def _steps(self, callback: str, able: Iterable[Step]) -> tuple[Step, ...]:
-        """Return what a callback does: what is accepted, and at any time the rest of what it is able to."""
+        """Return the steps of a callback: accepted ones, and at any time the others that it can take."""
         decided = sorted(
             (proposal.mean, times, replace(step, times=times))
             for (name, step), proposal in self._about.items()
@@ -202,12 +202,12 @@ class _NarrowedNode:
         return self._woven([step for _, _, step in decided], left)
 
     def _unexplained(self) -> list[Step]:
-        """Return the steps that may come from something that no recording shows."""
+        """Return the steps that may have causes that recordings do not show."""
         whole, left = set[Step](), dict[Step, int]()
         for (_, step), each in self._about.items():
             if each.kind == "never":
                 continue
-            # Times show what all callbacks explain together; traces, what each of them does.
+            # Times show the joint effects of all callbacks; traces show the effects of each.
             if each.source == "tracing":
                 left[step] = left.get(step, each.messages) - each.explained
             elif each.explained == each.messages:
@@ -228,14 +228,14 @@ def _step(proposal: Proposal) -> Step:
 
 
 def _times(proposal: Proposal) -> tuple[str, ...]:
-    """Return how often a step is taken in a run, as `Step` says it; what is always taken may come again."""
+    """Return how often a step is taken in a run, in the notation of `Step`; `always` allows repetitions."""
     if proposal.repeats > 1:
         return ("", "*") if proposal.kind == "always" else ("*",)
     return ("",) if proposal.kind == "always" else ("?",)
 
 
 def _weaken(kept: list[Proposal], dropped: list[Proposal], message: str) -> None:
-    """Weaken what is least sure of a topic or service; where nothing is left, of its nodes; or of all."""
+    """Weaken the least certain proposal of a topic or service; otherwise of its nodes; otherwise of all."""
     topic = named(message)
     nodes = {each.node for each in kept if topic in (each.topic, each.callback)}
     choices = (

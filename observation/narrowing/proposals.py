@@ -1,4 +1,4 @@
-"""Which callback leads to which messages and calls, as far as a recording shows it, with the evidence."""
+"""Proposes from a recording which callback leads to which messages and calls, with the evidence."""
 
 from __future__ import annotations
 
@@ -23,56 +23,56 @@ from dineros.observation.systems import (
 )
 
 WITHIN = 1.0
-"""Seconds after which a message is not consequence of another one any more."""
+"""Seconds after which a message no longer counts as a consequence of another one."""
 REGULAR = 0.15
-"""Largest standard deviation of the times between messages of a timer, as a part of their mean."""
+"""Largest standard deviation of the times between messages of a timer, relative to their mean."""
 LEAST_MESSAGES = 5
-"""With fewer, nothing is proposed."""
+"""Least number of observations of a proposal."""
 NEARLY = 0.98
-"""Part of the messages that have to follow it."""
+"""Least share of the messages that have to follow it."""
 MOSTLY = 0.9
-"""Part of the triggers of which a topic has to be followed to be taken for the one and only cause."""
+"""Least share of followed triggers for a topic to count as the only cause."""
 
 Kind = Literal["always", "sometimes", "never", "timer"]
 Verb = Literal["publish", "call", "send"]
 Source = Literal["times", "tracing"]
 Verbs = Mapping[tuple[str, str], Verb]
-"""Whether nodes wait for the answers of services (``call``) or continue (``send``): by node and service."""
+"""Whether nodes wait for responses of services (``call``) or continue (``send``): by node and service."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """That a callback leads to messages on a topic, or to calls of a service.
+    """The proposal that a callback leads to messages on a topic, or to calls of a service.
 
     Attributes
     ----------
     node : str
         Full name of the node.
     callback : str
-        Topic of the subscription, or name of the service; of a timer, what it leads to.
+        Topic of the subscription, or name of the service; of a timer, the topic or service to which it leads.
     topic : str
-        What is published, or called.
+        The topic or service that it uses.
     kind : {"always", "sometimes", "never", "timer"}
         Whether a message follows each that the callback takes, some, or none; or a timer publishes.
     triggers, followed : int
-        Messages that the callback took, and those that one on the topic followed; of a timer, times between
+        Messages that the callback took, and those followed by one on the topic; of a timer, times between
         two messages, and all of them.
     messages, explained : int
         Messages on the topic, and those that follow what is proposed for it.
     least, mean, most : float
-        Seconds between a message and what follows it, or between two of a timer.
+        Seconds between a message and its follower, or between two messages of a timer.
     confidence : float
-        Between 0 and 1: the expected share, after what was seen, of times at which it will hold.
+        Between 0 and 1: the expected share of cases in which it will hold.
     verb : {"publish", "call", "send"}
-        What it does: publish, call and wait for the answer, or ask and continue.
+        Its action: publish, call and wait for the response, or send a request and continue.
     trigger : str
         The topic, or the event of a service, that begins the callback; of a timer, nothing.
     source : {"times", "tracing"}
-        What shows it: that messages follow each other in time, or tracing files. Of these, `triggers` and
+        The evidence: order of messages in time, or tracing files. Of these, `triggers` and
         `followed` count runs of the callback, times are from its beginning to the first message, and
         `explained` are the messages of this callback alone.
     period : float
-        Of the callback of a timer, as tracing files tell of it: seconds; else 0.
+        Of the callback of a timer in tracing files: seconds; otherwise 0.
     repeats : int
         The most messages of one run.
     gaps : Samples or None
@@ -146,10 +146,10 @@ def proposals(
     verbs: Verbs | None = None,
     within: float = WITHIN,
 ) -> list[Proposal]:
-    """Return what a recording shows of the callbacks of nodes, nodes and topics in order of their names.
+    """Return the proposals of a recording for the callbacks of nodes, by names of nodes and topics.
 
-    Of a topic that several nodes publish on, nothing is proposed, nor of a service that several call: whose
-    message it is, no recording says.
+    There are no proposals for topics with several publishers and services with several clients, because a
+    recording does not show the sender.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def proposals(
     verbs : mapping, optional
         Whether nodes wait for answers, where it is not ``call``.
     within : float
-        Seconds after which a message is not consequence of another one any more.
+        Seconds after which a message no longer counts as a consequence of another one.
     """
     asked = verbs or {}
     counted: dict[tuple[str, Verb, str], Publications] = {}
@@ -203,7 +203,7 @@ def proposals(
 
 
 def _effects(node: ObservedNode, asked: Verbs) -> Iterator[tuple[Verb, str, str]]:
-    """Yield what a node does that is seen: verb, topic or service, and what shows it."""
+    """Yield the visible actions of a node: verb, topic or service, and event."""
     for topic in sorted({endpoint.topic for endpoint in node.publishers}):
         yield "publish", topic, topic
     for service in sorted({endpoint.name for endpoint in node.clients}):
@@ -211,7 +211,7 @@ def _effects(node: ObservedNode, asked: Verbs) -> Iterator[tuple[Verb, str, str]
 
 
 def _owners(system: ObservedSystem) -> defaultdict[str, set[str]]:
-    """Return which nodes do what is seen."""
+    """Return the nodes of the visible actions."""
     found: defaultdict[str, set[str]] = defaultdict(set)
     for node in system.nodes:
         for _, _, shown in _effects(node, {}):
@@ -253,7 +253,7 @@ def _proposed(node: str, verb: Verb, topic: str, found: Publications) -> Iterato
 
 
 def _only_cause(found: Publications) -> str | None:
-    """Return the topic of which each message is followed, or nearly each, by one of all that there are."""
+    """Return the topic whose messages are all, or nearly all, followed by one of the counted messages."""
     able = [
         (following.delays.mean, topic)
         for topic, following in found.alone.items()
@@ -271,13 +271,13 @@ def _timer(node: str, verb: Verb, topic: str, gaps: Delays, messages: int) -> Pr
 
 
 def timer_name(topic: str) -> str:
-    """Return how the timer is called that publishes on a topic, or calls a service."""
+    """Return the name of the timer that publishes on a topic, or calls a service."""
     return f"{TIMER}_{topic.strip('/').replace('/', '_')}"
 
 
 def _kind(following: Following, share: float) -> tuple[Kind, float]:
-    """Return whether each trigger is followed, or some are; and how sure that is."""
-    # What waits when the recording ends may still be followed.
+    """Return whether all triggers are followed, or some; with the confidence."""
+    # Triggers that wait at the end of the recording may still be followed.
     if following.triggers - following.followed - following.waits:
         return "sometimes", share * following.promptness
     return "always", share * expected(following.followed, following.followed)
@@ -289,7 +289,7 @@ def seconds_of(delays: Delays) -> tuple[float, float, float]:
 
 
 def expected(times: int, of: int) -> float:
-    """Return the expected share, after it was so some times (Laplace's rule of succession)."""
+    """Return the expected share of successes (Laplace's rule of succession)."""
     return (times + 1) / (of + 2)
 
 

@@ -1,4 +1,4 @@
-"""What tracing files show of callbacks: what they published while they ran, whatever else happened then."""
+"""Reads from tracing files the messages that callbacks published while they ran."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _MOST_OTHERS = 10
 
 @dataclass
 class Lead:
-    """What runs of a callback published on a topic of its node.
+    """The messages that runs of a callback published on a topic of its node.
 
     Attributes
     ----------
     followed : int
-        Runs that published something there.
+        Runs that published on it.
     open : int
-        Those of them that had not ended when the trace did.
+        Those of them that had not ended at the end of the trace.
     messages, most : int
         Messages, and the most of them in one run.
     delays : Delays
@@ -44,7 +44,7 @@ class Lead:
 
 @dataclass
 class Traced:
-    """What is counted of tracing files, as far as it concerns a system; little, however long they are.
+    """Counts of tracing files for a system; their size does not depend on the length of the files.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class Traced:
         return sum(self.messages.values()) - sum(lead.messages for lead in self.leads.values())
 
     def recorded(self) -> list[RecordedTopic]:
-        """Return the topics of which each message is in the files: all that publish there are traced."""
+        """Return the topics whose messages are all in the files: all publishers are traced."""
         types: dict[str, str] = {}
         owners: defaultdict[str, set[str]] = defaultdict(set)
         for node, endpoint in self.system.publishers():
@@ -132,7 +132,7 @@ class Traced:
 
 
 def traced(system: ObservedSystem, tracing: Tracing) -> Traced:
-    """Count what tracing files show of the callbacks of a system.
+    """Count the data of tracing files about the callbacks of a system.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def _count(found: Traced, run: Run, publishing: set[tuple[str, str]]) -> None:
 
 
 def publications(system: ObservedSystem, tracing: Tracing) -> Iterator[tuple[str, int]]:
-    """Yield topic and time of each message that tracing files tell of, on topics of a system."""
+    """Yield topic and time of each message in tracing files on topics of a system."""
     topics = {endpoint.topic for _, endpoint in system.publishers()}
     for each in runs(tracing):
         if isinstance(each, Publication) and each.topic in topics:
@@ -186,10 +186,11 @@ def publications(system: ObservedSystem, tracing: Tracing) -> Iterator[tuple[str
 
 
 def with_traced(found: Iterable[Proposal], counts: Traced) -> list[Proposal]:
-    """Return proposals from the times of messages, and in their place those that tracing files show better.
+    """Return proposals from the times of messages, replaced by those from tracing files if available.
 
-    Of a callback that ran, it is known what it published. By their times remain what follows something else
-    (answers, of which no trace tells), as long as not all messages of the topic come from callbacks that ran;
+    For a callback that ran, its publications are known. Proposals by times remain for other triggers
+    (responses, which traces do not contain), as long as not all messages of the topic come from callbacks
+    that ran;
     and timers, where none do. Nodes and topics stand in order of their names.
     """
     ran = {(callback.node, name) for callback, name in _names(counts.runs).items()}
@@ -222,7 +223,7 @@ def _proposed(counts: Traced) -> list[Proposal]:
 
 def _proposal(counts: Traced, callback: Callback, name: str, topic: str, messages: int) -> Proposal:
     lead = _lead(counts, callback, topic)
-    # What runs when the trace ends may still publish.
+    # Callbacks that run at the end of the trace may still publish.
     triggers = counts.runs[callback] + lead.open
     kind: Kind = "sometimes"
     if lead.followed in (0, triggers):
@@ -252,7 +253,7 @@ def _lead(counts: Traced, callback: Callback, topic: str) -> Lead:
 
 
 def _names(callbacks: Iterable[Callback]) -> dict[Callback, str]:
-    """Return by which names callbacks stand in what is given: timers by their periods."""
+    """Return the names of callbacks in the given facts: timers by their periods."""
     found: dict[Callback, str] = {}
     taken: Counter[tuple[str, str]] = Counter()
     for callback in sorted(callbacks):

@@ -1,4 +1,4 @@
-"""What is given of a system, as the text of its file (TOML 1.0)."""
+"""Writes the facts given for a system as TOML 1.0."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dineros.observation.importing.given import (
 
 
 def given_text(given: Given) -> str:
-    """Return what `dineros.observation.importing.given.read_given` reads as the same again."""
+    """Return a text that `dineros.observation.importing.given.read_given` reads as equal facts."""
     tables = [
         *(table for name in sorted(given.nodes) for table in _node(name, given.nodes[name])),
         *(_channel(f"topic.{_text(name)}", given.topics[name]) for name in sorted(given.topics)),
@@ -47,7 +47,7 @@ def _node(name: str, said: GivenNode) -> Iterator[str]:
 def _callback(said: GivenCallback) -> dict[str, str | None]:
     least, most = said.takes or (0.0, None)
     does = None if said.does is None else [*map(str, said.does)]
-    if does is not None and most is None and least:  # it sleeps, and works for a time that nobody has said
+    if does is not None and most is None and least:  # it sleeps, and works for an unknown time
         does.append(f"sleep {least:.9f}")
     return {
         "does": None if does is None else _list(does),
@@ -61,7 +61,7 @@ def _callback(said: GivenCallback) -> dict[str, str | None]:
 
 
 def _channel(name: str, said: GivenTopic | GivenService) -> str:
-    """Return what is given of a channel; there is no `publishers = []` of an action."""
+    """Return the facts given for a channel; actions have no `publishers = []`."""
     lines = {end: _list(nodes) for end, nodes in vars(said).items() if end != "latency" and nodes}
     return _table(name, {**lines, "latency": _span(said.latency)})
 
@@ -85,5 +85,5 @@ def _list(texts: Iterable[str]) -> str:
 
 
 def _text(text: str) -> str:
-    """Return a basic string: JSON writes those of TOML, but for one character that TOML wants escaped."""
+    """Return a basic string: that of JSON, except one character that TOML requires to be escaped."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

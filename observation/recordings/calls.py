@@ -1,9 +1,10 @@
-"""What a recording tells of calls: events of service introspection, among the messages.
+"""Reads calls from a recording: events of service introspection among the messages.
 
-A client tells that it has sent a request and received the response, a server that it has received the one and
-sent the other; each where introspection was configured (`rclpy.client.Client.configure_introspection`). Which
-node it is, no event says. Each is sent after what it tells of, by a thread that may have been interrupted in
-between; so what a server has received may be told before it was sent, and is put right here.
+A client publishes events when it has sent a request and received the response, a server when it has received
+the request and sent the response; both only if introspection was configured
+(`rclpy.client.Client.configure_introspection`). Events do not name the node. Each event is published after
+its step, by a thread that may have been interrupted in between; so a request may be reported as received
+before it is reported as sent, which is corrected here.
 """
 
 from __future__ import annotations
@@ -33,21 +34,21 @@ if TYPE_CHECKING:
 
 _INFO = "service_msgs/msg/ServiceEventInfo"
 _INFO_SIZE = 44
-"""Bytes of an event that tell of the call, CDR's header included; requests and responses come after them."""
+"""Bytes of an event that describe the call, including the header of CDR; request or response follow."""
 
 LATE = 1_000_000_000
-"""Nanoseconds that an event may be told after one that follows from it."""
+"""Largest delay in nanoseconds of an event behind its consequence."""
 MOST_LATE = 10_000
-"""Messages meanwhile."""
+"""Limit of the messages in between."""
 MOST_CALLS = 100_000
-"""Calls of a service that are remembered while they have no answer."""
+"""Limit of the remembered calls without a response."""
 
 _BEFORE = {REQUEST_RECEIVED: REQUEST_SENT, RESPONSE_RECEIVED: RESPONSE_SENT}
 _ANSWERS = {RESPONSE_RECEIVED: REQUEST_SENT, RESPONSE_SENT: REQUEST_RECEIVED}
 
 
 class Event(NamedTuple):
-    """What a service tells of a call: one of `SERVICE_EVENTS`, its client, the number of its request."""
+    """An event of a call: one of `SERVICE_EVENTS`, its client, the number of its request."""
 
     kind: str
     client: bytes
@@ -55,7 +56,7 @@ class Event(NamedTuple):
 
 
 class Untaken(NamedTuple):
-    """Responses that a server sent and no client took.
+    """Responses that a server sent and that no client took.
 
     Attributes
     ----------
@@ -79,14 +80,14 @@ class Untaken(NamedTuple):
 
 @dataclass
 class Calls:
-    """What the two ends of a service tell of its calls.
+    """The events of the two ends of a service.
 
     Attributes
     ----------
     events : Counter of str
-        How often each was told.
+        The number of each event.
     clients : dict of str to set of bytes
-        By event: whose calls it was. Both ends know a client by a number of their own.
+        By event: the clients of the calls. The two ends use different numbers for a client.
     answers : dict of str to tuple of float
         Of the server (`RESPONSE_SENT`) and of clients (`RESPONSE_RECEIVED`), as far as they tell: how many
         answers, and the seconds until the soonest and the latest one.
@@ -100,7 +101,7 @@ class Calls:
     _taken: Counter[int] = field(default_factory=Counter)
 
     def add(self, event: Event, time: int) -> None:
-        """Take an event."""
+        """Add an event."""
         self.events[event.kind] += 1
         if len(self.clients[event.kind]) < MOST_CALLS:
             self.clients[event.kind].add(event.client)
@@ -117,10 +118,10 @@ class Calls:
             self.answers[event.kind] = count + 1, min(least, delay), max(most, delay)
 
     def untaken(self, end: int) -> tuple[int, int] | None:
-        """Return how many responses no client took, and when the first was sent; None if there are none.
+        """Return the number of untaken responses, and when the first was sent; None if there are none.
 
-        Those of the last second before the end may still be taken. Without events of clients nothing is
-        known.
+        Those of the last second before the end may still be taken. Without events of clients the result is
+        None.
         """
         if RESPONSE_SENT not in (told := self.told()) or REQUEST_SENT not in told:
             return None
@@ -146,7 +147,7 @@ class Calls:
             del self._taken[number]
 
     def told(self) -> list[str]:
-        """Return the events that are told of each call; what a client tells of itself only, is not."""
+        """Return the events that each call has; events of only one client are not among them."""
         heard = max((len(self.clients[each]) for each in (REQUEST_RECEIVED, RESPONSE_SENT)), default=0)
         sent = max((len(self.clients[each]) for each in (REQUEST_SENT, RESPONSE_RECEIVED)), default=0)
         of_clients = (REQUEST_SENT, RESPONSE_RECEIVED) if sent and sent >= heard else ()
@@ -155,12 +156,12 @@ class Calls:
 
 
 class Observed:
-    """The messages of a recording, with what services tell of their calls among them.
+    """The messages of a recording, including the events of services.
 
     Parameters
     ----------
     recording : Recording
-        An open recording; what it tells of calls is read once to begin with.
+        An open recording; its events of calls are read once at the start.
 
     Attributes
     ----------
@@ -271,7 +272,7 @@ class _RecordedMessage(NamedTuple):
 def _taken(
     wanted: _RecordedMessage, ahead: deque[_RecordedMessage], coming: Iterator[_RecordedMessage]
 ) -> bool:
-    """Take an event out of what comes, where it comes soon; tell whether it does."""
+    """Take an event from the next messages if it comes soon; return whether it does."""
     assert wanted.event is not None
     place = 0
     while place < MOST_LATE:

@@ -1,4 +1,4 @@
-"""The error of this floor."""
+"""The error of this package."""
 
 from dineros.metamodel.errors import DinerosError
 

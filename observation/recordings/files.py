@@ -1,8 +1,8 @@
 """The files of a recording, opened once and read by position: plain files, whatever their names.
 
-The library that reads recordings opens files by name, again and again. A name can mean something else to a
-database than to a file system (``%2e%2e`` in an address), and a file can be exchanged for a pipe in between.
-So each file is opened and looked at here, and the library gets an object to read from.
+The library that reads recordings opens files by name repeatedly. A database may interpret a name differently
+than a file system (``%2e%2e`` in an address), and a file can be replaced by a pipe in between. So each file
+is opened and checked here, and the library gets an object from which it reads.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from dineros.metamodel.limits import hint, most
 from dineros.observation.recordings.errors import RecordingError
 
 UNPACKED = 64 << 20
-"""Bytes that any recording may unpack to; a large one to its size times the limit `unpacking`."""
+"""Unpacked bytes that every recording may have; a large one may have its size times the limit `unpacking`."""
 FREE_SHARE = 0.5
-"""Part of the free room in the folder for temporary files that an unpacked file may take."""
+"""Share of the free space in the folder for temporary files that an unpacked file may use."""
 
 _PIECE = 1 << 20
 _SMALL = 1 << 16
 
 
 def most_unpacked(packed: int) -> int:
-    """Return how many bytes a packed file or message may unpack to, by its size in bytes."""
+    """Return the allowed unpacked bytes of a packed file or message, by its size in bytes."""
     return max(UNPACKED, most("unpacking") * packed)
 
 
 def too_large(location: Location) -> RecordingError:
-    """Return the error for what would unpack to more than it may."""
+    """Return the error for unpacking more than allowed."""
     times = most("unpacking")
     return RecordingError(
         f"unpacks to more than {UNPACKED >> 20} MiB and {times} times its size",
@@ -46,14 +46,14 @@ def too_large(location: Location) -> RecordingError:
 
 
 class StoredFile:
-    """A file of a recording, as the library wants it (its protocol ``RPath``).
+    """A file of a recording, with the interface of the library (its protocol ``RPath``).
 
     Parameters
     ----------
     descriptor : int
         Of a plain file, open for reading; `close` closes it.
     path : Path
-        What errors call it.
+        Its name in errors.
     """
 
     def __init__(self, descriptor: int, path: Path) -> None:
@@ -74,7 +74,7 @@ class StoredFile:
     # the rest of the protocol
 
     def exists(self) -> bool:
-        """Tell whether it is there."""
+        """Return whether it exists."""
         return True
 
     def is_dir(self) -> bool:
@@ -111,7 +111,8 @@ def stored(path: Path, *, follow_links: bool) -> Iterator[StoredFile]:
     Raises
     ------
     DinerosError
-        It is not there, not a plain file, a link that is not followed, empty, or not the recording itself.
+        It does not exist, or is not a plain file, a link that is not followed, empty, or not the recording
+        itself.
     """
     try:
         file = StoredFile(open_plain(path, follow_links=follow_links), path)
@@ -145,19 +146,19 @@ def _look_at(file: StoredFile) -> None:
 
 @contextmanager
 def unpacked(file: StoredFile, bytes_left: int) -> Iterator[StoredFile]:
-    """Unpack a file that was packed by zstd into a temporary file without a name: none is left behind.
+    """Unpack a file that was packed by zstd into a temporary file without a name, which never remains.
 
     Parameters
     ----------
     file : StoredFile
         The packed file.
     bytes_left : int
-        How large it may become.
+        The largest allowed size.
 
     Raises
     ------
     DinerosError
-        It would become larger, or there is no room for it.
+        It would become larger, or there is not enough space.
     """
     from backports import zstd
 
@@ -213,7 +214,7 @@ class _Positional(io.RawIOBase):
 
 
 class _Stream(io.BufferedReader):
-    """Reads no more than there is: a record of four bytes may say that it is 2^62 long."""
+    """Limits reads to the size of the file: a record of four bytes may declare a length of 2^62."""
 
     def __init__(self, raw: _Positional) -> None:
         super().__init__(raw, _SMALL)

@@ -1,4 +1,4 @@
-"""What ``metadata.yaml`` says of a recording of rosbag2, checked field by field."""
+"""Reads ``metadata.yaml`` of a recording of rosbag2, checked field by field."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ if TYPE_CHECKING:
 
 METADATA = "metadata.yaml"
 METADATA_LIMIT = 4 * 1024 * 1024
-"""Bytes of the file; recorders write a few kilobytes."""
+"""Limit of the bytes of the file; recorders write a few kilobytes."""
 NEWEST = 9
-"""The last version of the file that is known."""
+"""The newest known version of the file."""
 
 _HEAD = "rosbag2_bagfile_information"
 
 
 @dataclass(frozen=True)
 class ToldTopic:
-    """A topic, as the file tells it.
+    """A topic of the file.
 
     Attributes
     ----------
     name, type : str
-        As they stand in the file.
+        As written in the file.
     count : int
-        How many messages were recorded.
+        The number of recorded messages.
     offered : list of Qos
-        Qualities of service of its publishers; people edit them for playback.
+        Qualities of service of its publishers; users edit them for playback.
     """
 
     name: str
@@ -45,18 +45,18 @@ class ToldTopic:
 
 @dataclass(frozen=True)
 class Metadata:
-    """What the file tells.
+    """The content of the file.
 
     Attributes
     ----------
     storage : {"mcap", "sqlite3"}
-        What the files are.
+        The format of the files.
     files : tuple of str
         Their names, without folders.
     packed : {"", "file", "message"}
-        What is packed by zstd: nothing, whole files, or each message.
+        Use of zstd: none, whole files, or each message.
     count : int
-        How many messages were recorded.
+        The number of recorded messages.
     topics : tuple of ToldTopic
         In the order of the file.
     """
@@ -74,7 +74,7 @@ def read_metadata(folder: Path) -> Metadata:
     Raises
     ------
     DinerosError
-        It cannot be read, is a link, or does not say what such a file says.
+        It cannot be read, is a link, or is malformed.
     """
     path = folder / METADATA
     location = Location(path)

@@ -1,8 +1,8 @@
-"""Reading YAML of strangers: a few nested lists and mappings, as recorders write them.
+"""Reads untrusted YAML: a few nested lists and mappings, as recorders write them.
 
-YAML can name a part and use it again (``&name``, ``*name``, ``<<``). By that, a kilobyte stands for
-gigabytes. No recorder writes it, so it is refused before anything is built. So is deep nesting, on which
-parsers run out of stack.
+YAML can name a part and use it again (``&name``, ``*name``, ``<<``), so that a kilobyte expands to gigabytes.
+Recorders do not use this, so it is rejected before anything is built. Deep nesting, which exhausts the stack
+of parsers, is also rejected.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from __future__ import annotations
 from typing import Any
 
 DEEPEST = 20
-"""Lists and mappings within each other; rosbag2 writes 6."""
+"""Limit of the nesting of lists and mappings; rosbag2 writes 6."""
 
 
 class UnplainError(ValueError):
-    """A text is not plain YAML; the message says why."""
+    """A text is not plain YAML; the message has the reason."""
 
 
 def loaded(text: str) -> Any:

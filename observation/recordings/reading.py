@@ -1,7 +1,7 @@
-"""Reading recordings of rosbag2, MCAP and SQLite, in memory that stays flat.
+"""Reads recordings of rosbag2, MCAP and SQLite, in bounded memory.
 
-Recordings are untrusted input; every failure becomes a one-line `RecordingError`. The library lets errors of
-many kinds through where a file is damaged, so all of them are caught here, and only here.
+Recordings are untrusted input; every failure becomes a one-line `RecordingError`. The library raises errors
+of many kinds for damaged files, so all of them are caught here, and only here.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ _TYPE = re.compile(r"[a-z][a-z0-9_]{0,99}/(msg|srv|action)/[A-Z][A-Za-z0-9_]{0,9
 _EVENT = "_Event"
 
 _ENDLESS = 2_147_483_647
-"""Seconds from which on a duration of a quality of service is without bound."""
+"""Seconds from which a duration of a quality of service counts as unbounded."""
 
 _REINDEX = "`ros2 bag reindex` or `mcap recover` may restore the intact part"
 
 
 class RecordedMessage(NamedTuple):
-    """A message of a recording. Who published it, rosbag2 does not write down.
+    """A message of a recording. rosbag2 does not store its publisher.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class RecordedMessage(NamedTuple):
 
 @dataclass
 class _RecordedTopic:
-    """A topic, as metadata and files tell it; messages: how many there are by the word of either."""
+    """A topic of metadata and files; messages: their number according to either."""
 
     types: set[str] = field(default_factory=set)
     offered: list[Qos] = field(default_factory=list)
@@ -81,7 +81,7 @@ class _RecordedTopic:
 
     @property
     def messages(self) -> int:
-        """How many messages were recorded, by what says most."""
+        """The number of recorded messages, the greatest of all sources."""
         return max(self.by_files, self.by_metadata or 0)
 
 
@@ -96,8 +96,8 @@ class Recording:
     Attributes
     ----------
     topics : tuple of RecordedTopic
-        In order of their names. What publishers offered is what the files say, and ``metadata.yaml`` if they
-        say nothing.
+        In order of their names. The offers of publishers come from the files, or from ``metadata.yaml`` if
+        the files have none.
     services : tuple of RecordedService
         Services that told of their calls on some of these topics (service introspection).
     left_out : tuple of str
@@ -152,9 +152,9 @@ class Recording:
         self._open.close()
 
     def system(self) -> ObservedSystem:
-        """Return what the recording tells of the system: topics and services, and no nodes.
+        """Return the system of the recording: topics and services, without nodes.
 
-        Without those that ROS makes by itself, as they are not told of a running graph either.
+        Topics that ROS creates itself are omitted, as for a running graph.
         """
         topics = (each for each in self.topics if not is_house_topic(each.name, each.type))
         return ObservedSystem(
@@ -178,8 +178,8 @@ class Recording:
         Raises
         ------
         RecordingError
-            The recording is damaged, which may show at a late message only, or holds fewer messages than
-            it says.
+            The recording is damaged, which may be detected only at a late message, or holds fewer messages
+            than declared.
         """
         wanted = [each.name for each in self.topics if topics is None or each.name in topics]
         found: Counter[str] = Counter()
@@ -279,9 +279,9 @@ class Recording:
             told.offered = told.offered or topic.offered
 
     def _compare_counts(self) -> None:
-        """Refuse a recording that says to hold more messages than its files do.
+        """Reject a recording that declares more messages than its files hold.
 
-        Messages that cannot be read would else be taken for messages that were not sent.
+        Otherwise messages that cannot be read would count as not sent.
         """
         if self._metadata is None:
             return
@@ -299,7 +299,7 @@ class Recording:
         return self.error(f"declares {told}, but only {found:,} can be read", _REINDEX)
 
     def _times(self) -> tuple[int, int]:
-        """Return when the recording starts and how long it is, in nanoseconds, by the word of its files."""
+        """Return the start and the length of the recording in nanoseconds, according to its files."""
         told = [each for _, storage in self._storages if (each := storage.metadata).message_count]
         start = min((each.start_time for each in told), default=0)
         return start, max((each.end_time for each in told), default=start) - start
@@ -328,7 +328,7 @@ class Recording:
         return None
 
     def error(self, message: str, hint: str | None = None) -> RecordingError:
-        """Return that something is wrong with the recording."""
+        """Return an error about the recording."""
         return RecordingError(message, location=Location(self._path), hint=hint)
 
     @contextmanager
@@ -337,7 +337,7 @@ class Recording:
             yield
         except (DinerosError, MemoryError):
             raise
-        except Exception as error:  # whatever the library, the database or a decompressor says
+        except Exception as error:  # any error of the library, the database or a decompressor
             if isinstance(error, OSError) and error.strerror:
                 raise RecordingError(f"cannot be read: {error.strerror}", location=Location(path)) from error
             said = " ".join(str(error).split()).rstrip(".")
@@ -359,7 +359,7 @@ def _service(topic: RecordedTopic) -> RecordedService:
 
 
 def _seconds(duration: Duration) -> float | None:
-    """Return a duration in seconds, None without bound: zero and the largest number say so."""
+    """Return a duration in seconds; None: unbounded, stored as zero or as the largest number."""
     if duration.sec >= _ENDLESS or (not duration.sec and not duration.nsec):
         return None
     return duration.sec + duration.nsec / 1e9

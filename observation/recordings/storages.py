@@ -1,8 +1,7 @@
-"""The files of a recording that hold messages, MCAP and SQLite, read by the library rosbags within bounds.
+"""Reads the message files of a recording, MCAP and SQLite, by the library rosbags within limits.
 
-The library believes what a file says. It unpacks a chunk before it compares sizes, asks a database for what
-may be a view without end, and parses descriptions of any length. Here it is kept within what the size of the
-file allows.
+The library trusts the file. It unpacks a chunk before it compares sizes, queries a database whose table may
+be an endless view, and parses descriptions of any length. Here it is limited by the size of the file.
 """
 
 from __future__ import annotations
@@ -32,9 +31,9 @@ Storage = storage_mcap.McapReader | storage_sqlite3.Sqlite3Reader
 Stored = tuple["Connection", int, bytes]
 
 QUALITIES = 1 << 20
-"""Characters of all different qualities of service that one file may describe."""
+"""Limit of the characters of all different qualities of service in one file."""
 CHECKED_WHOLE = 1 << 30
-"""Bytes up to which a database is checked as a whole; in a larger one, pages that are used twice pass."""
+"""Limit of the bytes of a completely checked database; in a larger one, pages used twice pass."""
 
 _TABLES = ("messages", "topics", "schema", "metadata", "message_definitions")
 _CHUNK = 0x06
@@ -50,12 +49,13 @@ def opened(file: StoredFile, kind: str) -> Storage:
     file : StoredFile
         The file.
     kind : {"mcap", "sqlite3"}
-        What it is.
+        Its format.
 
     Raises
     ------
     DinerosError
-        It unpacks to more than it may, or holds what no recorder writes. What the library raises passes.
+        It unpacks to more than allowed, or holds structures that recorders do not write. Errors of the
+        library pass.
     """
     storage: Storage = _Mcap(file) if kind == "mcap" else storage_sqlite3.Sqlite3Reader(file)
     with _bounded_qualities(file), _guarded_databases(file):
@@ -64,7 +64,7 @@ def opened(file: StoredFile, kind: str) -> Storage:
 
 
 class _Mcap(storage_mcap.McapReader):
-    """A file of MCAP whose chunks unpack to no more than they may, all together."""
+    """A file of MCAP with a limit on the total unpacked size of its chunks."""
 
     def __init__(self, file: StoredFile) -> None:
         super().__init__(file)
@@ -112,7 +112,7 @@ class _Mcap(storage_mcap.McapReader):
 
 
 def _unpacked(data: bytes, kind: str, size: int) -> bytes:
-    """Return what packed data holds, and at most one byte more than it should."""
+    """Return the unpacked data, at most one byte more than expected."""
     if kind == "lz4":
         import lz4.frame  # type: ignore[import-untyped]
 
@@ -132,7 +132,7 @@ def unpacked_messages(messages: Iterator[Stored], most: int, path: Path) -> Iter
     messages : iterator of Stored
         As they were stored.
     most : int
-        Bytes that they may unpack to together.
+        Limit of their total unpacked bytes.
     path : Path
         Their file.
 
@@ -149,14 +149,14 @@ def unpacked_messages(messages: Iterator[Stored], most: int, path: Path) -> Iter
         yield connection, time, data
 
 
-# The library unpacks all that there is, and compares with the size that the file tells only then.
+# The library unpacks everything before it compares the size with the one in the file.
 storage_mcap.DECOMPRESSORS["zstd"] = lambda data, size: _unpacked(data, "zstd", size)
 storage_mcap.DECOMPRESSORS["lz4"] = lambda data, size: _unpacked(data, "lz4", size)
 
 
 @contextmanager
 def _bounded_qualities(file: StoredFile) -> Iterator[None]:
-    """Let the library parse qualities of service that are plain and not too long, each text once."""
+    """Restrict the library to qualities of service that are plain and not too long, each text once."""
     left = QUALITIES
 
     @cache
@@ -181,14 +181,14 @@ def _bounded_qualities(file: StoredFile) -> Iterator[None]:
 
 
 def qualities(said: object) -> list[Qos]:
-    """Return qualities of service that are described by a text or by what was read of one."""
+    """Return the qualities of service described by a text or by its parsed form."""
     value = loaded(said) if isinstance(said, str) else said
     return parse_qos(value) if isinstance(value, list) else []
 
 
 @contextmanager
 def _guarded_databases(file: StoredFile) -> Iterator[None]:
-    """Let databases that are opened within be plain tables, and nothing that computes."""
+    """Restrict databases opened within this context to plain tables without computed columns."""
     guard = _Guard(file)
     apsw.connection_hooks.append(guard)
     try:
@@ -198,7 +198,7 @@ def _guarded_databases(file: StoredFile) -> Iterator[None]:
 
 
 class _Guard:
-    """Looks at a database before the library asks it anything; the first connection of several is enough."""
+    """Checks a database before the library queries it; the first of several connections suffices."""
 
     def __init__(self, file: StoredFile) -> None:
         self._file = file
@@ -208,7 +208,7 @@ class _Guard:
         connection.config(apsw.SQLITE_DBCONFIG_ENABLE_VIEW, 0)
         connection.config(apsw.SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0)
         connection.config(apsw.SQLITE_DBCONFIG_DEFENSIVE, 1)
-        # What a plain table holds stands in the file.
+        # The content of a plain table is in the file.
         connection.limit(apsw.SQLITE_LIMIT_LENGTH, min(max(self._file.size, 1 << 16), 1_000_000_000))
         if self._is_checked:
             return

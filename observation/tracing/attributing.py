@@ -1,9 +1,9 @@
-"""Which callback of which node was running when a message was published, by the events of ros2_tracing.
+"""Attributes published messages to running callbacks of nodes, by the events of ros2_tracing.
 
 A callback publishes on the thread that runs it, between its ``callback_start`` and its ``callback_end``.
-Callbacks nest where one spins an executor of its own. Up to ROS 2 Jazzy, a callback of a service that answers
-later has no ``callback_end`` (https://github.com/ros2/rclcpp/pull/2670): what its thread publishes once the
-executor has gone on is the callback's only if the end comes after all.
+Callbacks nest if one spins an executor of its own. Up to ROS 2 Jazzy, a callback of a service that answers
+later has no ``callback_end`` (https://github.com/ros2/rclcpp/pull/2670): a message that its thread publishes
+after the executor continued belongs to the callback only if its end follows.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from dineros.observation.tracing.errors import TracingError
 from dineros.observation.tracing.reading import TracedEvent, Tracing
 
 MOST = 100_000
-"""Things of a kind that are remembered: handles, callbacks, threads that are in one."""
+"""Limit of the remembered objects of each kind: handles, callbacks, threads in callbacks."""
 
 CLOSE = 1_000_000
-"""Nanoseconds between two callbacks of a thread, one of which may have waited for the other."""
+"""Nanoseconds between two callbacks of a thread if one may have waited for the other."""
 
 MOST_NESTED = 100
-"""Callbacks that run within each other on a thread; the outermost of more has lost its end."""
+"""Limit of nested callbacks on a thread; beyond it, the end of the outermost one was lost."""
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -40,7 +40,7 @@ class Callback(NamedTuple):
     node : str
         Full name of the node.
     kind : {"subscription", "service", "timer"}
-        What begins it.
+        Its kind of trigger.
     name : str
         Full name of the topic or service; of a timer, the signature of its function.
     period : int
@@ -54,7 +54,7 @@ class Callback(NamedTuple):
 
 
 class Publication(NamedTuple):
-    """A message that was published: when (nanoseconds), by which node, on which topic."""
+    """A published message: time (nanoseconds), node and topic."""
 
     time: int
     node: str
@@ -63,7 +63,7 @@ class Publication(NamedTuple):
 
 @dataclass
 class Sent:
-    """What a run published on a topic: how many messages, the first so many nanoseconds after it began."""
+    """The messages of a run on a topic: their number, and the nanoseconds from its start to the first one."""
 
     count: int
     first: int
@@ -78,9 +78,9 @@ class Run:
     callback : Callback
         Which.
     published : dict of (str, str) to Sent
-        What it published: by node, which may be another one, and topic.
+        Its messages: by node, which may be another one, and topic.
     ended : bool
-        Whether it ended before the trace did, as far as that is known.
+        Whether it ended before the trace did, if known.
     began : int
         When it began, in nanoseconds.
     took : int or None
@@ -99,14 +99,14 @@ class Run:
 
 @dataclass
 class Uncertain:
-    """What a trace does not tell.
+    """Counts of data that a trace does not attribute.
 
     Attributes
     ----------
     callbacks : int
-        Runs of callbacks of which it does not tell the node: the trace was begun after the node was.
+        Runs of callbacks with an unknown node: the trace was started after the node.
     messages : int
-        Messages of publishers of which it does not tell the node.
+        Messages of publishers with an unknown node.
     """
 
     callbacks: int = 0
@@ -115,7 +115,7 @@ class Uncertain:
 
 @dataclass
 class _Frame:
-    """A callback that runs on a thread, with what it published; `unsure`: after the executor continued."""
+    """A running callback of a thread, with its messages; `unsure`: those after the executor continued."""
 
     address: str
     callback: Callback | None
@@ -165,7 +165,7 @@ def runs(tracing: Tracing, uncertain: Uncertain | None = None) -> Iterator[Run |
     tracing : Tracing
         The files.
     uncertain : Uncertain, optional
-        Takes what they do not tell.
+        Gets the counts of unknown data.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def runs(tracing: Tracing, uncertain: Uncertain | None = None) -> Iterator[Run |
 
 
 class _Attributing:
-    """Names of what has an address, and what each thread does."""
+    """Names of objects with an address, and the state of each thread."""
 
     def __init__(self, tracing: Tracing, uncertain: Uncertain) -> None:
         self._tracing = tracing
@@ -196,7 +196,7 @@ class _Attributing:
         self._threads: dict[str, _Thread] = {}
 
     def take(self, event: TracedEvent) -> Iterator[Run | Publication]:
-        """Take an event; yield what it tells."""
+        """Process an event; yield its messages and runs."""
         name = event.name
         if name == "callback_start":
             yield from self._started(event)
@@ -219,7 +219,7 @@ class _Attributing:
         Raises
         ------
         TracingError
-            No node has been told of.
+            The trace contains no node.
         """
         for thread in self._threads.values():
             for frame in thread.frames:
@@ -235,7 +235,7 @@ class _Attributing:
         (address,) = event.fields
         thread = self._thread(event.thread)
         thread.within = None
-        # A callback does not begin again before it has ended: its end was not told, nor those within it.
+        # A callback does not begin again before it has ended: its end and those of nested ones are missing.
         yield from self._unwound(thread, address)
         callback = self._callback(event.process, address)
         if callback is None:
@@ -263,7 +263,7 @@ class _Attributing:
 
     @staticmethod
     def _unwound(thread: _Thread, address: str, end: int | None = None) -> Iterator[Run]:
-        """End a callback and those within it, whose ends were not told; its own was if there is an `end`."""
+        """End a callback and nested ones, whose ends are missing; its own end is known if `end` is given."""
         places = [place for place, frame in enumerate(thread.frames) if frame.address == address]
         if places:
             for frame in reversed(thread.frames[places[-1] + 1 :]):
@@ -274,7 +274,7 @@ class _Attributing:
     def _published(self, event: TracedEvent, *, within: bool) -> Iterator[Publication]:
         (handle,) = event.fields
         thread = self._threads.get(event.thread)
-        # What goes within the process and to others is told twice, right after each other.
+        # A message within the process and to others has two consecutive events.
         again = not within and thread is not None and thread.within == handle
         if within and thread is None:
             thread = self._thread(event.thread)

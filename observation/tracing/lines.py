@@ -1,7 +1,7 @@
 """The lines that Babeltrace 2 writes of a trace: from a text file, or from the program itself.
 
-The program is the reader that the authors of LTTng keep, and who traces ROS 2 has it. Its library for Python
-is on no package index: it comes with a distribution, for the Python of that.
+The program is the reader of the authors of LTTng, and users who trace ROS 2 have it. Its Python library is
+not on a package index: it comes with a distribution, for the Python of that distribution.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from dineros.observation.tracing.errors import TracingError
 
 PROGRAM = "babeltrace2"
 STALLED = 30.0
-"""Seconds without a word after which the program is ended: on some damaged traces it never says anything."""
+"""Seconds without output after which the program is stopped: it may hang on damaged traces."""
 LONGEST_LINE = 1 << 16
-"""Bytes of the longest line; an event of ROS 2 takes a few hundred."""
+"""Limit of the bytes of a line; an event of ROS 2 takes a few hundred."""
 
 _OPTIONS = ("--clock-seconds", "--no-delta", "--color=never")
 _PIECE = 1 << 18
 _MOST_SAID = 1 << 14
-"""Bytes of what the program says on standard error that are kept, of its end."""
+"""Last bytes of standard error of the program that are stored."""
 _DISCARDED = re.compile(rb"discarded (\d+) event")
 
 
 class Said:
-    """What the program says on standard error.
+    """The output of the program on standard error.
 
     Attributes
     ----------
     discarded : int
-        Events that the tracer had no room for, as the trace itself tells.
+        Events that the tracer discarded because its buffer was full, according to the trace.
     """
 
     def __init__(self) -> None:
@@ -72,9 +72,9 @@ def lines(path: Path, said: Said, stalled: float = STALLED) -> Iterator[bytes]:
     path : Path
         A text file, or a folder in the format CTF.
     said : Said
-        Takes what the program says besides.
+        Gets the output on standard error.
     stalled : float
-        Seconds that the program may take without a word.
+        Seconds that the program may run without output.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def _text(path: Path) -> Iterator[bytes]:
 
 
 def _printed(folder: Path, said: Said, stalled: float) -> Iterator[bytes]:
-    """Yield what the program prints of a folder."""
+    """Yield the output of the program for a folder."""
     program = shutil.which(PROGRAM)
     if program is None:
         raise TracingError(
@@ -148,11 +148,11 @@ def _printed(folder: Path, said: Said, stalled: float) -> Iterator[bytes]:
 
 
 def _both(output: IO[bytes], errors: IO[bytes], said: Said, folder: Path, stalled: float) -> Iterator[bytes]:
-    """Yield what comes on standard output; what comes on standard error must not fill its pipe."""
+    """Yield standard output; standard error is read so that it does not fill its pipe."""
     with selectors.DefaultSelector() as selector:
         selector.register(output, selectors.EVENT_READ)
         selector.register(errors, selectors.EVENT_READ)
-        # Warnings without end are not progress, and neither is the time that others take with a line.
+        # Endless warnings are not progress, and the time that the caller takes for a line does not count.
         left = stalled
         while selector.get_map():
             asked = time.monotonic()

@@ -34,10 +34,10 @@ FIELDS: dict[str, tuple[str, ...]] = {
     "rclcpp_executor_get_next_ready": (),
     "rclcpp_executor_wait_for_work": (),
 }
-"""Events that are read, with those of their fields that are; others are passed over."""
+"""Events that are read, with the fields that are used; others are skipped."""
 
 LONGEST_NAME = 300
-"""Characters of a name; of a function's signature, no more are kept."""
+"""Limit of the characters of a name; longer signatures of functions are cut."""
 
 _SECOND = 1_000_000_000
 _DAY = 24 * 3600 * _SECOND
@@ -47,12 +47,12 @@ _TIME = re.compile(
     r"(?:(?P<date>\d{4}-\d\d-\d\d) )?(?:(?P<hours>\d\d):(?P<minutes>\d\d):)?"
     r"(?P<seconds>\d{1,12})\.(?P<part>\d{9})(?:\] ?|, )"
 )
-"""How a line begins."""
+"""Pattern of the start of a line."""
 _STRING = r'"((?:[^"\\]|\\.)*+)\\?(?:"|\Z)'
 _VALUE = re.compile(
     rf"{_STRING}|\b(\w{{1,60}}) = (?:(0x[0-9A-Fa-f]{{1,16}}|-?\d{{1,20}})(?![\w.])|{_STRING})", re.DOTALL
 )
-"""A field with its value. Strings of others stand first, so that what is in them is not a field."""
+"""A field with its value. Strings come first, so that their content is not read as a field."""
 
 
 class TracedEvent(NamedTuple):
@@ -61,9 +61,9 @@ class TracedEvent(NamedTuple):
     Attributes
     ----------
     time : int
-        In nanoseconds since whenever; never less than the one before.
+        In nanoseconds since an unknown origin; never less than the one before.
     process, thread : str
-        Where: host and numbers. What an event calls by an address is known in its process.
+        Host and numbers. Addresses in an event are valid in its process.
     name : str
         One of `FIELDS`.
     fields : tuple of str
@@ -90,13 +90,13 @@ class Tracing:
     Attributes
     ----------
     read : int
-        Events of ROS 2 in what was read last, those that are passed over as well.
+        Events of ROS 2 in the last reading, including skipped ones.
     foreign : int
         Other events: of the kernel, or of other programs.
     odd : int
-        Lines that are not event, or lack what such an event has.
+        Lines that are not an event, or lack fields of the event.
     discarded : int
-        Events that the tracer had no room for.
+        Events that the tracer discarded because its buffer was full.
     """
 
     def __init__(self, path: Path, stalled: float = STALLED) -> None:
@@ -173,7 +173,7 @@ class Tracing:
         return TracedEvent(time, process, thread, name, tuple(values[each] for each in wanted))
 
     def _wrong(self, message: str, number: int, hint: str) -> TracingError:
-        # The lines of a folder are those of a program, which nobody sees.
+        # The lines of a folder come from a program, so users do not see them.
         line = None if self.path.is_dir() else number
         return TracingError(message, location=Location(self.path, line), hint=hint)
 
@@ -194,7 +194,7 @@ class Tracing:
 
 
 def _named(head: str) -> tuple[str, str] | None:
-    """Return where an event was, and its name: what stands between time and first brace; None: no event."""
+    """Return the context of an event, and its name: the text between time and first brace; None: no event."""
     if len(head) > LONGEST_NAME * 4 or '"' in head:
         return None
     if head.startswith("(+"):
@@ -210,7 +210,7 @@ def _named(head: str) -> tuple[str, str] | None:
 
 
 class _Clock:
-    """Times of lines, which may be those of a day: then midnight begins the next one."""
+    """Times of lines; if they have no date, midnight starts the next day."""
 
     def __init__(self) -> None:
         self._last = self._days = 0

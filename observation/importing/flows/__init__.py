@@ -1,1 +1,1 @@
-"""The branches of callbacks, as far as variables of their node decide about them."""
+"""The branches of callbacks that depend on variables of their node."""

@@ -1,4 +1,4 @@
-"""The branches that the reader found in a callback, as a graph of steps."""
+"""Converts the branches of a callback from the reader to a graph of steps."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from dineros.sources.facts import Effect, Item, Place, Variable, located
 
 END = 0
 _MOST_TURNS = 3
-"""Turns of a loop that are told apart if they do the same."""
+"""Limit of the iterations of a loop that are distinguished if they do the same."""
 
 
 class Branching:
-    """Makes the graph of one callback.
+    """Builds the graph of one callback.
 
     Parameters
     ----------
     step : callable
-        Returns the step that an effect is in the model; None: it is none.
+        Returns the step of an effect in the model; None: it has none.
     names : mapping of Variable to str
         The variables that the model has, with their names.
     texts : callable
@@ -179,7 +179,7 @@ class Branching:
         return after
 
     def _finally(self, last: Block, target: int) -> int:
-        """Return where a way to a target begins that does what stands under ``finally``."""
+        """Return the first state of a path to a target that runs the ``finally`` block."""
         if not last:
             return target
         first = self._state()
@@ -206,7 +206,7 @@ class Branching:
     # ------------------------------------------------------------------------------------------- conditions
 
     def _asked(self, condition: Condition, state: int) -> tuple[int, int]:
-        """Return the states in which a condition holds, and in which it does not."""
+        """Return the state in which a condition holds, and the one in which it does not."""
         yes, no = self._state(), self._state()
         self._ask(condition, state, yes, no)
         return yes, no
@@ -238,7 +238,7 @@ class Branching:
 
 
 def _sign(block: Block) -> tuple[object, ...]:
-    """Return what tells blocks apart that do something else."""
+    """Return a key that distinguishes blocks with different effects."""
     return tuple(
         (
             type(item).__name__,

@@ -1,4 +1,4 @@
-"""Which variables decide what the callbacks of a node do, and the flows of these callbacks."""
+"""Selects the variables on which the callbacks of a node depend, and builds the flows of these callbacks."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from dineros.sources.branches import OTHER, SOME, variables_set
 from dineros.sources.facts import CallbackFact, Effect, Entity, Known, NodeFact, Variable, is_open, located
 
 MOST_EDGES = 400
-"""Edges of the flow of one callback; variables of a larger one are left out."""
+"""Limit of the edges of the flow of one callback; variables of a larger one are omitted."""
 _RESULT = Mark("asks for the result")
 _ONCE = ("conditional", "created_in", "instances", "via", "open")
-"""Details of entities that may be missing, or several, or of which more than the code decides."""
+"""Details of entities that may be missing, or several, or determined outside of the code."""
 
 
 @dataclass(frozen=True)
 class _Answers:
-    """Callbacks that the answers of a client begin, and whether each answer begins one of them."""
+    """Callbacks that the responses of a client start, and whether each response starts one of them."""
 
     callbacks: tuple[CallbackFact, ...]
     is_certain: bool
@@ -37,7 +37,7 @@ class Decisions:
     names : mapping of Entity to str
         The entities that the model has.
     step : callable
-        Returns the step that an effect is in the model; None: it is none.
+        Returns the step of an effect in the model; None: it has none.
     is_open : callable
         Whether a callback may do anything.
     is_spun : bool
@@ -85,7 +85,7 @@ class Decisions:
     # ------------------------------------------------------------------------------------ flows of callbacks
 
     def of(self, entity: Entity, role: str) -> Flow | None:
-        """Return the flow of a callback that an entity has; None: no variable decides about it."""
+        """Return the flow of the callback of an entity; None: it depends on no variable."""
         fact = entity.callbacks.get(role)
         if fact is None or fact not in self._called:
             return None
@@ -93,7 +93,7 @@ class Decisions:
         return without_marks(flow) if self._decides(flow) else None
 
     def after(self, client: Entity) -> Flow | None:
-        """Return the flow of what the responses of a client begin, or the results of its goals."""
+        """Return the flow started by the responses of a client, or by the results of its goals."""
         do = "call" if client.kind == "clients" else "get_result"
         answers = self._answers.get((client, do))
         if answers is None or not any(map(self._decides, self._parts(client))):
@@ -103,7 +103,7 @@ class Decisions:
         return without_marks(either(flows, is_perhaps=not (answers.is_certain and is_asked and flows)))
 
     def told(self, client: Entity, accepted: bool) -> Flow | None:
-        """Return the flow of what a client of an action does about a goal that is accepted, or rejected."""
+        """Return the flow of an action client after a goal is accepted or rejected."""
         if not any(map(self._decides, self._parts(client))):
             return None
         return without_marks(self._told(client, accepted))
@@ -114,7 +114,7 @@ class Decisions:
         return either(flows, is_perhaps=not (answers.is_certain and flows))
 
     def _parts(self, client: Entity) -> list[Flow]:
-        """Return all flows that begin with an answer to a client."""
+        """Return all flows that start with a response to a client."""
         found = []
         for do in ("call", "send_goal", "get_result"):
             for fact in self._answers[client, do].callbacks if (client, do) in self._answers else ():
@@ -144,7 +144,7 @@ class Decisions:
     # ------------------------------------------------------------------------------------- which are certain
 
     def _entities(self) -> dict[CallbackFact, Entity]:
-        """Return the callbacks that the model has for entities, if each is that of one entity."""
+        """Return the callbacks of entities in the model, if each belongs to one entity."""
         found: dict[CallbackFact, Entity] = {}
         several: set[CallbackFact] = set()
         roles = {"subscriptions": "callback", "services": "callback", "action_servers": "execute"}
@@ -168,7 +168,7 @@ class Decisions:
         }
 
     def _answers_of(self, client: Entity, do: str) -> _Answers:
-        """Return what answers to a client begin."""
+        """Return the callbacks that responses to a client start."""
         effects = [
             effect
             for fact in self._fact.callbacks
@@ -208,7 +208,7 @@ class Decisions:
         return names
 
     def _is_settled(self) -> bool:
-        """Leave out variables of callbacks that are too large, and those that decide nothing."""
+        """Omit variables of callbacks that are too large, and those without influence."""
         flows = [self._flow(fact) for fact in self._called]
         for client in {client for client, _ in self._answers}:
             flows += self._parts(client)

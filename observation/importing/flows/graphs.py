@@ -1,6 +1,6 @@
-"""The branches of a callback as a graph: what it does, which variables it sets, and which it tests.
+"""The branches of a callback as a graph: steps, assignments and tests of variables.
 
-A *variable* is an attribute of a node with few values, of which the code reader knows every assignment
+A *variable* is an attribute of a node with few values, whose assignments are all known to the code reader
 (`dineros.sources.branches`). Each edge of a flow is one step: a test reads one variable, and an assignment
 sets one, so that callbacks on several threads interleave as they do in Python.
 """
@@ -14,19 +14,19 @@ from dataclasses import dataclass, field, replace
 from dineros.observation.importing.flows.labels import Ask, Edge, Flow, Label, Mark, Set, Step
 
 _End = 0
-"""The state in which a callback has ended."""
+"""The final state of a callback."""
 
 
 @dataclass
 class Graph:
-    """A graph that is being made: states are numbers, the first of them is the end.
+    """A graph under construction: states are numbers, the first of them is the end.
 
     Attributes
     ----------
     edges : dict of int to list
         Labels and targets, by the state from which they begin.
     count : int
-        How many states there are.
+        The number of states.
     """
 
     edges: dict[int, list[tuple[Label, int]]] = field(default_factory=lambda: defaultdict(list))
@@ -44,7 +44,7 @@ class Graph:
 
 
 def either(flows: Iterable[Flow], *, is_perhaps: bool = False) -> Flow:
-    """Return a flow that does what one of several does, or nothing."""
+    """Return a flow that behaves like one of several, or does nothing."""
     graph = Graph()
     start = graph.state()
     for flow in flows:
@@ -74,7 +74,7 @@ def from_edges(edges: Iterable[Edge], flow: Flow) -> tuple[Graph, int]:
 
 
 def without_marks(flow: Flow) -> Flow:
-    """Return a flow in which marked places do nothing."""
+    """Return a flow in which marked places have no effect."""
     return either([relabelled(flow, lambda label: None if isinstance(label, Mark) else label)])
 
 
@@ -88,7 +88,7 @@ def simplified(graph: Graph, start: int, values: Mapping[str, tuple[str, ...]]) 
     start : int
         Its first state.
     values : mapping of str to tuple of str
-        All values of the variables: a test whose outcome changes nothing is left out.
+        All values of the variables: a test without influence is omitted.
     """
     edges = {source: list(found) for source, found in graph.edges.items()}
     while True:
@@ -103,7 +103,7 @@ _Edges = dict[int, list[tuple[Label, int]]]
 
 
 def _without_silence(edges: _Edges, start: int) -> _Edges:
-    """Leave out edges that do nothing: a state does what those do that it reaches by them."""
+    """Remove edges without effect: a state gets the edges of the states that it reaches by them."""
     found: _Edges = {}
     todo = [start]
     while todo:
@@ -127,7 +127,7 @@ def _without_silence(edges: _Edges, start: int) -> _Edges:
 
 
 def _merged(edges: _Edges, start: int) -> tuple[_Edges, int]:
-    """Let states that do the same be one (R. Paige, R. E. Tarjan, SIAM J. Comput. 16(6), 1987)."""
+    """Merge equivalent states (R. Paige, R. E. Tarjan, SIAM J. Comput. 16(6), 1987)."""
     states = [_End, *edges]
     block = {state: int(state != _End) for state in states}
     count = len(set(block.values()))
@@ -153,7 +153,7 @@ def _merged(edges: _Edges, start: int) -> tuple[_Edges, int]:
 
 
 def _without_tests(edges: _Edges, values: Mapping[str, tuple[str, ...]]) -> _Edges:
-    """Leave out tests whose outcomes all lead to one state."""
+    """Remove tests whose outcomes all lead to one state."""
     found: _Edges = {}
     for state, outgoing in edges.items():
         asked: dict[tuple[str, int], set[str]] = defaultdict(set)
@@ -178,7 +178,7 @@ def _numbered(edges: _Edges, start: int) -> Flow:
 
 
 def passes(flow: Flow, is_mark: Callable[[Label], bool]) -> bool:
-    """Tell whether each way through a flow has an edge with a mark."""
+    """Return whether each path through a flow has an edge with a mark."""
     todo, seen = [flow.start], {flow.start}
     while todo:
         state = todo.pop()

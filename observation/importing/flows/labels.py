@@ -1,4 +1,4 @@
-"""What a callback does, step by step, and in which branches."""
+"""The steps and branches of a callback."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 @dataclass(frozen=True)
 class Step:
-    """One thing that a callback does.
+    """A step of a callback.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Set:
     at : str
         The line of the code.
     before : frozenset of str or None
-        Values of which it has one before; None: any.
+        Possible previous values; None: any.
     """
 
     variable: str
@@ -62,7 +62,7 @@ class Set:
 
 @dataclass(frozen=True)
 class Ask:
-    """A callback continues if a variable of its node has one of some values, as a line of the code asks."""
+    """A callback continues if a variable of its node has one of some values, by a test in the code."""
 
     variable: str
     values: frozenset[str]
@@ -71,13 +71,13 @@ class Ask:
 
 @dataclass(frozen=True)
 class Mark:
-    """A place in a callback that is of interest while a flow is made."""
+    """A place in a callback that is needed while a flow is built."""
 
     word: str
 
 
 Label: TypeAlias = Step | Set | Ask | Mark | None
-"""What is done on an edge of a flow; None: nothing."""
+"""The effect of an edge of a flow; None: none."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Edge:
 
 @dataclass(frozen=True)
 class Flow:
-    """What a callback does, in its branches: a graph with a first and a last state."""
+    """The behaviour of a callback, in branches: a graph with a first and a last state."""
 
     edges: tuple[Edge, ...]
     start: int
@@ -100,12 +100,12 @@ class Flow:
 
 @dataclass(frozen=True)
 class GivenVariable:
-    """An attribute of a node that decides what its callbacks do.
+    """An attribute of a node on which its callbacks depend.
 
     Attributes
     ----------
     values : tuple of str
-        All that it may have.
+        All its possible values.
     first : str
         Its value at the start.
     at : str

@@ -1,4 +1,4 @@
-"""What a callback knows of variables that no other callback sets meanwhile."""
+"""Propagates the values of variables within a callback if no other callback sets them in the meantime."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dineros.observation.importing.flows.graphs import from_edges, simplified
 from dineros.observation.importing.flows.labels import Ask, Edge, Flow, Label, Set, Step
 
 Known = dict[str, frozenset[str]]
-"""The values that variables may have in a state."""
+"""The possible values of variables in a state."""
 
 
 def narrowed(
     flow: Flow, values: Mapping[str, tuple[str, ...]], own: Iterable[str], *, keeps_waiting: bool
 ) -> Flow:
-    """Return a flow in which tests and assignments rest on earlier ones of the same run.
+    """Return a flow in which tests and assignments use earlier ones of the same run.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def narrowed(
     values : mapping of str to tuple of str
         All values of the variables.
     own : iterable of str
-        Variables that no other run sets while this one goes on.
+        Variables that no other run sets during this one.
     keeps_waiting : bool
         Whether that holds while it waits for a response, too.
     """
@@ -57,7 +57,7 @@ def narrowed(
 
 
 def _after(label: Label, known: Known, every: Known, keeps_waiting: bool) -> Known | None:
-    """Return what is known after an edge; None: it is not taken."""
+    """Return the known values after an edge; None: it is not taken."""
     if isinstance(label, Ask) and label.variable in known:
         left = known[label.variable] & label.values
         return {**known, label.variable: left} if left else None

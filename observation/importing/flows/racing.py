@@ -1,10 +1,10 @@
-"""Whether answers that arrive while a callback runs change what it decides.
+"""Determines whether responses that arrive while a callback runs can change its decisions.
 
 `rclpy` runs done callbacks of futures as tasks that hold no callback group
 (``Future._schedule_or_invoke_done_callbacks``): on several threads, or while another callback awaits, they
-run in between. A model lets them hold the group of their client. Both agree about a variable if each answer
-only sets it once, and a callback that uses it twice in a run knows that it has the value that answers give:
-then the answer can as well come before the callback begins.
+run in between. In a model they hold the group of their client. Both behave equally for a variable if each
+response sets it only once, and a callback that uses it twice in a run knows that it has the value set by
+responses: then the response can also come before the callback begins.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from dineros.observation.importing.flows.labels import Ask, Edge, Flow, Set
 
 
 def races(answers: Iterable[Flow], others: Iterable[Flow]) -> bool:
-    """Tell whether an answer may change variables while a callback uses them.
+    """Return whether a response may change variables while a callback uses them.
 
     Parameters
     ----------
     answers : iterable of Flow
-        What answers begin.
+        Flows started by responses.
     others : iterable of Flow
-        What the other callbacks do.
+        Flows of the other callbacks.
     """
     given: dict[str, set[str]] = {}
     for flow in answers:
@@ -44,7 +44,7 @@ def _leaving(flow: Flow) -> dict[int, list[Edge]]:
 
 
 def _uses_two(flow: Flow) -> bool:
-    """Tell whether a run of a flow may set two variables, or one twice."""
+    """Return whether a run of a flow may set two variables, or one twice."""
     leaving, todo, seen = _leaving(flow), [(flow.start, False)], {(flow.start, False)}
     while todo:
         state, has_used = todo.pop()
@@ -60,7 +60,7 @@ def _uses_two(flow: Flow) -> bool:
 
 
 def _is_changed(flow: Flow, name: str, given: set[str]) -> bool:
-    """Tell whether a flow uses a variable once more when it need not have the value that answers give."""
+    """Return whether a flow uses a variable again when it may not have the value set by responses."""
     leaving = _leaving(flow)
     todo: list[tuple[int, frozenset[str] | None]] = [(flow.start, None)]
     seen = set(todo)

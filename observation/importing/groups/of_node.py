@@ -1,4 +1,4 @@
-"""The callback groups of a node, with the names that they have in its model.
+"""The callback groups of a node, with their names in its model.
 
 The callback of a response, a result or feedback holds the group of its client in `rclcpp`: the executor takes
 the response and runs the callback at once. In `rclpy` the callbacks of a future are tasks of the executor and
@@ -18,18 +18,18 @@ from dineros.sources.facts import Entity, NodeFact, Place, is_open
 DEFAULT = "default_group"
 """Name of the default group of a node in C++ whose clients begin callbacks in it."""
 OUTSIDE = "outside_of_callbacks"
-"""Name of the group of what a node does outside of callbacks."""
+"""Name of the group for actions of a node outside of callbacks."""
 
 
 class GroupsOfNode:
-    """Gives names to the callback groups of a node as they are needed.
+    """Names the callback groups of a node when they are needed.
 
     Parameters
     ----------
     fact : NodeFact
         The node.
     taken : Taken
-        Gets what is taken.
+        Gets the assumptions.
     at : callable
         Returns a line of code, with its folder.
 
@@ -64,18 +64,18 @@ class GroupsOfNode:
         return self._names[entity.group]
 
     def outside(self) -> str:
-        """Return a group of its own for what the node does outside of callbacks."""
+        """Return a separate group for actions of the node outside of callbacks."""
         self._outside = free_name(OUTSIDE, self._used())
         return self._outside
 
     @property
     def has_outside(self) -> bool:
-        """Whether the node does something outside of callbacks."""
+        """Whether the node has actions outside of callbacks."""
         return bool(self._outside)
 
     @property
     def kinds(self) -> dict[str, str]:
-        """The groups that have names, with their kinds: ``exclusive`` or ``reentrant``."""
+        """The named groups, with their kinds: ``exclusive`` or ``reentrant``."""
         unnamed = [each for each in (self._default, self._outside) if each]
         return {
             **{name: self._kind(group) for group, name in self._names.items()},

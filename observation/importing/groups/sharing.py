@@ -1,4 +1,4 @@
-"""Nodes that share an executor become one node net: they share threads, and each keeps its own groups."""
+"""Joins nodes that share an executor into one node net: they share threads, and each keeps its groups."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _moved(
 
 
 def _heard(names: list[str], nodes: Mapping[str, ObservedNode]) -> dict[str, ObservedNode] | None:
-    """Return nodes whose subscriptions have keys of their own where several read a topic; None: none do."""
+    """Return nodes whose subscriptions of one topic have distinct keys; None: no topic has several."""
     read: set[str] = set()
     found: dict[str, ObservedNode] = {}
     for name in names:
@@ -79,7 +79,7 @@ def _heard(names: list[str], nodes: Mapping[str, ObservedNode]) -> dict[str, Obs
 
 
 def _waits(names: list[str], given: Mapping[str, GivenNode]) -> bool:
-    """Tell whether a callback waits for the message of a topic: which subscription takes it then counts."""
+    """Return whether a callback waits for a message of a topic, so that its subscription matters."""
     callbacks = (each for name in names for each in given[name].callbacks.values())
     return any(step.verb == "wait" for each in callbacks for step in each.does or ())
 

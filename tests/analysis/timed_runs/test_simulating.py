@@ -98,7 +98,7 @@ def test_what_the_model_does_not_give_is_named() -> None:
 
 
 def test_a_model_without_times_is_refused() -> None:
-    with pytest.raises(DinerosError, match="does not say how long anything takes"):
+    with pytest.raises(DinerosError, match="the model has no times"):
         simulate_times(sym.SystemModel(id="none", middleware="ros2"), 1.0)
 
 

@@ -327,4 +327,4 @@ class TestCapacities:
 
     def test_only_text_and_json(self, run: Run, model: Path) -> None:
         result = run("check", model, "--suggest-capacities", "--format", "sarif")
-        assert is_one_line_of_wrong_use(result, "no --format sarif")
+        assert is_one_line_of_wrong_use(result, "with --format sarif")
