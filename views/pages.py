@@ -1,4 +1,4 @@
-"""Pages as single HTML texts: templates of ours, filled in, with everything they need in them."""
+"""Pages as self-contained HTML texts, rendered from templates."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ def own_text(name: str) -> str:
 
 
 def own_markup(*names: str) -> Markup:
-    """Return files of `dineros.views`, one behind the other, as they are to stand in a page."""
+    """Return files of `dineros.views`, concatenated for a page."""
     return Markup("".join(map(own_text, names)))
 
 
 def data_markup(value: Any) -> Markup:
-    """Return JSON for a script element, which nothing in it can end."""
+    """Return JSON for a script element, escaped so that it cannot end the element."""
     return Markup(json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 def filled_in(template: str, **content: object) -> str:
-    """Return the page of a template in `static`; what is not markup is escaped."""
+    """Return the page of a template in `static`; text that is not markup is escaped."""
     environment = Environment(autoescape=True, keep_trailing_newline=True)
     return environment.from_string(own_text(f"static/{template}")).render(**content)

@@ -1,4 +1,4 @@
-"""What a page may load and run (Content Security Policy, level 3): its own scripts, known by their hashes."""
+"""The Content Security Policy (level 3) of pages: only their own scripts run, identified by hashes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 
 def content_policy(scripts: Iterable[str], *, connect: str = "'none'", workers: bool = False) -> str:
-    """Return the policy of a page that needs nothing else.
+    """Return the policy of a self-contained page.
 
     Parameters
     ----------

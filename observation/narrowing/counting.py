@@ -48,8 +48,9 @@ class Delays:
 
 @dataclass
 class Following:
-    """Counts how messages of one topic follow those of another. A message is matched to the latest one before
-it, if that one is not matched yet.
+    """Counts how messages of one topic follow those of another.
+
+    A message is matched to the latest one before it, if that one is not matched yet.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The graphical editor: a model in Python, shown and changed by pages in a browser on this machine."""
+"""The graphical editor: browser pages on this machine show and change a model in Python."""
 
 from dineros.views.editing.serving import serve_editor
 

@@ -1,4 +1,4 @@
-"""Where to put what no editor has put anywhere yet: a sheet laid out as pictures of models are."""
+"""Arranges elements without positions: a sheet is laid out like pictures of models."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from dineros.views.nets.placement.picture import PlacedShape
 
 
 def sheet_view(document: Document, handle: str) -> ViewModel:
-    """Return what stands on the sheet of a page, or of the model, with the pages on it closed.
+    """Return the content of the sheet of a page, or of the model, with the pages on it closed.
 
     Raises
     ------
     CommandError
-        The handle is that of no page.
+        The handle does not belong to a page.
     """
     sheet = document.handles.find(handle)
     if not isinstance(sheet, (pn.Page, pn.Net)):
@@ -53,7 +53,7 @@ def sheet_view(document: Document, handle: str) -> ViewModel:
 
 
 def positions(document: Document, view: ViewModel) -> dict[str, tuple[float, float]]:
-    """Return the centres of what is shown on a sheet, by handle.
+    """Return the centres of the elements on a sheet, by handle.
 
     Raises
     ------

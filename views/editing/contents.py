@@ -1,4 +1,4 @@
-"""A model as pages get it: its objects by their handles, and the marks of constraints on them."""
+"""Describes a model for pages: its objects by handle, with the marks of constraints."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dineros.metamodel.editing.offered import follows_from_text, name_of
 from dineros.metamodel.files.schema import Feature, Kind, class_of
 
 MOST_MARKS = 500
-"""Marks that pages get; more are only counted."""
+"""Limit of the marks that pages get; others are only counted."""
 
 
 def model_json(document: Document) -> dict[str, Any]:
@@ -31,7 +31,7 @@ def model_json(document: Document) -> dict[str, Any]:
 
 
 def changed_json(document: Document, touched: Iterable[EObject]) -> dict[str, Any]:
-    """Return objects by handle as they are now; None for those that are gone, with all that was in them."""
+    """Return the current objects by handle; None for those that were removed with their content."""
     found: dict[str, Any] = {}
     for element in touched:
         if is_within(element, document.root):
@@ -107,7 +107,7 @@ def _mend(violation: Violation, document: Document) -> dict[str, Any]:
 
 
 def marks_json(document: Document, violations: list[Violation]) -> dict[str, Any]:
-    """Return what constraints find, each at its element and at the nearest one with an id.
+    """Return the violations of constraints, each at its element and at the nearest one with an id.
 
     Returns
     -------

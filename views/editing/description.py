@@ -1,4 +1,4 @@
-"""What a page must know of the metamodels to offer tools and forms: all of it comes from the .ecore files."""
+"""Describes the metamodels for pages, which offer tools and forms: all data comes from the .ecore files."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _SHAPES: dict[type[EObject], str] = {
     sym.ServiceChannel: "service",
     sym.ActionChannel: "action",
 }
-"""What stands on sheets, and as what; a class before those that it extends."""
+"""Classes of elements on sheets, with their role; a class precedes those that it extends."""
 
 _LINES: dict[type[EObject], list[tuple[str, str, str]]] = {
     pn.Arc: [("source", "target", "arc")],
@@ -68,7 +68,7 @@ _DOCUMENTATION = "eAnnotations/details[@key='documentation']"
 
 
 def description_for(root: pn.Net) -> dict[str, Any]:
-    """Return the classes that a model can be made of, as JSON values.
+    """Return the classes of a model, as JSON values.
 
     Returns
     -------

@@ -17,9 +17,9 @@ def editor_page(title: str, connect: str) -> tuple[str, str]:
     Parameters
     ----------
     title : str
-        What stands above it.
+        Its title.
     connect : str
-        Where it may connect to.
+        Addresses to which it may connect.
     """
     script = linked("edit/page.js")
     canvas = own_text("vendor/diagram/diagram.bundled.js")

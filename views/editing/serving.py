@@ -28,16 +28,16 @@ if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
 PAUSE = 0.15
-"""Seconds without a change after which a model is checked that takes long to check."""
+"""Seconds without a change after which a model with slow checks is checked."""
 
 MOST_WAITING = 2_000
-"""Messages that a page has not taken yet; one that has more is told to begin again."""
+"""Limit of the undelivered messages of a page; beyond it, the page has to reload."""
 
 BEHIND = 4408
-"""Code that closes the stream to a page that takes nothing any more."""
+"""Code that closes the stream to a page that no longer reads."""
 
 MOST_PAGES = 16
-"""At a time."""
+"""Limit of the open pages."""
 
 _TAB = re.compile(r"[0-9a-z]{8,40}")
 
@@ -50,7 +50,7 @@ def serve_editor(document: Document, port: int = 0, program: Sequence[str] | Non
     document : Document
         The document; the server's thread alone may use it until the server ends.
     port : int
-        The port; 0 for that of the last time, or any.
+        The port; 0: the last one used, or any.
     program : sequence of str, optional
         What begins the command lines of ``dineros``, which check, generate and run; without it nothing does.
 
@@ -64,7 +64,7 @@ def serve_editor(document: Document, port: int = 0, program: Sequence[str] | Non
 
 
 def application(document: Document, entrance: Entrance, program: Sequence[str] | None = None) -> ASGIApp:
-    """Return the application that serves a document to those whom the entrance lets in."""
+    """Return the application that serves a document to authorised requests."""
     from starlette.applications import Starlette
     from starlette.routing import Route, WebSocketRoute
 
@@ -80,7 +80,7 @@ def application(document: Document, entrance: Entrance, program: Sequence[str] |
 
 
 class _Editor:
-    """Who gets which message."""
+    """Distributes messages to pages."""
 
     def __init__(self, session: Session, entrance: Entrance, program: Sequence[str] | None) -> None:
         self._session, self._entrance = session, entrance
@@ -101,7 +101,7 @@ class _Editor:
             await self._jobs.close()
 
     async def _watch(self) -> None:
-        """Tell pages when somebody else changes the file."""
+        """Notify pages when another program changes the file."""
         with FolderWatch(self._session.document.path.absolute().parent) as files:
             while True:
                 files.forget()
@@ -110,7 +110,7 @@ class _Editor:
                 await changed(files)
 
     async def _check(self) -> None:
-        """Check models that take long in a pause."""
+        """Check models with slow checks during pauses."""
         assert self._checks is not None
         while True:
             await self._checks.wait()
@@ -139,7 +139,7 @@ class _Editor:
         return self._entrance.page(request, made)
 
     async def comparison(self, request: Request) -> Response:
-        """Answer with a picture of what the file says and the model does not, and the other way round."""
+        """Respond with a picture of the differences between the file and the model."""
         from starlette.responses import PlainTextResponse
 
         if not self._entrance.lets_in(request):
@@ -154,7 +154,7 @@ class _Editor:
         return self._entrance.page(request, (text, "base-uri 'none'"))
 
     async def arrangement(self, request: Request) -> Response:
-        """Answer with where what stands on a sheet could be put."""
+        """Respond with an arrangement of the elements of a sheet."""
         from starlette.responses import JSONResponse
 
         if not self._entrance.lets_in(request):
@@ -168,7 +168,7 @@ class _Editor:
         return JSONResponse({"positions": found}, headers={"Cache-Control": "no-store"})
 
     async def trace(self, request: Request) -> Response:
-        """Answer with the token game of a page as a trace, to be kept as a file."""
+        """Respond with the token game of a page as a trace file."""
         from starlette.responses import PlainTextResponse
 
         if not self._entrance.lets_in(request):
@@ -213,7 +213,7 @@ class _Editor:
             hearing.cancel()
 
     async def _hear(self, socket: WebSocket, tab: str, queue: asyncio.Queue[str | None]) -> None:
-        """Do what a page asks until it is gone, one thing after the other."""
+        """Process the requests of a page in sequence until it disconnects."""
         while True:
             received: dict[str, Any] = dict(await socket.receive())
             if received["type"] == "websocket.disconnect":

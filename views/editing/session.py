@@ -1,6 +1,6 @@
-"""What pages say to a document and what they are told, as texts of JSON; without any network.
+"""The messages between pages and a document, as JSON texts; without any network.
 
-A page is greeted with a snapshot, and then gets a message for everything that changes, whoever changed it.
+A page first gets a snapshot, and then a message for every change by any page.
 What it asks has a number, of which it is told that it is done, or refused and why.
 """
 
@@ -26,10 +26,10 @@ from dineros.views.editing.working import Jobs
 LOG = logging.getLogger("dineros.views.editing")
 
 LONGEST_MESSAGE = 1 << 20
-"""Bytes of what a page may say at once."""
+"""Limit of the bytes of a message from a page."""
 
 QUICK = 0.1
-"""Seconds of processor time that checking may take after every change; else it waits for a pause."""
+"""Seconds of processor time that a check after every change may take; slower ones wait for a pause."""
 
 _FIELDS = {
     "do": {"commands", "label", "epoch"},
@@ -42,12 +42,12 @@ _FIELDS = {
     "play": set(PlayingDesk.fields) | {"job", "witness"},
     "work": {"action", "order", "job"},
 }
-"""What pages can ask, and what they say with it."""
+"""Requests of pages, with their arguments."""
 
 
 @dataclass
 class Answer:
-    """What comes of what a page said.
+    """The replies to a message from a page.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Session:
         self._file: dict[str, Any] = {}
 
     def greeting(self) -> str:
-        """Return everything, for a page that has just been opened."""
+        """Return the complete state, for a page that has just been opened."""
         document = self.document
         said = {
             "type": "snapshot",
@@ -96,7 +96,7 @@ class Session:
         return _text(said)
 
     def check(self) -> dict[str, Any]:
-        """Return the marks of the model as it is now."""
+        """Return the marks of the current model."""
         now = (self.document.epoch, self.document.revision)
         if self._marks_of != now:
             begun = time.thread_time()
@@ -106,13 +106,13 @@ class Session:
         return self._marks
 
     def new_marks(self) -> str | None:
-        """Return a message with the marks, if those that were made last are of an earlier state."""
+        """Return a message with the marks, if the last ones belong to an earlier state."""
         if self._marks_of == (self.document.epoch, self.document.revision):
             return None
         return _text({"type": "marks", "revision": self.document.revision, "marks": self.check()})
 
     def looked_at_file(self) -> str | None:
-        """Return a message where the file is in another state than pages know."""
+        """Return a message if the state of the file differs from the one that pages know."""
         known = self._file
         state = self._state()
         return _text({"type": "state", "state": state}) if state != known else None
@@ -129,14 +129,14 @@ class Session:
         return self._file
 
     def hear(self, text: str | bytes, page: str) -> Answer:
-        """Do what a page asks, if it can be done.
+        """Carry out the request of a page, if possible.
 
         Parameters
         ----------
         text : str or bytes
-            What the page said.
+            The message of the page.
         page : str
-            By what the page is known, for as long as it is open.
+            The id of the page while it is open.
         """
         number: int | None = None
         try:
@@ -202,7 +202,7 @@ class Session:
         )
 
     def _try_clause(self, handle: object, text: object) -> None:
-        """Refuse a clause that a transition could not have, without doing anything."""
+        """Check a clause for a transition without changing the model."""
         if not isinstance(handle, str) or not isinstance(text, str):
             raise CommandError("element and text must be strings")
         transition = self.document.handles.find(handle)
@@ -212,7 +212,7 @@ class Session:
             signals_of_clause(transition, text)
 
     def _play(self, said: dict[str, Any], page: str) -> dict[str, Any]:
-        """Play; also what a job has left."""
+        """Carry out a request for a token game, including one for the traces of a job."""
         if "job" in said:
             job, witness = said.pop("job"), said.pop("witness", None)
             if self.jobs is None or type(job) is not int or not (witness is None or type(witness) is int):
@@ -272,7 +272,7 @@ def _refusal(number: int | None, error: DinerosError) -> str:
 
 
 def job_text(job: dict[str, Any]) -> str:
-    """Return the message that tells of a job."""
+    """Return the message about a job."""
     return _text({"type": "job", **job})
 
 

@@ -1,6 +1,6 @@
 """Traces for other tools: MCAP (Foxglove, Lichtblick, ROS), and CSV.
 
-Where a trace has no times, as witnesses have none, one firing lasts a millisecond.
+If a trace has no times, as in witnesses, one firing lasts a millisecond.
 """
 
 from __future__ import annotations

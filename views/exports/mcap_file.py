@@ -71,7 +71,7 @@ _STATES = {
     for group, is_about in (("services", kind.declared.call), ("actions", kind.declared.goal))
     if kind.declared.state and (is_about or kind is Timeout)
 }
-"""What a call or goal is after a mark, by the group of its lane."""
+"""State of a call or goal after a mark, by the group of its lane."""
 
 
 def export(builder: TraceBuilder) -> bytes:
@@ -95,7 +95,7 @@ def export(builder: TraceBuilder) -> bytes:
 
 
 class _File:
-    """The channels of a file, made when they are first used."""
+    """The channels of a file, created on first use."""
 
     def __init__(self, writer: Any, builder: TraceBuilder) -> None:
         self.writer, self.builder = writer, builder

@@ -1,4 +1,4 @@
-"""When each step is, in nanoseconds, and the calls of services and goals of actions in a trace."""
+"""Times of the steps of a trace in nanoseconds, and its calls of services and goals of actions."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from dineros.views.traces.building import Step, TraceBuilder
 from dineros.views.traces.lanes import Lane
 
 FIRING = 1_000_000
-"""Nanoseconds that stand for one firing, where a trace has no times."""
+"""Nanoseconds of one firing if a trace has no times."""
 
 
 def times_of(builder: TraceBuilder) -> list[int]:
-    """Return the time of each step: never falling, since the epoch where it is known."""
+    """Return the time of each step: non-decreasing, since the epoch if it is known."""
     times: list[int] = []
     for number, step in enumerate(builder.steps):
         time = number * FIRING if step.time is None else round(step.time * 1e9)
@@ -30,7 +30,7 @@ def marks_of(builder: TraceBuilder) -> Iterator[tuple[int, Step, Lane, str, list
 
 @dataclass
 class Call:
-    """A client's call of a service, or a goal, by indices of steps; None for what did not happen.
+    """A client's call of a service, or a goal, by indices of steps; None: the step did not happen.
 
     Those of one client that overlap have different levels, from 0.
     """
@@ -47,7 +47,7 @@ class Call:
 
     @property
     def over(self) -> int | None:
-        """When its client waits no longer."""
+        """The end of its client's wait."""
         return self.given_up if self.response is None else self.response
 
     @property
@@ -75,7 +75,7 @@ def calls_of(builder: TraceBuilder) -> list[Call]:
 
 
 def _set_levels(calls: Iterable[Call]) -> None:
-    """Give calls of one client that overlap different levels."""
+    """Assign different levels to overlapping calls of one client."""
     over: dict[int, list[int | None]] = {}  # of each lane and level: when its last call was over
     for call in calls:
         begin = call.request if call.request is not None else call.serve or 0

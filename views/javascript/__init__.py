@@ -1,4 +1,4 @@
-"""The pages' own scripts, run outside of a browser: in V8, in a process of its own.
+"""Runs the scripts of the pages outside of a browser: in V8, in a separate process.
 
-Whatever happens to that process, a command continues: `evaluate` raises, and the answer has no picture.
+If that process fails, the command continues: `evaluate` raises, and the result has no picture.
 """

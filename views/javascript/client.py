@@ -109,7 +109,7 @@ class Layouter:
         return found.get("value")
 
     def close(self) -> None:
-        """End the process, at once; a thread that waits for an answer gets none, and no other is started."""
+        """Stop the process immediately; waiting threads get no answer, and no new process is started."""
         self._ends = MOST_ENDS
         process = self._process  # without the lock: it is held by who waits
         if process is not None:
@@ -166,7 +166,7 @@ class Layouter:
         self._connection, self._answers, self._answered = ours, ours.makefile("rb"), False
 
     def _end(self, *, wait: bool = False) -> str:
-        """End the process; return how it ended by itself, if it did."""
+        """Stop the process; return its exit status if it had already ended."""
         process = self._process
         self._hang_up()
         self._process, self._answered = None, False

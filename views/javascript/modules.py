@@ -1,4 +1,4 @@
-"""The modules of `views/static` as one script: pages are single files, and V8 alone loads no modules.
+"""Bundles the modules of `views/static` as one script: pages are single files, and V8 alone loads no modules.
 
 A module becomes a function that runs once, after those it imports from, and returns what it exports; so names
 that it does not export stay its own. Read are the forms that our modules use: named imports from relative
@@ -40,7 +40,7 @@ def linked(entry: str, root: Traversable | None = None) -> str:
 
 
 def _add(path: str, root: Traversable, modules: dict[str, str], around: tuple[str, ...]) -> None:
-    """Add a module behind those it imports from."""
+    """Add a module after those from which it imports."""
     if path in around:
         raise ValueError(f"modules import each other: {' -> '.join((*around, path))}")
     if path in modules:

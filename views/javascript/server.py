@@ -27,7 +27,7 @@ DIES = "DINEROS_LAYOUTER"
 """With the value ``dies`` in the environment, every request ends the process by SIGSEGV: for tests."""
 
 MODULES = "static/"
-"""Where the files are modules; what one exports is global here."""
+"""The folder of modules; their exports are global here."""
 
 # What ELK expects of a browser: a global object, and timers, which need not wait here.
 _BROWSER = """
@@ -47,7 +47,7 @@ function serve(work, input) {
 
 
 def main() -> None:
-    """Answer requests until there is nobody to answer; the argument is the most memory in MiB."""
+    """Answer requests until the client disconnects; the argument is the memory limit in MiB."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # V8 reserves a terabyte of addresses
     connection = socket.socket(fileno=os.dup(sys.stdin.fileno()))
     requests: SimpleQueue[bytes] = SimpleQueue()
@@ -61,7 +61,7 @@ def main() -> None:
 
 
 def _listen(connection: socket.socket, requests: SimpleQueue[bytes]) -> None:
-    """Pass requests on. The end of the stream ends the process, whatever V8 is doing."""
+    """Forward requests. The end of the stream ends the process, even while V8 is running."""
     try:
         for request in connection.makefile("rb"):
             requests.put(request)
@@ -82,7 +82,7 @@ def _answer(request: dict[str, Any]) -> Any:
 
 @cache
 def _engine(scripts: tuple[str, ...]) -> MiniRacer:
-    """Return V8 with scripts loaded; only the main thread, whose protection keys V8 gets, may ask for it."""
+    """Return V8 with scripts loaded; only the main thread, whose protection keys V8 gets, may call it."""
     from py_mini_racer import MiniRacer, init_mini_racer
 
     init_mini_racer(

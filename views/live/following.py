@@ -1,4 +1,4 @@
-"""What a live page shows: a snapshot, then numbered changes, of traces that are still written."""
+"""Follows traces that are still written: a snapshot, then numbered changes for a live page."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ from dineros.views.traces.net_pane import net_content
 LOG = logging.getLogger("dineros.views.live")
 
 ModelSource = pn.Net | Callable[[Header], pn.Net | None] | None
-"""The model; or what finds it once the header of a trace is there; or none."""
+"""The model, or a function that finds it by the header of a trace, or None."""
 
 PATIENCE = 1.0
-"""Seconds that a message which was received waits for the record that sent it."""
+"""Seconds that a received message waits for the record that sent it."""
 
 KEPT = 2000
-"""Changes kept for pages that were away for a moment; others get a snapshot."""
+"""Limit of the changes kept for pages that reconnect; others get a snapshot."""
 
 
 class Source(Protocol):
-    """Where records come from."""
+    """A source of records."""
 
     def new(self) -> list[Record]:
-        """Return the records that have come since the last call."""
+        """Return the records since the last call."""
 
 
 class FileSource:
@@ -48,7 +48,7 @@ class FileSource:
     Parameters
     ----------
     path : Path
-        The file; it may come later.
+        The file, which may not exist yet.
     """
 
     def __init__(self, path: Path) -> None:
@@ -73,11 +73,11 @@ class LiveTrace:
     Parameters
     ----------
     source : Source
-        Where its records come from.
+        The source of its records.
     model : ModelSource
         The model.
     title : str
-        What stands above the page.
+        The title of the page.
     """
 
     def __init__(self, source: Source, model: ModelSource, title: str) -> None:
@@ -98,18 +98,18 @@ class LiveTrace:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether something else than new records changes what it shows: a drawing, or patience that ends."""
+        """Whether the content may change without new records: by a drawing, or by a time-out."""
         return self._drawing is not None or self._waiting_since is not None
 
     @property
     def has_ended(self) -> bool:
-        """Whether each node that has begun has said that it stops."""
+        """Whether each started node has recorded its stop."""
         return bool(self._running) and not any(self._running.values())
 
     def poll(self) -> list[str]:
-        """Read what is new; return the messages for the pages that are up to date.
+        """Read new records; return the messages for pages that are up to date.
 
-        Where a trace turns out to be broken, the message says so, and no more is read.
+        If a trace is damaged, the message reports it, and reading stops.
         """
         if self.problem is not None:
             return []
@@ -133,7 +133,7 @@ class LiveTrace:
         return [message]
 
     def greeting(self, epoch: str | None, number: int | None) -> list[str]:
-        """Return what a page needs that has seen changes up to a number: those after, or everything."""
+        """Return the data for a page that has seen changes up to a number: later changes, or everything."""
         found = [message for at, message in self._changes if number is not None and at > number]
         seen = epoch == self.epoch and number is not None and number <= self.number
         complete = seen and len(found) == self.number - (number or 0)
@@ -143,7 +143,7 @@ class LiveTrace:
         return messages or [json.dumps({"type": "nothing new", "number": self.number})]
 
     def snapshot(self) -> str:
-        """Return everything up to now."""
+        """Return the complete current state."""
         return json.dumps(
             {
                 "type": "snapshot",
@@ -160,7 +160,7 @@ class LiveTrace:
         return self._coder.snapshot()
 
     def _take(self, records: list[Record]) -> bool:
-        """Add records; return whether what was there before counts no more: now the model is known."""
+        """Add records; return whether the earlier state became invalid because the model is now known."""
         known = self._builder.header is not None
         for record in records:
             if isinstance(record, Header) and self._builder.header is None:
@@ -194,7 +194,7 @@ class LiveTrace:
             self._failure = error
 
     def _drawn(self) -> bool:
-        """Tell, once, that the net is drawn."""
+        """Report once that the net is drawn."""
         if self._drawing is None or self._drawing.is_alive():
             return False
         self._drawing = None

@@ -1,4 +1,4 @@
-"""The server of the live page: one page and one stream of changes, for those who know the token."""
+"""The server of the live page: one page and one stream of changes, with access by token."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
 INTERVAL = 0.15
-"""Seconds between two looks at files that are written without a pause, or at what tells of no changes."""
+"""Seconds between two reads of files that are written continuously, or of sources without notifications."""
 
 MOST_WAITING = 2_000
-"""Messages that wait for a page; one that does not take them is closed. It then asks for what it missed."""
+"""Limit of the waiting messages of a page; a slow page is disconnected and then requests the missing ones."""
 
 BEHIND = 4408
-"""Code that closes the stream to a page that does not take its messages."""
+"""Code that closes the stream to a page that does not read its messages."""
 
 LEAVING = 2.0
-"""Seconds, at most, that an ending server waits for pages to have been told."""
+"""Limit of the seconds that a stopping server waits for the delivery of its last messages."""
 
 _LONGEST = 15
-"""Most digits or letters of what a page says that it has seen."""
+"""Limit of the digits or letters of the position that a page sends."""
 
 
 def serve_live(
@@ -90,7 +90,7 @@ def serve_live(
 
 
 def application(live: LivePages, entrance: Entrance) -> ASGIApp:
-    """Return the application that serves a trace to those whom the entrance lets in."""
+    """Return the application that serves a trace to authorised requests."""
     from starlette.applications import Starlette
     from starlette.routing import Route, WebSocketRoute
 
@@ -100,7 +100,7 @@ def application(live: LivePages, entrance: Entrance) -> ASGIApp:
 
 
 class LivePages:
-    """Who gets the next change."""
+    """Distributes changes to pages."""
 
     entrance: Entrance
 
@@ -154,7 +154,7 @@ class LivePages:
         self._tell([message])
 
     def leave(self) -> None:
-        """Tell the pages the rest, and that nothing more will come."""
+        """Send the remaining changes to the pages, with the end of the stream."""
         if self._loop is not None:
             with contextlib.suppress(TimeoutError, RuntimeError):  # of a page that does not listen
                 asyncio.run_coroutine_threadsafe(self._leave(), self._loop).result(LEAVING)
@@ -164,12 +164,12 @@ class LivePages:
         await asyncio.gather(*(page.join() for page in self._pages))
 
     async def page(self, request: Request) -> Response:
-        """Answer with the page."""
+        """Respond with the page."""
         allowed = self.entrance.lets_in(request)
         return self.entrance.page(request, live_page(self.entrance.streams) if allowed else None)
 
     async def changes(self, socket: WebSocket) -> None:
-        """Tell a page what is new, until it goes."""
+        """Send changes to a page until it disconnects."""
         from starlette.responses import PlainTextResponse
         from starlette.websockets import WebSocketDisconnect
 
@@ -210,12 +210,12 @@ class LivePages:
             listening.cancel()
 
     def _attend(self) -> None:
-        """Have the nodes looked at while there is a page that shows them."""
+        """Inspect the nodes while a page shows them."""
         if self._steering is not None:
             self._steering.watched(bool(self._pages))
 
     async def _until_gone(self, socket: WebSocket, queue: asyncio.Queue[str | None]) -> None:
-        """Do what the page asks where the run can be steered, and return when it has closed."""
+        """Carry out the requests of the page if the run can be controlled, until it disconnects."""
         while True:
             received: dict[str, Any] = dict(await socket.receive())
             if received["type"] == "websocket.disconnect":
@@ -231,6 +231,6 @@ class LivePages:
 
 
 def _in(loop: asyncio.AbstractEventLoop, action: Callable[[], None]) -> None:
-    """Do something on a loop, from another thread; where it has ended, nothing is left to do."""
+    """Run a function on a loop from another thread; do nothing if the loop has ended."""
     with contextlib.suppress(RuntimeError):
         loop.call_soon_threadsafe(action)

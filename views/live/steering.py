@@ -1,4 +1,4 @@
-"""Steering a run from its live page: what its nodes could do now, signals, and pausing a node."""
+"""Controls a run from its live page: enabled transitions of nodes, signals, and pausing a node."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from dineros.runtime.nodes.steering import Steerable, SteeringError
 LOG = logging.getLogger("dineros.views.live")
 
 LONGEST_MESSAGE = 4096
-"""Characters of what a page may say at once."""
+"""Limit of the characters of a message from a page."""
 
 INTERVAL = 0.25
-"""Seconds between two looks at the nodes."""
+"""Seconds between two inspections of the nodes."""
 
 PAUSED = "paused on the live page"
-"""Why a node is halted that somebody has paused."""
+"""The reason of a halt by a page."""
 
 _FIELDS = {"signal": {"node", "signal", "value"}, "pause": {"node"}, "proceed": {"node"}}
 
 
 class Steering:
-    """The nodes of a run, in this process or in others, for those who watch it.
+    """The nodes of a run, in this process or in others, for live pages.
 
-    It looks at them on a thread of its own, while a page is open: a handler that blocks a node keeps that
-    from being seen, and nothing else waits.
+    It inspects them on a separate thread while a page is open: a handler that blocks a node delays only its
+    own inspection.
     """
 
     def __init__(self) -> None:
@@ -41,30 +41,30 @@ class Steering:
         self._thread: threading.Thread | None = None
 
     def take(self, nodes: Mapping[str, Steerable]) -> None:
-        """Steer these nodes from now on, by id; none where the run has ended."""
+        """Control these nodes from now on, by id; none if the run has ended."""
         self._nodes = dict(nodes)
 
     def begin(self, tell: Callable[[str], None]) -> None:
-        """Tell of the nodes whenever they are in another state, from a thread."""
+        """Report changed states of the nodes from a thread."""
         self._tell = tell
         self._thread = threading.Thread(target=self._watch, name="dineros steering", daemon=True)
         self._thread.start()
 
     def watched(self, is_watched: bool) -> None:
-        """Look at the nodes as long as somebody wants to know."""
+        """Inspect the nodes while there is an observer."""
         if is_watched:
             self._is_watched.set()
         elif not self._ending.is_set():
             self._is_watched.clear()
 
     def end(self) -> None:
-        """Tell no more; does not wait for a node that is blocked."""
+        """Stop reporting; does not wait for a blocked node."""
         self._ending.set()
         self._is_watched.set()
         self._tell = None
 
     def nodes(self) -> list[dict[str, Any]]:
-        """Return how each node is.
+        """Return the state of each node.
 
         Returns
         -------
@@ -85,9 +85,9 @@ class Steering:
         return found
 
     def hear(self, text: str | bytes) -> str | None:
-        """Do what a page asks; return a message that says why not, where it cannot be done.
+        """Carry out the request of a page; if it is not possible, return a message with the reason.
 
-        A node of another process has a few seconds to answer. Nothing that a page says raises anything.
+        A node of another process has a few seconds to answer. Messages from pages never raise an exception.
         """
         try:
             self._do(decode_json(text, limit=LONGEST_MESSAGE))

@@ -1,1 +1,1 @@
-"""Reports: what a check found, as one page; and state spaces over a grid of models, as figures."""
+"""Reports: findings of a check as one page, and state spaces over a grid of models as figures."""

@@ -1,4 +1,4 @@
-"""What a check of a model found, as one HTML file that needs nothing else."""
+"""The findings of a check of a model, as one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from dineros.views.reports.rendering import rendered
 from dineros.views.traces.figures import trace_svg
 
 LONG = 60
-"""Steps beyond which the picture of a trace folds what does not matter."""
+"""Number of steps beyond which the picture of a trace folds irrelevant lanes and steps."""
 
 MOST = 40
-"""Elements beyond which the picture of a part of the net shows fewer steps around them."""
+"""Number of elements beyond which the picture of a part of the net shows fewer steps around them."""
 
 SIGNS = {"error": "✗", "warning": "▲", "note": "ℹ"}
 
@@ -34,11 +34,11 @@ class FindingEntry:
     Attributes
     ----------
     severity, rule, message : str
-        What is wrong.
+        The fault.
     elements : sequence of str
         Ids of the elements concerned.
     view : dict or None
-        How it comes about: what `TraceCoder.snapshot` returns.
+        Its trace: the result of `TraceCoder.snapshot`.
     steps : sequence of str
         The steps in words.
     loop : int or None
@@ -61,7 +61,7 @@ class FindingEntry:
 
     @property
     def rounds(self) -> list[Round]:
-        """The steps, each block that repeats once."""
+        """The steps; a repeated block is listed once."""
         loop = len(self.steps) if self.loop is None else self.loop
         found: list[Round] = []
         for begin, part in ((0, self.steps[:loop]), (loop, self.steps[loop:])):
@@ -100,14 +100,14 @@ class Round(NamedTuple):
 
 @dataclass(frozen=True)
 class CheckContent:
-    """All that a report shows.
+    """The content of a report.
 
     Attributes
     ----------
     title, source : str
         The model and its file.
     findings : sequence of FindingEntry
-        What is wrong.
+        The fault.
     proved, unknown, assumed : sequence of str
         What holds, what is not known, and what holds under an assumption that `unknown` names.
     spaces : sequence of dict
@@ -133,12 +133,12 @@ class CheckContent:
 
 
 def check_page(content: CheckContent, model: pn.Net | None = None) -> tuple[str, DinerosError | None]:
-    """Return the report as HTML, and why it lacks pictures, where it does.
+    """Return the report as HTML, and the reason if pictures are missing.
 
     Parameters
     ----------
     content : CheckContent
-        What it says.
+        Its content.
     model : pn.Net, optional
         The model, for pictures of the parts concerned.
     """
@@ -178,7 +178,7 @@ def _figures(
 
 @contextmanager
 def _noted(failures: list[DinerosError]) -> Iterator[None]:
-    """Go on without what cannot be drawn."""
+    """Continue without pictures that cannot be drawn."""
     try:
         yield
     except DinerosError as error:
@@ -186,7 +186,7 @@ def _noted(failures: list[DinerosError]) -> Iterator[None]:
 
 
 def _part(view: ViewModel, shown: Sequence[str]) -> ViewModel:
-    """Return the surroundings of some elements, as far as they can be read."""
+    """Return the neighbourhood of some elements, as large as it is readable."""
     for steps in (3, 2, 1):
         part = around(view, shown, steps)
         if len(part.nodes) <= MOST:

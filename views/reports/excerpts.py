@@ -1,4 +1,4 @@
-"""The lines of source code around those that a finding is about."""
+"""Source code around the lines of a finding."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from dineros.metamodel.errors import Location, ModelFileError
 from dineros.metamodel.files.reading import read_bytes
 
 AROUND = 3
-"""Lines that are shown before and after a line."""
+"""Number of lines that are shown before and after a line."""
 MOST = 6
-"""Lines of a finding that are shown with what is around them."""
+"""Limit of the lines of a finding that are shown with their context."""
 MOST_BYTES = 2 << 20
-"""Bytes of a file that is shown."""
+"""Limit of the bytes of a file that is shown."""
 LONGEST = 200
-"""Characters of a line."""
+"""Limit of the characters of a line."""
 SUFFIXES = {".py", ".xml", ".yaml", ".yml", ""}
-"""Endings of files that are source code."""
+"""Suffixes of source code."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,8 @@ class Excerpt:
 
 
 class Excerpts:
-    """Reads lines around lines.
-
-    The names of files come from a model, so that only files of source code within the roots are read.
+    """Reads the context of lines. File names come from a model, so only source files within the roots are
+read.
 
     Parameters
     ----------
@@ -53,7 +52,7 @@ class Excerpts:
         self._texts: dict[str, list[str]] = {}
 
     def of(self, places: Iterable[Location]) -> list[Excerpt]:
-        """Return what is around some lines; without those that cannot be read."""
+        """Return the context of some lines, without those that cannot be read."""
         found = []
         for place in list(places)[:MOST]:
             if place.file is None or place.line is None:

@@ -1,4 +1,4 @@
-"""How long data takes through a model of ROS 2, as one HTML file that needs nothing else."""
+"""The latencies of a model of ROS 2, as one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.views.reports.rendering import drawn_in_time, rendered
 
 LONG = 60
-"""Steps beyond which the picture of a run folds what does not matter."""
+"""Number of steps beyond which the picture of a run folds irrelevant lanes and steps."""
 
 
 class CallbackRow(NamedTuple):
@@ -20,7 +20,7 @@ class CallbackRow(NamedTuple):
     ----------
     name, node : str
     period, duration, response : str
-        Its least distance of runs in the long run, how long it works, and how long it takes to respond.
+        Its least mean distance of runs, its duration, and its response time.
     reason : str
         Why the response time is open.
     greatest : float or None
@@ -41,7 +41,7 @@ class CallbackRow(NamedTuple):
 
 @dataclass(frozen=True)
 class LatencyContent:
-    """All that a page shows.
+    """The content of a page.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class LatencyContent:
     settings : sequence of str
         How the model was changed.
     chains : sequence of str
-        What is known of the chain that was asked for, in words.
+        The results for the requested chain, in words.
     rows : sequence of CallbackRow
     readers : sequence of (str, int, str)
         Place, longest history, and whether it can overflow.
@@ -80,7 +80,7 @@ class LatencyContent:
 
 
 def latency_page(content: LatencyContent) -> tuple[str, DinerosError | None]:
-    """Return the page as HTML, and why it lacks a picture, if it does."""
+    """Return the page as HTML, and the reason if a picture is missing."""
     drawn, failure = drawn_in_time(content.view, fold=len(content.steps) > LONG)
     most = max((row.greatest for row in content.rows if row.greatest), default=1.0)
     page = rendered(

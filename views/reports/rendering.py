@@ -1,4 +1,4 @@
-"""What pages of reports share: how templates are filled in, and how a run is drawn on the axis of time."""
+"""Common parts of report pages: rendering of templates, and drawing of runs on a time axis."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def rendered(template: str, **content: object) -> str:
 
 
 def drawn_in_time(view: dict[str, Any] | None, fold: bool) -> tuple[dict[str, Markup], DinerosError | None]:
-    """Draw a run on the axis of time.
+    """Draw a run on a time axis.
 
     Parameters
     ----------
     view : dict or None
-        The run: what `TraceCoder.snapshot` returns. None gives no picture.
+        The run: the result of `TraceCoder.snapshot`. None gives no picture.
     fold : bool
-        Whether lanes and steps that do not matter are folded.
+        Whether irrelevant lanes and steps are folded.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The times of a simulated run, as one HTML file that needs nothing else."""
+"""The times of a simulated run, as one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Histogram(NamedTuple):
     Attributes
     ----------
     name, text : str
-        What it is, and its quantiles in words.
+        Its name, and its quantiles in words.
     least, greatest : str
         The ends of the axis, with units.
     counts : sequence of int
@@ -32,7 +32,7 @@ class Histogram(NamedTuple):
 
 @dataclass(frozen=True)
 class SimulationContent:
-    """All that a page shows.
+    """The content of a page.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class SimulationContent:
         The model, its file, and what was simulated.
     histograms : sequence of Histogram
     notes : sequence of str
-        Lost messages, and what the model does not give.
+        Lost messages, and missing times of the model.
     view : dict or None
         The beginning of the run: what `TraceCoder.snapshot` returns.
     """
@@ -54,7 +54,7 @@ class SimulationContent:
 
 
 def simulation_page(content: SimulationContent) -> tuple[str, DinerosError | None]:
-    """Return the page as HTML, and why it lacks a picture, if it does."""
+    """Return the page as HTML, and the reason if a picture is missing."""
     drawn, failure = drawn_in_time(content.view, fold=True)
     page = rendered("simulation.html.j2", content=content, drawn=drawn)
     return page, failure

@@ -1,4 +1,4 @@
-"""The figures of a sweep: state space, time, and memory over what is varied (paper, Figs 15 to 17)."""
+"""The figures of a sweep: state space, time, and memory over varied features (paper, Figs 15 to 17)."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 from dineros.metamodel.errors import DinerosError
 
 FORMATS = (".svg", ".png", ".pdf")
-"""What figures are written as."""
+"""Formats of figures."""
 
 VARIANTS = ("signals", "overflow", "reduced")
-"""Columns of a sweep's table that tell variants apart; what stands before them is varied."""
+"""Columns of a sweep's table that distinguish variants; the columns before them are varied features."""
 
 _PANELS = (
     ("states", "state space: places (markings); dotted: transitions", 1.0),
@@ -31,7 +31,7 @@ def sweep_figures(rows: Sequence[Row], suffix: str = ".svg", *, title: str = "")
     """Draw the table of a sweep.
 
     The first varied feature is the axis; each combination of the others and of the variants is a series.
-    Points that were given up stand as crosses at the bottom: nothing is known about them.
+    Points without a result are crosses at the bottom.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def sweep_figures(rows: Sequence[Row], suffix: str = ".svg", *, title: str = "")
 
 
 def _axes_of(rows: Sequence[Row]) -> tuple[list[str], str]:
-    """Return the varied features, and the text of the first axis: all features that always go with it."""
+    """Return the varied features, and the label of the first axis: all features that vary together."""
     columns = list(rows[0]) if rows else []
     axes = columns[: columns.index(VARIANTS[0])] if VARIANTS[0] in columns else []
     if not axes:
@@ -92,7 +92,7 @@ def _axes_of(rows: Sequence[Row]) -> tuple[list[str], str]:
 
 
 def _series_of(rows: Sequence[Row], axes: Sequence[str]) -> dict[str, list[Row]]:
-    """Return the rows of each series by its label; what is the same in all rows is not in the labels."""
+    """Return the rows of each series by its label; values equal in all rows are not in the labels."""
     telling = [
         column
         for column in (*axes[1:], *VARIANTS)
@@ -114,7 +114,7 @@ def _word(column: str, value: Any) -> str:
 
 
 def _value(row: Row, column: str) -> Any:
-    """Return what is drawn: of a reduced net the markings it has itself, as the paper does."""
+    """Return the drawn values: for a reduced net its own markings, as in the paper."""
     return row["reduced_states"] if column == "states" and row.get("reduced_states") else row[column]
 
 

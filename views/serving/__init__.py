@@ -1,1 +1,1 @@
-"""Pages that are served on 127.0.0.1: who may see them, where they are, how their server ends."""
+"""Pages served on 127.0.0.1: access, addresses, and the end of their server."""

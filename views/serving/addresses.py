@@ -1,4 +1,4 @@
-"""Port and token of a page, remembered so that an open page finds its server again after that restarts."""
+"""Stores port and token of a page, so that an open page finds its server again after a restart."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MOST = 1000  # bytes of a remembered address
 
 @dataclass(frozen=True)
 class Address:
-    """Where a page is, and what must be known to see it."""
+    """The port of a page, and its token."""
 
     port: int
     token: str
@@ -33,7 +33,7 @@ def bind(port: int) -> socket.socket:
     Raises
     ------
     OSError
-        The port is taken.
+        The port is in use.
     """
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
@@ -48,14 +48,14 @@ def bind(port: int) -> socket.socket:
 
 
 def open_address(path: Path, port: int) -> tuple[socket.socket, str]:
-    """Return a socket and a token for the page of a path: those of last time where they are free.
+    """Return a socket and a token for the page of a path: the last ones if the port is free.
 
     Parameters
     ----------
     path : Path
-        What the page follows.
+        The path that the page follows.
     port : int
-        The port; 0 for that of last time, or any.
+        The port; 0: the last one, or any.
     """
     last = recall(path)
     wanted = port or (last.port if last else 0)
@@ -81,7 +81,7 @@ def recall(path: Path) -> Address | None:
 
 
 def remember(path: Path, address: Address) -> None:
-    """Keep an address, readable by this user only; where that cannot be, pages must be opened again."""
+    """Store an address, readable by this user only; if this fails, pages must be opened again."""
     file = _file(path)
     with contextlib.suppress(OSError):
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -91,7 +91,7 @@ def remember(path: Path, address: Address) -> None:
 
 
 def _file(path: Path) -> Path:
-    """Return the file for a path, where programs keep their state (XDG Base Directory Specification)."""
+    """Return the file for a path, in the state folder of programs (XDG Base Directory Specification)."""
     state = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
     name = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]
     return Path(state) / "dineros" / "live" / f"{name}.json"

@@ -1,4 +1,4 @@
-"""Who may come in: those who know the token, and mean this server, from a page of its own."""
+"""Access control: requests need the token, the name of this server, and an origin of this server."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("dineros.views.serving")
 
 PATIENCE = 5.0
-"""Seconds in which a connection must have shown the token."""
+"""Seconds within which a connection must send the token."""
 
 REFUSED = 4403
-"""Code that closes a stream to somebody without the token."""
+"""Code that closes a stream without the token."""
 
 
 class Entrance:
-    """The door of one server.
+    """The access control of one server.
 
     Parameters
     ----------
     token : str
-        What must be known.
+        The token.
     port : int
-        Where the server listens.
+        The port of the server.
 
     Attributes
     ----------
     strangers : UnknownClients
-        The open connections that have not shown the token.
+        The open connections that have not sent the token.
     """
 
     def __init__(self, token: str, port: int) -> None:
@@ -47,17 +47,17 @@ class Entrance:
 
     @property
     def streams(self) -> str:
-        """Where pages of this server may connect to, for their policy."""
+        """Addresses to which pages of this server may connect, for their policy."""
         return " ".join(f"ws://{host}" for host in sorted(self._hosts))
 
     def is_meant(self, connection: HTTPConnection) -> bool:
-        """Return whether a request is for this server, not for a name that somebody else had lead here."""
+        """Return whether a request names this server, and not another name that resolves to it."""
         return connection.headers.get("host") in self._hosts
 
     def lets_in(self, connection: HTTPConnection) -> bool:
         """Return whether a request is for this server and has the token.
 
-        Its connection is no longer counted as a stranger's then.
+        Its connection then no longer counts as unknown.
         """
         given = connection.query_params.get("token", "")
         known = secrets.compare_digest(given.encode(), self.token.encode())
@@ -68,7 +68,7 @@ class Entrance:
         return True
 
     async def lets_in_stream(self, socket: WebSocket) -> bool:
-        """Tell whether a stream is wanted by a page of this server; one that is not is closed."""
+        """Return whether a stream comes from a page of this server; others are closed."""
         origin = socket.headers.get("origin", "").removeprefix("http://")
         if self.lets_in(socket) and origin in self._hosts:
             return True
@@ -77,7 +77,7 @@ class Entrance:
         return False
 
     def page(self, connection: HTTPConnection, made: tuple[str, str] | None) -> Response:
-        """Answer with a page and its policy, or with a refusal; `made` is None for who may not see it."""
+        """Respond with a page and its policy, or with a rejection; `made` is None without access."""
         from starlette.responses import HTMLResponse, PlainTextResponse
 
         headers = {
@@ -95,14 +95,13 @@ class Entrance:
 
 
 class _GoneError(OSError):
-    """Whom a request came from does not listen any more."""
+    """The sender of a request has disconnected."""
 
 
 def guarded(application: ASGIApp) -> ASGIApp:
-    """Let nothing that happens to one request reach the server, which would print where it happened.
+    """Handle all errors of a request, so that the server does not print a stack trace.
 
-    A page that has gone is a line of the log for those who debug, whatever the server makes of it; anything
-    else is a line for everybody.
+    A page that disconnected is logged at the debug level; all other errors are logged as errors.
     """
     from starlette.websockets import WebSocketDisconnect
 

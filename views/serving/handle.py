@@ -1,4 +1,4 @@
-"""Starting the server of a page in a thread of its own, and ending it."""
+"""Starts the server of a page in a separate thread, and stops it."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
 
 Leave = Callable[[], None]
-"""What is done, in the thread that ends a server, before it ends."""
+"""A function that is called, in the thread that stops a server, before it stops."""
 
 
 class PageHandle:
-    """A page that is served.
+    """A served page.
 
     Attributes
     ----------
     url : str
-        Where it is, token included.
+        Its address, including the token.
     """
 
     def __init__(
@@ -49,12 +49,12 @@ class PageHandle:
         self._invitations = invitations
 
     def url_for_command_line(self) -> str:
-        """Return an address that a browser of this user can open once: others can read command lines."""
+        """Return a one-time address for a browser of this user: other users can read command lines."""
         assert self._invitations is not None, "made by serve_page"
         return f"{self.url.partition('?')[0]}?code={self._invitations.new()}"
 
     def stop(self) -> None:
-        """Tell the pages what there is left to tell, and end the server; returns when it has ended."""
+        """Send the remaining messages to the pages, and stop the server; returns when it has stopped."""
         if self._leave is not None and self._thread.is_alive():
             self._leave()
         self._server.should_exit = True
@@ -80,9 +80,9 @@ def serve_page(
     Parameters
     ----------
     make : callable
-        Makes the application, given the door that it lets people in by.
+        Creates the application, with the given access control.
     path : Path or None
-        What the page shows: port and token are those of the last time; None: new ones.
+        The path that the page shows: its last port and token are used; None: new ones.
     port : int
         The port; 0 for that of the last time, or any.
     what : str
@@ -125,7 +125,7 @@ def serve_page(
 
 
 def _run(server: Server, listening: socket.socket, what: str) -> None:
-    """Run a server until it ends. A failure is a line of the log; the program continues without the page."""
+    """Run a server until it ends. A failure is logged; the program continues without the page."""
 
     async def serving() -> None:
         asyncio.get_running_loop().set_exception_handler(log_in_lines(LOG, what))
@@ -147,7 +147,7 @@ def _address(path: Path | None, port: int) -> tuple[socket.socket, str]:
 
 
 async def changed(files: FolderWatch) -> None:
-    """Wait until files have changed, or may have without that anybody told."""
+    """Wait until files have changed, or may have changed without a notification."""
     loop = asyncio.get_running_loop()
     told = asyncio.Event()
     for descriptor in files.descriptors:

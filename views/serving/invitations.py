@@ -1,4 +1,4 @@
-"""An address for the command line of a browser, which all users of the machine can read: it is used once."""
+"""One-time addresses for the command line of a browser, which all users of the machine can read."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
     from dineros.views.serving.entrance import Entrance
 
 VALID = 60.0
-"""Seconds in which a browser must have opened an invitation."""
+"""Seconds within which a browser must open an invitation."""
 
 _TABLES = ("/proc/self/net/tcp", "/proc/self/net/tcp6")
 
 
 class Invitations:
-    """Codes that lead a browser to a page's address, each one once, and only a browser of the same user.
+    """Codes that redirect a browser to a page's address, once and only for the same user.
 
     Parameters
     ----------
     entrance : Entrance
-        The door of the server.
+        The access control of the server.
     """
 
     def __init__(self, entrance: Entrance) -> None:
@@ -45,7 +45,7 @@ class Invitations:
         return code
 
     def in_front_of(self, application: ASGIApp) -> ASGIApp:
-        """Return an application that takes codes (``/?code=...``), and leaves all else to another one."""
+        """Return an application that handles codes (``/?code=...``), and forwards other requests."""
         from starlette.requests import Request as Asked
         from starlette.responses import PlainTextResponse, RedirectResponse
 

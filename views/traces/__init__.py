@@ -1,1 +1,1 @@
-"""The Trace Visualizer: what happened in a net, drawn step by step (paper, Sect. 9, Figs 18 and 19)."""
+"""The Trace Visualizer: runs of a net, drawn step by step (paper, Sect. 9, Figs 18 and 19)."""

@@ -1,7 +1,7 @@
 """From records to the steps and lanes that are drawn.
 
-A `TraceBuilder` takes one record after the other, so that the picture of a running application grows with it.
-What a record does to a lane is a *mark*: a list of the lane's number, a letter, and more:
+A `TraceBuilder` takes one record at a time, so that the picture of a running application grows with it.
+The effect of a record on a lane is a *mark*: a list of the lane's number, a letter, and more:
 
 | lane | marks |
 |---|---|
@@ -68,9 +68,9 @@ class Step:
     event : str
         The event of its record.
     node : str or None
-        The node net that does it; None inside a channel.
+        The node net of the step; None inside a channel.
     text : str
-        What happens.
+        The description of the step.
     change : dict of str to int
         Tokens gained or lost, by place.
     marks : list
@@ -94,12 +94,12 @@ class Step:
 
 
 class TraceBuilder:
-    """Makes steps and lanes from records.
+    """Builds steps and lanes from records.
 
     Parameters
     ----------
     facts : Facts, optional
-        What the model says.
+        Facts of the model.
     loads : mapping, optional
         Of a witness: the queue that each load place of the flattened net belongs to.
     """
@@ -124,14 +124,14 @@ class TraceBuilder:
         self._begun = False
 
     def add(self, record: Record, node: str | None = None) -> Step | None:
-        """Take the next record; return the step it is, if it is one.
+        """Process the next record; return its step, if it has one.
 
         Parameters
         ----------
         record : Record
             The record.
         node : str, optional
-            The node it comes from, where it does not say so itself.
+            Its node, if the record does not have it.
         """
         node = record.node or node
         if node and node not in self.nodes:
@@ -165,7 +165,7 @@ class TraceBuilder:
             self._lanes_of_property(asked)
 
     def _lanes_of_channels(self) -> None:
-        """Make the lanes of all ports, each topic's in the order that messages go."""
+        """Create the lanes of all ports, for each topic in the order of the message flow."""
         order = ["publisher", "dispatcher", "subscriber"]
         found: list[tuple[str, str, str]] = []
         for channel, place in self.facts.limits:
@@ -187,7 +187,7 @@ class TraceBuilder:
             self._goals.lane(channel, client, self.facts.owner_of(place))
 
     def _lanes_of_property(self, asked: list[str]) -> None:
-        """Watch the places that the property speaks of; a prototype's name is the sum of its instances."""
+        """Add lanes for the places of the property; a prototype means the sum of its instances."""
         for name in dict.fromkeys(asked):
             for transition in self.facts.transitions:
                 if name in (transition, prototype(transition)):
@@ -208,7 +208,7 @@ class TraceBuilder:
         return list(dict.fromkeys([*self.initial, *self.facts.places]))
 
     def _start(self, record: Start, node: str | None) -> Step | None:
-        """A node begins: its tokens are there. Only the first start of a node is before the first step."""
+        """Start a node with its tokens. Only the first start of a node is before the first step."""
         counts = {place: len(tokens) for place, tokens in record.marking.items()}
         known = node in self._started
         self._started.add(node or "")
@@ -364,7 +364,7 @@ class TraceBuilder:
             step.text = step.text or f"{record.place} takes from topic {name}"
 
     def _waiting(self, lane: Lane) -> int:
-        """Return how many messages wait in a queue; what a history has lost is told with the next one."""
+        """Return the number of messages in a queue; losses of a history come with its next message."""
         count, most = self._counts[lane.index], lane.capacity if self.facts.has_histories else None
         return count if most is None or self._loads else min(count, most)
 
@@ -373,7 +373,7 @@ class TraceBuilder:
         self._bar(step, self._goals.mark(record, step.node))
 
     def _bar(self, step: Step, drawn: tuple[Lane, list[Any] | None, str]) -> None:
-        """Draw on the lane of a client; what is told of a goal but changes nothing is text only."""
+        """Draw on the lane of a client; records of a goal without effect are text only."""
         lane, mark, text = drawn
         step.node = step.node or lane.node
         step.marks += [] if mark is None else [[lane.index, *mark]]
@@ -389,7 +389,7 @@ class TraceBuilder:
         return lane
 
     def _before(self, record: rec.Signal) -> SignalSetting:
-        """Return what a signal was before it changed, as far as that is known."""
+        """Return the value of a signal before it changed, if known."""
         if isinstance(record.value, bool):
             return not record.value
         return next((each for each in self.facts.values.get(record.signal, ()) if each != record.value), "?")

@@ -1,6 +1,6 @@
-"""The bars of calls of services: when a request was sent, taken, answered or given up.
+"""The bars of calls of services, with the times of sending, taking, response and time-out.
 
-A bar stands on the lane of its client; a mark holds its letter and the number of the call on its lane.
+A bar is on the lane of its client; a mark has its letter and the number of the call on its lane.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dineros.views.traces.facts import Facts
 from dineros.views.traces.lanes import Lane, Lanes
 
 _BEFORE = {"is served": "q", "is answered": "s", "ends": "r"}
-"""The last mark of a call which a step of a kind follows."""
+"""The last mark of a call that a step of a kind follows."""
 
 
 class CallBars:
@@ -21,9 +21,9 @@ class CallBars:
     Parameters
     ----------
     lanes : Lanes
-        Where its lanes are made.
+        The lanes.
     facts : Facts
-        What the model says.
+        Facts of the model.
     """
 
     def __init__(self, lanes: Lanes, facts: Facts) -> None:
@@ -42,7 +42,7 @@ class CallBars:
         return lane
 
     def mark(self, record: Any, node: str | None) -> tuple[Lane, list[Any], str]:
-        """Return the lane of a step of a call, or of a time-out, its mark there, and what happens.
+        """Return the lane of a step of a call or of a time-out, its mark, and its description.
 
         Letter and words are those that the kind of record declares.
         """
@@ -80,7 +80,7 @@ class CallBars:
         return self._call_of.get((record.channel, record.message or ""), (None, 0))
 
     def _client(self, record: Any) -> str:
-        """Return the client of a call, by the place of its port where the record does not name it."""
+        """Return the client of a call, by the place of its port if the record does not name it."""
         channel, ports, message = record.channel, self._facts.ports, record.message or ""
         client = record.client or None
         if client is None and record.declared.end == "client":
@@ -91,7 +91,7 @@ class CallBars:
         return client or "?"
 
     def _following(self, lane: Lane, record: Any) -> int:
-        """Return the oldest call of a client that a step without an id can follow; else the last one."""
+        """Return the oldest call of a client that a step without an id can follow; otherwise the last one."""
         before = _BEFORE.get(record.declared.call)
         open_ = self._open.get(lane.index, {})
         found = (call for call, mark in open_.items() if mark == before or before is None)

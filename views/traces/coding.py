@@ -1,4 +1,4 @@
-"""A trace as JSON for the page: tables of names that only grow, and steps that speak of them by number."""
+"""Encodes a trace as JSON for the page: growing tables of names, and steps that refer to them by number."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ TABLES = ("nodes", "places", "transitions", "texts")
 
 
 class TraceCoder:
-    """Encodes what a builder has made so far, as a whole and then what is new.
+    """Encodes the content of a builder: first everything, then additions.
 
     Parameters
     ----------
     builder : TraceBuilder
         The builder.
     title : str
-        What stands above the picture.
+        The title of the picture.
     """
 
     def __init__(self, builder: TraceBuilder, title: str) -> None:
@@ -38,7 +38,7 @@ class TraceCoder:
         self._told = dict.fromkeys((*TABLES, "lanes"), 0)
 
     def snapshot(self) -> dict[str, Any]:
-        """Return everything up to now; `changes` continues from here."""
+        """Return the complete current state; `changes` continues from here."""
         self._encode()
         header, facts = self.builder.header, self.builder.facts
         clauses = {name: _clause(clause) for name, clause in facts.clauses.items()}
@@ -66,7 +66,7 @@ class TraceCoder:
         return view
 
     def changes(self) -> dict[str, Any] | None:
-        """Return what is new since the last call, or since the snapshot; None where nothing is."""
+        """Return the additions since the last call, or since the snapshot; None if there are none."""
         first = len(self._steps)
         lanes = len(self.builder.lanes.all)
         if first == len(self.builder.steps) and lanes == self._told["lanes"]:
@@ -120,7 +120,7 @@ def _clause(clause: Clause) -> dict[str, Any]:
 
 
 def _cause(header: Header | None) -> dict[str, Any] | None:
-    """Return where the outcome of a witness may have begun; its first step, record 1, is number 0 here."""
+    """Return the first cause of the outcome of a witness; its first step, record 1, is number 0 here."""
     if header is None or header.cause is None:
         return None
     decided = [[text, *(number - 1 for number in span)] for text, span in header.decided.items()]

@@ -1,4 +1,4 @@
-"""Where two traces part."""
+"""Finds the divergence of two traces."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class Divergence:
 
 
 def first_divergence(a: TraceBuilder, b: TraceBuilder) -> Divergence | None:
-    """Return where two traces part; None where they do not.
+    """Return the divergence of two traces; None if there is none.
 
-    Witnesses are compared step by step. The nodes of a run are not in step, so that each node is compared
+    Witnesses are compared step by step. The nodes of a run are not synchronised, so each node is compared
     with itself in the other run, and the earliest difference is returned.
     """
     runs = [builder.header is not None and builder.header.kind == "run" for builder in (a, b)]
@@ -49,7 +49,7 @@ def first_divergence(a: TraceBuilder, b: TraceBuilder) -> Divergence | None:
 
 
 def _of_node(builder: TraceBuilder, node: str) -> list[tuple[int, Step]]:
-    """Return a node's steps; that it starts is one only where another node had begun before."""
+    """Return a node's steps; its start is a step only if another node had started before."""
     return [
         (index, step)
         for index, step in enumerate(builder.steps)
@@ -72,5 +72,5 @@ def _parting(
 
 
 def _what(step: Step) -> Hashable:
-    """Return what a step does, without when, how long, and which tokens."""
+    """Return the effect of a step, without times and ids of tokens."""
     return step.event, step.node, step.transition, step.text, tuple(sorted(step.change.items()))

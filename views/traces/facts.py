@@ -1,4 +1,4 @@
-"""What a picture of a trace needs to know of the model: owners, clauses, channels, and all transitions."""
+"""Facts of a model for the picture of a trace: owners, clauses, channels, and all transitions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dineros.metamodel.elements import label, node_net_of, node_nets, nodes, res
 _INSTANCE = re.compile(r"^(?P<channel>.+?)\[(?P<number>[0-9]+)\]\.(?P<element>.+)$")
 
 DISPATCHER_LIMIT = 16
-"""Capacity of a dispatcher queue for which the model says nothing (paper, Sect. 5.5.2)."""
+"""Default capacity of a dispatcher queue (paper, Sect. 5.5.2)."""
 
 Literal = tuple[str, bool] | tuple[str, bool, str]
 """A signal, whether it is negated, and the value that it is compared with, if it has values."""
@@ -29,7 +29,7 @@ class Clause:
 
 @dataclass(frozen=True)
 class Facts:
-    """What the model says; all empty where there is none.
+    """Facts of the model; all empty without a model.
 
     Attributes
     ----------
@@ -83,16 +83,16 @@ class Facts:
         return None if element is None else self.owner.get(element) or self.owner.get(prototype(element))
 
     def label_of(self, element: str) -> str:
-        """Return what people read: the name, with the server instance where there is one."""
+        """Return the displayed name, with the server instance if there is one."""
         original = prototype(element)
         return element.removesuffix(original) + self.labels.get(original, original)
 
     def channel_name(self, channel: str) -> str:
-        """Return the topic, service or action of a channel; its id where the model does not say it."""
+        """Return the topic, service or action of a channel; its id if the model does not have it."""
         return self.channels.get(channel, channel)
 
     def only_client(self, channel: str) -> str | None:
-        """Return the client of an action; None where it has several."""
+        """Return the client of an action; None if it has several."""
         clients = [client for action, client in self.goals if action == channel]
         return clients[0] if len(clients) == 1 else None
 
@@ -122,7 +122,7 @@ def prototype(element: str) -> str:
 
 
 def facts_of(model: pn.Net | None) -> Facts:
-    """Read off a model what pictures of its traces need."""
+    """Read the facts of a model for pictures of its traces."""
     if model is None:
         return Facts()
     is_of_ros2 = isinstance(model, sym.SystemModel) and model.middleware == sym.Middleware.ros2
@@ -216,7 +216,7 @@ def _add_client(
     caller: Served | None,
     counts: dict[Served, int],
 ) -> None:
-    """Add a client; one on a server page is there for each instance."""
+    """Add a client; one on a server page exists for each instance."""
     for place in filter(None, (client.request, client.response)):
         if caller is None:
             facts.ports[channel.id, resolve(place).id] = client.client

@@ -1,7 +1,7 @@
-"""The bars of goals of actions: when a goal was sent, accepted, canceled and over, and the feedback on it.
+"""The bars of goals of actions, with the times of sending, acceptance, cancellation, end and feedback.
 
-A bar stands on a lane of its client. Where a client has several goals under way, each has a row of its own,
-which it leaves to another one when it is over. A mark holds the number of the goal on its lane, and then of
+A bar stands on a lane of its client. If a client has several goals under way, each has a row of its own,
+which is reused when it is over. A mark holds the number of the goal on its lane, and then of
 ``s`` the slot and of ``a`` how it ended, as an index of `ENDS`.
 """
 
@@ -15,7 +15,7 @@ from dineros.views.traces.facts import Facts
 from dineros.views.traces.lanes import Lane, Lanes
 
 ENDS = ("succeeded", "aborted", "canceled", "rejected")
-"""How a goal ends, for its client."""
+"""Ends of a goal, for its client."""
 
 _WORDS = {end: "has succeeded" if end == "succeeded" else f"is {end}" for end in ENDS}
 
@@ -57,7 +57,7 @@ class GoalBars:
         )  # fmt: skip
 
     def mark(self, record: Any, node: str | None) -> tuple[Lane, list[Any] | None, str]:
-        """Return the lane of a record, its mark there, and what happens; no mark: nothing is drawn."""
+        """Return the lane of a record, its mark, and its description; no mark: nothing is drawn."""
         bar, change = self._bar(record, node), record.declared.goal
         number, name = bar.number, self._facts.channel_name(record.channel)
         client, slot = f"client {bar.client}", f"slot {getattr(record, 'instance', None) or '?'}"

@@ -20,11 +20,11 @@ class Lane:
     Attributes
     ----------
     index : int
-        Its number, by which marks speak of it.
+        Its number, by which marks refer to it.
     group : str
-        Under which heading it stands.
+        Its heading.
     kind : str
-        How it is drawn.
+        Its form.
     id : str
         Id of its element: node net, signal, place of a port, client, transition.
     label, note : str
@@ -65,7 +65,7 @@ class Lane:
         return self.values.index(value)
 
     def setting(self, level: int) -> SignalSetting:
-        """Return what a signal is at a level."""
+        """Return the value of a signal at a level."""
         return bool(level) if self.values is None else self.values[level]
 
     def to_json(self) -> dict[str, Any]:
@@ -74,7 +74,7 @@ class Lane:
 
 
 class Lanes:
-    """All lanes of a trace, found by what they are about and made when they are first asked for."""
+    """All lanes of a trace, found by key and created on first use."""
 
     def __init__(self) -> None:
         self.all: list[Lane] = []
@@ -85,7 +85,7 @@ class Lanes:
         return self._by_key.get(key)
 
     def make(self, *key: str | None, **features: Any) -> Lane:
-        """Return the lane with a key; make it where there is none."""
+        """Return the lane with a key; create it if missing."""
         lane = self._by_key.get(key)
         if lane is None:
             lane = self._by_key[key] = Lane(len(self.all), **features)

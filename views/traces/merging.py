@@ -1,6 +1,6 @@
-"""Several nodes' records as one sequence: by time, but never a message before it was sent.
+"""Merges the records of several nodes by time, but never a message before its sending.
 
-The clocks of two machines differ, and a node notes what it sent only after it was sent. So a record that
+The clocks of two machines differ, and a node records a message only after it was sent. So a record that
 receives a message waits until the one that sent it has passed, whatever the times say.
 """
 
@@ -16,20 +16,20 @@ _RECEIVES = {
     for kind in EVENTS.values()
     if kind.declared.receives and "number" not in kind.__dataclass_fields__
 }
-"""What goes from node to node: the event of the record that sends it, by the kind that receives it.
+"""Messages between nodes: the event of the record that sends it, by the kind that receives it.
 
-Feedback is left out: the id of its goal does not tell one from the next.
+Feedback is omitted: the id of its goal does not distinguish the messages.
 """
 _SENDS = frozenset(_RECEIVES.values())
 
 
 class Merger:
-    """Takes records node by node and gives them as one sequence.
+    """Takes records of nodes and returns them as one sequence.
 
     Parameters
     ----------
     nodes : iterable of str
-        The nodes whose records will come; a message of any other node waits for nothing.
+        The nodes whose records will come; a message of any other node does not wait.
     expected : set of (str, str), optional
         All messages that are sent, where that is known: what receives another one waits for nothing.
     """
@@ -45,17 +45,16 @@ class Merger:
 
     @property
     def waiting(self) -> bool:
-        """Whether there are records that had to wait."""
+        """Whether there are waiting records."""
         return any(self._queues.values())
 
     def ready(self, *, force: bool = False) -> Iterator[tuple[str, Record]]:
-        """Yield what need not wait any more, the earliest first.
+        """Yield the records that no longer have to wait, the earliest first.
 
         Parameters
         ----------
         force : bool
-            Let records go whose message was sent by a record that never comes: it was lost, or is not
-            among the files.
+            Release records whose message was sent by a missing record, which was lost or is not in the files.
         """
         while True:
             heads = [(self._time(queue[0]), node) for node, queue in self._queues.items() if queue]

@@ -1,4 +1,4 @@
-"""The picture of the net beside a trace."""
+"""The picture of the net next to a trace."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def net_content(model: pn.Net | None) -> Picture | None:
-    """Return what the page draws the net from; None without a model."""
+    """Return the data from which the page draws the net; None without a model."""
     if model is None:
         return None
     from dineros.views.nets import layout, view_of

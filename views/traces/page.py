@@ -1,4 +1,4 @@
-"""A trace as one HTML file that needs nothing else: no network, no server, nothing installed."""
+"""A trace as one self-contained HTML file, without network, server or installation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def trace_page(content: dict[str, Any], *, title: str) -> str:
     ----------
     content : dict
         ``view`` is what `TraceCoder.snapshot` returns; ``other`` the same of a second trace, and
-        ``divergence`` where they part; ``net`` the picture of the net.
+        ``divergence`` their first difference; ``net`` the picture of the net.
     title : str
         Title of the page.
     """
@@ -32,7 +32,7 @@ def live_page(connect: str) -> tuple[str, str]:
     Parameters
     ----------
     connect : str
-        Where the page may connect to.
+        Addresses to which the page may connect.
     """
     script = linked("trace/live.js")
     return _page({}, "live", script, None), content_policy([script], connect=connect)

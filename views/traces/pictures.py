@@ -19,11 +19,11 @@ class TracePictures:
     Attributes
     ----------
     title : str
-        What the trace is called.
+        The name of the trace.
     builder : TraceBuilder
         Holds its steps.
     without_net : DinerosError or None
-        Why a page that was written shows no net.
+        The reason if a written page shows no net.
     """
 
     def __init__(self, title: str, builder: TraceBuilder, model: pn.Net | None) -> None:
@@ -34,21 +34,21 @@ class TracePictures:
         self._divergence: dict[str, Any] | None = None
 
     def compare(self, title: str, other: TraceBuilder) -> Divergence | None:
-        """Show another trace as well; return where the two part."""
+        """Also show another trace; return the divergence of the two."""
         self._views.append(TraceCoder(other, title).snapshot())
         parting = first_divergence(self.builder, other)
         self._divergence = parting.to_json() if parting else None
         return parting
 
     def write(self, output: Path, options: dict[str, Any]) -> None:
-        """Write a picture as a whole or not at all.
+        """Write a picture atomically.
 
         Parameters
         ----------
         output : Path
             The file: ``.html``, ``.svg`` or ``.png``.
         options : dict
-            How figures are drawn: ``theme``, ``fold``, ``filter``, ``time``; a page has buttons for that.
+            Options of figures: ``theme``, ``fold``, ``filter``, ``time``; a page has buttons for that.
         """
         from dineros.views.traces.figures import trace_png, trace_svg
 

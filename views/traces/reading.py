@@ -15,7 +15,7 @@ from dineros.views.traces.merging import merge
 
 
 class NoTraceError(DinerosError):
-    """What was given is not a trace, or not traces that go together."""
+    """The input is not a trace, or the traces do not belong together."""
 
 
 def header_of(paths: Sequence[Path]) -> Header:
@@ -24,7 +24,7 @@ def header_of(paths: Sequence[Path]) -> Header:
     Raises
     ------
     DinerosError
-        There is none.
+        There is no header.
     """
     path = next(chain.from_iterable(files_of(paths).values()))
     first = next(iter(read_records(path)), None)
@@ -60,7 +60,7 @@ def files_of(paths: Sequence[Path]) -> dict[str, list[Path]]:
 
 
 def model_path(header: Header, paths: Sequence[Path]) -> Path | None:
-    """Return where the model of a trace is: the file its header names, seen from here or from the trace."""
+    """Return the path of the model of a trace: the file in its header, from here or from the trace."""
     if not header.source:
         return None
     named = Path(header.source)
@@ -78,7 +78,7 @@ def build(
     paths : sequence of Path
         A witness; or files and folders of one run, whose nodes are merged in the order of their messages.
     model : pn.Net, optional
-        The model: it gives clauses, capacities and node nets.
+        The model: it has clauses, capacities and node nets.
     loads : mapping, optional
         Of a witness: the queue of each load place of the flattened net.
 
@@ -114,7 +114,7 @@ def build_from(
     model: pn.Net | None = None,
     loads: Mapping[str, Queue] | None = None,
 ) -> TraceBuilder:
-    """Make the picture of merged records, each with the name of its trace."""
+    """Build the picture of merged records, each with the name of its trace."""
     builder = TraceBuilder(facts_of(model), loads)
     for _, record in records:
         builder.add(record)

@@ -16,7 +16,7 @@ from tests.histories.test_figures import periodic
 
 SAYS = "by the rules of ros2: writer, reader and request histories, capacities\n"
 RUNS = "runs by the rules of ros2, whose queues ROS 2 has; the model says ros1"
-OTHER = "by the rules of ros1, but what runs on ROS 2 has other queues"
+OTHER = "by the rules of ros1, but ROS 2 has other queues"
 
 
 @pytest.fixture(params=["ros1", "ros2"])
@@ -99,7 +99,7 @@ def test_ports_that_do_not_match(run: Run, own: Path) -> None:
     result = run("check", own, "--middleware", "ros2", *wanted)
     assert (
         "warning: Heard receives no message of Said (topic /talk): the publisher's durability is volatile, "
-        "and the subscriber asks for transientLocal; to mend it, "
+        "and the subscriber requests transientLocal; to fix it, "
         "set talk.publisher.Said.qos.durability=transientLocal or "
         "talk.subscriber.Heard.qos.durability=volatile [ports-not-matched]\n"
     ) in result.stdout

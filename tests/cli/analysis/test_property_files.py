@@ -94,12 +94,12 @@ def test_wrong_use(run: Run, net: Path, questions: Path, tmp_path: Path) -> None
     with_formula = run("verify", net, "--properties", questions, "--ctl", "EF deadlock")
     assert is_one_line_of_wrong_use(with_formula, "--properties cannot be combined with")
     twice = run("verify", net, "--properties", "Liveness", "--properties", "Liveness")
-    assert is_one_line_of_wrong_use(twice, "'Liveness' is asked twice")
+    assert is_one_line_of_wrong_use(twice, "'Liveness' is given twice")
     assert is_one_line_of_wrong_use(run("verify", net, "--properties", net), "is not well-formed XML")
     missing = run("verify", net, "--properties", tmp_path / "missing.xml")
     assert is_one_line_of_wrong_use(missing, "cannot be read")
     fired = run("verify", net, "--ltl", "F fired(t)", "--write-properties", tmp_path / "w.xml")
-    assert is_one_line_of_wrong_use(fired, "it speaks of steps")
+    assert is_one_line_of_wrong_use(fired, "it refers to steps")
     assert not (tmp_path / "w.xml").exists()
 
 

@@ -1,4 +1,4 @@
-"""The token game: the net that is proved is fired, and shown on the model that it was made from."""
+"""The token game: fires the flattened net and shows it on the model."""
 
 from dineros.views.editing.playing.desk import PlayingDesk
 

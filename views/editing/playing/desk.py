@@ -1,4 +1,4 @@
-"""What pages ask of token games: one for each page, of the model as it was when the game began."""
+"""Handles requests for token games: one for each page, on the model at the start of the game."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from dineros.views.editing.playing.showing import Stage
 from dineros.views.editing.playing.traces import game_of, text_of
 
 MOST_GAMES = 16
-"""At a time; who has not played for longest loses theirs."""
+"""Limit of the games; the least recently used one is discarded."""
 
 MOST_AT_ONCE = 1_000
-"""Steps at random that a page may ask for at once."""
+"""Limit of the random steps of one request."""
 
 _FIELDS: dict[str, dict[str, type | tuple[type, ...]]] = {
     "begin": {"signals": str},
@@ -27,12 +27,12 @@ _FIELDS: dict[str, dict[str, type | tuple[type, ...]]] = {
     "wander": {"count": int, "at": int},
     "end": {},
 }
-"""What pages can do in a game, and what they have to say with it."""
+"""Actions of pages in a game, with their arguments."""
 
 
 @dataclass
 class _Table:
-    """A game, and of which state of the model it is."""
+    """A game, with the state of the model to which it belongs."""
 
     game: Game
     stage: Stage
@@ -45,9 +45,9 @@ class PlayingDesk:
     Parameters
     ----------
     document : Document
-        What is played on.
+        The model.
     draw : Random, optional
-        What chooses where steps are fired at random.
+        The generator for random steps.
     """
 
     fields = frozenset({"action", *(name for fields in _FIELDS.values() for name in fields)})
@@ -58,14 +58,14 @@ class PlayingDesk:
         self._tables: dict[str, _Table] = {}
 
     def hear(self, said: dict[str, Any], page: str) -> dict[str, Any]:
-        """Do what a page asks; return the game as it stands then.
+        """Carry out the request of a page; return the resulting game.
 
-        What is asked names the position that the page knows, so that what comes twice is done once.
+        The request has the position that the page knows, so that a repeated request is carried out once.
 
         Raises
         ------
         DinerosError
-            It cannot be done; the game is as it was.
+            It is not possible; the game does not change.
         """
         action = said.get("action")
         fields = _FIELDS.get(action) if isinstance(action, str) else None
@@ -92,7 +92,7 @@ class PlayingDesk:
         return {"game": {"epoch": table.state[0], "revision": table.state[1], **table.stage.show(table.game)}}
 
     def trace(self, page: str) -> str:
-        """Return the game of a page, up to where it is, as a trace.
+        """Return the game of a page up to its current position as a trace.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""A token game on a net: fired by the plain firing rule, forward and back, by hand or at random."""
+"""A token game on a net: forward and backward, with chosen or random firings."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from dineros.analysis.model.subject import Subject
 from dineros.metamodel.editing import CommandError
 
 MOST_STEPS = 100_000
-"""Of one game."""
+"""Limit of the steps of one game."""
 
 
 class Game:
-    """A marking of a net, and the firings that led to it and away from it.
+    """A marking of a net, with the firings before and after it.
 
     Parameters
     ----------
     subject : Subject
-        The net that is proved, and how it was made from the model.
+        The flattened net, with its trace links to the model.
     steps : sequence of int
         Transitions that can be fired one after the other, as a witness has them.
     loop : int or None
@@ -63,7 +63,7 @@ class Game:
         return [each for each in range(len(net.transitions)) if net.is_enabled(each, self.marking)]
 
     def fire(self, transition: int) -> None:
-        """Fire a transition; what was to come is forgotten, unless this is its first step.
+        """Fire a transition; later steps are discarded unless this is the first of them.
 
         Raises
         ------
@@ -89,7 +89,7 @@ class Game:
         Raises
         ------
         CommandError
-            There are not so many.
+            There are fewer steps.
         """
         if not 0 <= position <= len(self.steps):
             raise CommandError(f"the game has {len(self.steps)} steps")
@@ -101,14 +101,14 @@ class Game:
             self._change(self.steps[self.at], -1)
 
     def wander(self, count: int, draw: Random, outside: Collection[int] = ()) -> int:
-        """Fire transitions at random, each that is enabled as likely as the others; return how many.
+        """Fire enabled transitions at random with equal probability; return their number.
 
         Parameters
         ----------
         count : int
-            How many at most; fewer where nothing is enabled any more.
+            The largest number; there are fewer in a deadlock.
         draw : Random
-            What chooses.
+            The generator.
         outside : collection of int
             Transitions that are fired only where no other is enabled: changes of signals.
         """

@@ -1,4 +1,4 @@
-"""A token game as pages get it: what the net's places and transitions are on the model, by handle."""
+"""Describes a token game for pages: the net's places and transitions on the model, by handle."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from dineros.metamodel.editing import Document
 from dineros.views.editing.playing.game import Game
 
 MOST_LISTED = 200
-"""Steps around the present one that pages get."""
+"""Number of steps around the current one that pages get."""
 
 
 class Stage:
-    """Where on the model a net is played.
+    """Maps the elements of a net to the model.
 
     Parameters
     ----------
     document : Document
         The model.
     subject : Subject
-        The net that was made from it.
+        The flattened net.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Stage:
         self.signals = frozenset(index for index, name in names if self._origins.kind(name) == "signal")
 
     def show(self, game: Game) -> dict[str, Any]:
-        """Return a game as it stands.
+        """Return the current state of a game.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Games from traces, and traces from games: of witnesses step by step, of runs as they conform to a model."""
+"""Converts traces to games and back: witnesses step by step, runs by conformance with a model."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from dineros.views.editing.playing.game import Game
 
 
 def game_of(model: pn.Net, texts: Mapping[str, str]) -> Game:
-    """Return what traces say, to be played.
+    """Return the steps of traces for a game.
 
     Parameters
     ----------
     model : pn.Net
-        The model as it is now.
+        The current model.
     texts : mapping of str
-        The traces by their name: a witness, or what the nodes of a run recorded.
+        The traces by their name: a witness, or the traces of the nodes of a run.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What other processes do for the editor: check, answer, generate and run, by the commands of DiNeROS."""
+"""Jobs of the editor in other processes: check, find, verify, generate and run, by commands of DiNeROS."""
 
 from dineros.views.editing.working.jobs import Jobs
 

@@ -1,4 +1,4 @@
-"""The work that other processes do for pages: begun, watched, ended; nothing of it outlives the editor."""
+"""Starts, watches and stops the jobs of pages in other processes; no process outlives the editor."""
 
 from __future__ import annotations
 
@@ -26,44 +26,44 @@ from dineros.views.editing.working.node_logs import NodeLogs
 from dineros.views.editing.working.orders import TRACES, WITNESS, Order, order_of
 
 MOST_RUNNING = 3
-"""At a time."""
+"""Limit of the running jobs."""
 
 MOST_KEPT = 20
-"""Of which pages are told; older ones are forgotten."""
+"""Limit of the jobs that pages see; older ones are discarded."""
 
 MOST_LINES, FIRST_LINES, LONGEST_LINE = 300, 20, 2_000
-"""Of a job's log that pages get: the first ones, which say where a run is followed, and the last ones."""
+"""Limits of the log lines of a job that pages get: first ones, with the address of a run, and last ones."""
 
 LONGEST_ANSWER = 32 << 20
-"""Bytes that a job may answer with."""
+"""Limit of the bytes of a job's answer."""
 
 LARGEST_TRACES = 4 << 20
-"""Bytes of traces that are played: they are replayed where others wait meanwhile."""
+"""Limit of the bytes of traces in a game: their replay blocks other requests."""
 
 PATIENCE, PATIENCE_WITH_RUNS = 5.0, 15.0
-"""Seconds that a job has to end by itself after it was asked to; a run gives its nodes most of them."""
+"""Seconds that a job has to end after a request to stop; a run gives its nodes most of them."""
 
 LOOK = 0.5
-"""Seconds between two looks at what nodes have printed."""
+"""Seconds between two reads of the output of nodes."""
 
 SAY_SECONDS = "DINEROS_SAY_SECONDS"
-"""Environment variable: how often a command says where it is."""
+"""Environment variable: the interval of a command's progress reports."""
 
 
 @dataclass
 class Job:
-    """Something that another process does.
+    """A job of another process.
 
     Attributes
     ----------
     number : int
-        By what pages know it.
+        Its number for pages.
     order : Order
         What.
     revision : int
-        Of which state of the model it is.
+        The state of the model to which it belongs.
     folder : Path
-        What is kept of it.
+        The folder of its files.
     model : str
         The name of the model's file.
     state : {"running", "ending", "done", "failed", "cancelled"}
@@ -106,7 +106,7 @@ class Job:
 
 
 class Jobs:
-    """All work of one editor.
+    """All jobs of one editor.
 
     Parameters
     ----------
@@ -134,14 +134,14 @@ class Jobs:
         return [job.to_dict() for job in self._jobs.values()]
 
     def start(self, said: dict[str, Any]) -> int:
-        """Begin what a page wants done; return its number.
+        """Start a job for a page; return its number.
 
-        The same that runs already is not begun again; another check ends one of an earlier model.
+        An equal running job is not started again; a new check stops one of an earlier model.
 
         Raises
         ------
         DinerosError
-            It cannot be done, or too much runs already.
+            It is not possible, or too many jobs are running.
         """
         document = self._document
         if self._program is None:
@@ -171,12 +171,12 @@ class Jobs:
         return job.number
 
     def cancel(self, number: int) -> None:
-        """Ask a job to end, as Ctrl-C does; it is ended where it does not.
+        """Request a job to end, as Ctrl-C does; it is killed if it does not.
 
         Raises
         ------
         CommandError
-            There is no such job.
+            The job does not exist.
         """
         job = self._job(number)
         if job.state != "running":
@@ -190,12 +190,12 @@ class Jobs:
         self._tell(job.to_dict())
 
     def traces(self, number: int, witness: int | None) -> dict[str, str]:
-        """Return the texts of traces that a job has left: of a finding, or of the nodes of its run.
+        """Return the texts of the traces of a job: of a finding, or of the nodes of its run.
 
         Raises
         ------
         CommandError
-            There is no such job, or it has left none.
+            The job does not exist, or has produced none.
         """
         job = self._job(number)
         if witness is None:
@@ -219,7 +219,7 @@ class Jobs:
         return found
 
     async def close(self) -> None:
-        """End all that runs, and take away what was kept of it."""
+        """Stop all jobs and remove their files."""
         for process in self._processes.values():
             _end(process)
         for task in self._tasks.values():
@@ -250,7 +250,7 @@ class Jobs:
                 del self._jobs[number]
 
     async def _do(self, job: Job, line: list[str]) -> None:
-        """Let a process do it; whatever happens there, pages are told how it ended."""
+        """Run the job in a process; pages are always notified of its end."""
         self._tell(job.to_dict())
         try:
             await self._watch(job, line)
@@ -297,7 +297,7 @@ class Jobs:
             job.state = "done" if job.result and status in (0, 1, 2, 3) else "failed"
 
     async def _read(self, job: Job, stream: asyncio.StreamReader) -> bytes:
-        """Return its answer, one JSON object; what it says before belongs to the log."""
+        """Return its answer, one JSON object; earlier output belongs to the log."""
         pieces, size = list[bytes](), 0
         async for line in stream:
             if not pieces and not line.startswith(b"{"):
@@ -310,7 +310,7 @@ class Jobs:
         return b"".join(pieces)
 
     async def _listen(self, job: Job, stream: asyncio.StreamReader) -> None:
-        """Take in what it says meanwhile: where it is, and everything else."""
+        """Read its output: progress, and everything else."""
         async for raw in stream:
             text = raw.decode("utf-8", "replace").rstrip("\n")[:LONGEST_LINE]
             seconds, _, at = text.partition(" s: ")
@@ -321,7 +321,7 @@ class Jobs:
             self._tell(job.to_dict())
 
     async def _look(self, job: Job) -> None:
-        """Take in what the nodes of a run print, each into a file; the rest of it when the run is over."""
+        """Read the output of the nodes of a run from their files; the rest at the end of the run."""
         if job.order.kind != "run":
             return
         logs = NodeLogs(job.folder / TRACES)
@@ -366,7 +366,7 @@ def _log(job: Job, text: str) -> None:
 
 
 def _traces_of(job: Job) -> dict[str, list[Path]]:
-    """Return the files of each node's trace; what else a supervisor leaves beside them is none."""
+    """Return the files of each node's trace, without other files of a supervisor."""
     folder = job.folder / TRACES
     if not folder.is_dir():
         return {}

@@ -1,4 +1,4 @@
-"""What the nodes of a run on ROS 2 print: each has a file of its own beside its trace."""
+"""Reads the output of the nodes of a run on ROS 2: each has a file next to its trace."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from dineros.metamodel.files.reading import open_plain
 
 MOST_BYTES = 64 << 10
-"""Of one node that are read at a time; of more, the last ones."""
+"""Limit of the bytes of one node that are read at a time; of more, the last ones."""
 
 
 class NodeLogs:
@@ -17,7 +17,7 @@ class NodeLogs:
     Parameters
     ----------
     folder : Path
-        The folder; it need not be there yet.
+        The folder, which may not exist yet.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -25,7 +25,7 @@ class NodeLogs:
         self._taken: dict[Path, int] = {}
 
     def new_lines(self) -> list[str]:
-        """Return the lines that have come since the last time, each with the name of its node."""
+        """Return the lines since the last call, each with the name of its node."""
         found = []
         for path in sorted(self._folder.glob("*.log")):
             if path.is_file() and not path.is_symlink():

@@ -1,4 +1,4 @@
-"""What pages can have done, and the command lines that do it; what a page says stays one argument."""
+"""Jobs that pages can request, and their command lines; a text from a page is always one argument."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from dineros.metamodel.files.confined import is_confined
 Kind = Literal["check", "find", "verify", "generate", "run"]
 
 LONGEST_QUESTION = 10_000
-"""Characters of a formula."""
+"""Limit of the characters of a formula."""
 
 LONGEST_TIME = 86_400.0
-"""Seconds that anything may take."""
+"""Limit of the seconds of a job."""
 
 SIGNALS = ("input-enabled", "fully-enabled", "io-enabled", "none")
 WITNESS, TRACES = "witness.jsonl", "traces"
-"""In the folder of a job: how a finding comes about, and what a run recorded."""
+"""Names in the folder of a job: the witness of a finding, and the traces of a run."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """Something to be done.
+    """A requested job.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Order:
     arguments : tuple of str
         Of ``dineros``; the model is left out, which comes after the first.
     words : str
-        What it is for people.
+        Its description.
     needs_file : bool
         Whether it is about the file as it is on the disk: what it makes stands next to that, or names it.
     workspace : str or None
@@ -48,7 +48,7 @@ class Order:
     workspace: str | None = None
 
     def line(self, model: Path, folder: Path) -> list[str]:
-        """Return the arguments for a model, with a folder for what is kept of it."""
+        """Return the arguments for a model, with a folder for the files of the job."""
         about = model if self.workspace is None else model.parent / self.workspace
         found = [self.kind, str(about), *self.arguments, "--json", "-v"]
         if self.kind in ("check", "find", "verify"):
@@ -57,19 +57,19 @@ class Order:
 
 
 def order_of(said: Mapping[str, Any], beside: Path) -> Order:
-    """Read what a page wants done.
+    """Read the request of a page for a job.
 
     Parameters
     ----------
     said : mapping
         ``kind``, and what that kind takes.
     beside : Path
-        The folder of the model: what is generated is generated in it.
+        The folder of the model: generated files are written there.
 
     Raises
     ------
     CommandError
-        It is nothing that can be done.
+        The request is not supported.
     """
     kind = said.get("kind")
     make = _KINDS.get(kind) if isinstance(kind, str) else None

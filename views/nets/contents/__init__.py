@@ -1,1 +1,1 @@
-"""What a picture of a net shows: nodes, edges and boxes, made from a model, and operations on them."""
+"""The content of a picture of a net: nodes, edges and boxes, built from a model, and operations on them."""

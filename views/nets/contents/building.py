@@ -1,4 +1,4 @@
-"""Making the view of a model: what is drawn, and what people are told when they point at it."""
+"""Builds the view of a model: drawn elements and their summaries."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def view_of(model: pn.Net) -> ViewModel:
 
 
 def finished(view: ViewModel) -> ViewModel:
-    """Fill in sizes, glyphs and summaries; to be called whenever texts of a view changed."""
+    """Set sizes, glyphs and summaries; call it whenever texts of a view have changed."""
     for node in view.nodes:
         finish_node(node)
     inner = _inner_boxes(view)
@@ -89,7 +89,7 @@ def finished(view: ViewModel) -> ViewModel:
 
 
 def _only_page(model: pn.Net) -> pn.Page | None:
-    """Return the page that holds everything, where it says nothing itself."""
+    """Return the page that contains everything, if it has no content of its own."""
     pages = list(model.pages)
     if len(pages) == 1 and not isinstance(pages[0], (sym.NodeNet, sym.CallbackPage)):
         return pages[0]
@@ -160,7 +160,7 @@ def _node(element: pn.Node, outer: pn.Page | None) -> Node:
 
 
 def _end_of_references(node: pn.Node) -> str:
-    """Return the id of what a chain of references ends at, or of the first that is met twice."""
+    """Return the id of the end of a chain of references, or of the first one that repeats."""
     met: list[pn.Node] = []
     following: pn.Node | None = node
     while following is not None and following not in met:
@@ -226,7 +226,7 @@ def _edges(model: pn.Net) -> Iterator[Edge]:
 
 
 def _inner_boxes(view: ViewModel) -> dict[str, set[str]]:
-    """Return for each box itself and all boxes in it."""
+    """Return for each box the box itself and all nested boxes."""
     inner = {box.id: {box.id} for box in view.boxes}
     parents = {box.id: box.parent for box in view.boxes}
     for box in view.boxes:

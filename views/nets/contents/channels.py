@@ -10,7 +10,7 @@ from dineros.views.nets.contents.positions import position_of
 from dineros.views.nets.contents.times import interval_words
 
 DISPATCHER_LIMIT = 16
-"""Capacity of a dispatcher queue that the model says nothing about."""
+"""Default capacity of a dispatcher queue."""
 
 
 def draw_channels(model: sym.SystemModel, view: ViewModel) -> None:
@@ -72,7 +72,7 @@ def _topic(channel: sym.TopicChannel, view: ViewModel, histories: bool) -> None:
 
 
 def _late(port: sym.PublisherPort | sym.SubscriberPort | sym.ClientPort) -> str:
-    """Return the latency of a port, after what else is said of it."""
+    """Return the latency of a port, appended to its other texts."""
     return "" if port.latency is None else f", {interval_words(port.latency)} on the way"
 
 
@@ -88,7 +88,7 @@ def _service(channel: sym.ServiceChannel, view: ViewModel, instances: int | None
 def _asks(
     view: ViewModel, port: sym.ClientPort | rtm.ClientPort, request: pn.Place | None, channel: str
 ) -> None:
-    """Draw what a client sends and gets, and where it learns that it has given up."""
+    """Draw the request, the response and the time-out place of a client."""
     number = port.outstanding or 1
     several = "" if number == 1 else f", {'any number' if number == UNLIMITED else number} at a time"
     gives_up = "" if port.timeout is None else f"gives up after {port.timeout:g} s"
@@ -120,7 +120,7 @@ def _action(channel: sym.ActionChannel, view: ViewModel, slots: int | None) -> N
 def _goals(
     view: ViewModel, port: sym.ActionClientPort | rtm.ActionClientPort, goal: pn.Place | None, channel: str
 ) -> None:
-    """Draw what a client sends and gets; places for several answers have one line."""
+    """Draw the messages of an action client; a place with several outcomes has one line."""
     for place, word in ((goal, ""), (port.cancel, ": cancel")):
         if place is not None:
             _line(view, "request", place.id, channel, f"{port.client}{word}")
@@ -136,7 +136,7 @@ def _goals(
 def _works(
     view: ViewModel, port: sym.ActionServerPort | rtm.ActionServerPort, entry: pn.Place | None, channel: str
 ) -> None:
-    """Draw what a server gets and sends."""
+    """Draw the messages of a server."""
     for place, word in ((entry, ""), (port.cancel, "cancel")):
         if place is not None:
             _line(view, "call", channel, place.id, word)
@@ -151,7 +151,7 @@ def _several(what: str, number: int | None, each: str) -> str:
 
 
 def _drawn(channel: sym.Channel, view: ViewModel, note: str, heading: str, name: str) -> Node:
-    """Draw a channel of a system model where an editor put it; ROS may call it by another name."""
+    """Draw a channel of a system model at its stored position; its ROS name may differ."""
     kind: NodeKind = "topic" if isinstance(channel, sym.TopicChannel) else "service"
     if channel.latency is not None:
         note += f", {interval_words(channel.latency)} on the way"
@@ -197,7 +197,7 @@ def _queue(port: sym.TopicPort | rtm.PublisherPort | rtm.SubscriberPort, histori
 
 
 def _queues(port: sym.SubscriberPort | rtm.SubscriberPort, dispatcher: int | None) -> str:
-    """Return what a message waits in before it is taken; ROS 2 has no dispatcher."""
+    """Return the queue in which a message waits before it is taken; ROS 2 has no dispatcher."""
     if dispatcher is None:
         return _queue(port, histories=True)
     return f"dispatcher {dispatcher}, {_queue(port, histories=False)}"

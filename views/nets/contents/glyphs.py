@@ -21,7 +21,7 @@ _CHANNEL_HEIGHT, _CHANNEL_PADDING = 38, 16
 
 
 def finish_node(node: Node) -> None:
-    """Fill in a node's size and glyph."""
+    """Set a node's size and glyph."""
     if node.kind in ("topic", "service"):
         _channel(node)
         return
@@ -39,7 +39,7 @@ def finish_node(node: Node) -> None:
 
 
 def finish_box(box: Box) -> None:
-    """Fill in a box's title, and size and text of the box while it is collapsed."""
+    """Set a box's title, and its size and text in the collapsed state."""
     title, subtitle = text_width(box.title, TITLE_SIZE, bold=True), text_width(box.subtitle, SMALL_SIZE)
     box.head = f'<text class="title" x="9" y="17">{escape(box.title)}</text>'
     height = 24
@@ -76,7 +76,7 @@ def finish_box(box: Box) -> None:
 
 
 def _states(box: Box, top: float) -> tuple[str, float]:
-    """Draw the states of a managed node, the present one pointed out; return the width too."""
+    """Draw the states of a managed node with the current one highlighted; also return the width."""
     drawn, x = "", 9.0
     for number, state in enumerate(box.states):
         wide = round(text_width(state, SMALL_SIZE, bold=True) + 8, 1)

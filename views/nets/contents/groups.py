@@ -1,17 +1,17 @@
-"""Groups in flattened nets, which have no pages: what belongs together has ids that start alike."""
+"""Groups in flattened nets, which have no pages: elements with a common prefix of ids form a group."""
 
 from __future__ import annotations
 
 from dineros.views.nets.contents.model import Box, ViewModel
 
 SMALLEST = 3
-"""Fewer elements are not group."""
+"""Least number of elements of a group."""
 
 
 def group_by_name(view: ViewModel) -> None:
-    """Put nodes whose ids have the same words before the last dot into a box, and such boxes into each other.
+    """Put nodes with equal ids before the last dot into a box, and nest these boxes.
 
-    ``LeftCellObjects.publisher.SortRed.Load`` stands in the group ``publisher.SortRed`` of the group
+    ``LeftCellObjects.publisher.SortRed.Load`` is in the group ``publisher.SortRed`` of the group
     ``LeftCellObjects``.
     """
     paths = {node.id: tuple(node.id.split(".")[:-1]) for node in view.nodes if node.box is None}

@@ -1,4 +1,4 @@
-"""Widths of text in the pictures' font, so that layout knows how much room labels need.
+"""Widths of text in the font of pictures, for the layout of labels.
 
 The font is Liberation Sans, whose widths are those of Arial and Helvetica: a picture looks the same with any
 of the three.

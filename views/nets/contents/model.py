@@ -1,6 +1,6 @@
-"""What a picture of a net shows: boxes, nodes and edges, before they are laid out.
+"""The content of a picture of a net: boxes, nodes and edges, before layout.
 
-A view is data, independent of how it is drawn: `ViewModel.to_json` is what the pages in a browser work on.
+A view is data, independent of drawing: browser pages work on `ViewModel.to_json`.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ EdgeKind: TypeAlias = Literal[
     "call",
     "return",
 ]
-"""Arcs, links of references to their targets, and how tokens go through channels.
+"""Arcs, links of references to their targets, and flows of tokens through channels.
 
 A client's request enters a service and calls its server; the server's return leaves it as a response.
 """
 
 Change: TypeAlias = Literal["added", "removed", "changed"]
-"""How an element of a comparison differs from the other model."""
+"""The kind of difference of an element in a comparison."""
 
 
 @dataclass
@@ -59,7 +59,7 @@ class Node:
     label : str
         Its name.
     box : str or None
-        Id of the box it stands in.
+        Id of the box that contains it.
     captions : list of Caption
         Text below it; channels show theirs inside.
     tokens : int or None
@@ -121,9 +121,9 @@ class Box:
     kind : BoxKind
         What it is.
     title, subtitle : str
-        Its name, and what it is in words.
+        Its name, and its description.
     parent : str or None
-        Id of the box it stands in.
+        Id of the box that contains it.
     collapsed : bool
         Whether it is shown as one shape, without its content.
     signals : list of Signal
@@ -177,7 +177,7 @@ class Edge:
     Attributes
     ----------
     id : str
-        Id of the arc; what stands for no arc has one made of its ends.
+        Id of the arc; without an arc, an id made of its ends.
     source, target : str
         Ids of nodes.
     kind : EdgeKind
@@ -216,7 +216,7 @@ class ViewModel:
     kind : str
         ``system model``, ``runtime model``, ``Petri-net model`` or ``Petri net``.
     boxes, nodes, edges : list
-        What it shows; boxes stand after the boxes they are in.
+        The content; boxes come after the boxes that contain them.
     compared : bool
         Whether it shows what differs between two models.
     """
@@ -253,7 +253,7 @@ class ViewModel:
         return {node.id: node.tokens for node in self.nodes if node.tokens is not None}
 
     def to_json(self) -> dict[str, Any]:
-        """Return the view as JSON values; what says nothing is left out."""
+        """Return the view as JSON values; empty values are omitted."""
         lists = {
             "boxes": [_without_defaults(box) for box in self.boxes],
             "nodes": [_without_defaults(node) for node in self.nodes],

@@ -1,4 +1,4 @@
-"""What a view shows: collapsed pages, the neighbourhood of an element, badges; each makes a new view."""
+"""Operations on views: collapsing pages, neighbourhoods of elements, badges; each returns a new view."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ def collapse(view: ViewModel, ids: Iterable[str] | None = None) -> ViewModel:
     Parameters
     ----------
     view : ViewModel
-        The view; it stays as it is.
+        The view; it is not changed.
     ids : iterable of str, optional
         The boxes; all of them by default.
 
     Raises
     ------
     UnknownElementError
-        There is no such box.
+        A box does not exist.
     """
     return _with_boxes(view, _boxes(view, ids), True)
 
 
 def expand(view: ViewModel, ids: Iterable[str] | None = None) -> ViewModel:
-    """Return the view with boxes expanded, and with them the boxes they are in.
+    """Return the view with boxes expanded, including the boxes that contain them.
 
     Parameters
     ----------
     view : ViewModel
-        The view; it stays as it is.
+        The view; it is not changed.
     ids : iterable of str, optional
         The boxes; all of them by default.
 
     Raises
     ------
     UnknownElementError
-        There is no such box.
+        A box does not exist.
     """
     wanted = _boxes(view, ids)
     for box in reversed(view.boxes):  # boxes stand after those they are in
@@ -53,21 +53,21 @@ def expand(view: ViewModel, ids: Iterable[str] | None = None) -> ViewModel:
 
 
 def collapse_if_large(view: ViewModel, many: int = MANY) -> ViewModel:
-    """Return the view with all boxes collapsed where it has more nodes than anyone can read at once."""
+    """Return the view with all boxes collapsed if it has too many nodes to be readable."""
     if len(view.nodes) <= many:
         return view
     return collapse(view)
 
 
 def around(view: ViewModel, ids: Collection[str], steps: int) -> ViewModel:
-    """Return the part of a view that is at most some steps away from some elements, whatever the direction.
+    """Return the part of a view within some steps of some elements, in any direction.
 
     Parameters
     ----------
     view : ViewModel
-        The view; it stays as it is.
+        The view; it is not changed.
     ids : collection of str
-        Nodes, boxes (for all that is in them) or edges (for their ends).
+        Nodes, boxes (for their content) or edges (for their ends).
     steps : int
         Number of lines to follow, 0 or more.
 
@@ -107,12 +107,12 @@ def restricted(view: ViewModel, kept: Collection[str]) -> ViewModel:
 
 
 def with_badges(view: ViewModel, badges: Mapping[str, str]) -> ViewModel:
-    """Return the view with short texts beside some nodes and boxes, for a text to refer to.
+    """Return the view with short texts next to some nodes and boxes, to which a text can refer.
 
     Parameters
     ----------
     view : ViewModel
-        The view; it stays as it is.
+        The view; it is not changed.
     badges : mapping of str to str
         Text by id of node or box.
 
@@ -143,7 +143,7 @@ def _with_boxes(view: ViewModel, ids: Collection[str], collapsed: bool) -> ViewM
 
 
 def _boxes(view: ViewModel, ids: Iterable[str] | None) -> set[str]:
-    """Return the ids of boxes that are wanted: all of them, where none are named."""
+    """Return the ids of the wanted boxes: all of them if none are given."""
     known = {box.id: box for box in view.boxes}
     wanted = list(known if ids is None else ids)
     for id in wanted:

@@ -1,4 +1,4 @@
-"""Where an editor put the elements of a model: positions of nodes, channels, pages; bend points of arcs."""
+"""Reads the stored positions of nodes, channels and pages, and bend points of arcs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Position: TypeAlias = tuple[float, float]
 
 
 def points_of(element: pn.Element) -> list[Position]:
-    """Return the points that are stored with an element; none where one of them is no point of the plane."""
+    """Return the points that are stored with an element; none if one of them is not a valid point."""
     graphics = element.graphics
     if graphics is None:
         return []
@@ -20,7 +20,7 @@ def points_of(element: pn.Element) -> list[Position]:
 
 
 def position_of(element: pn.Element) -> Position | None:
-    """Return where an editor put the centre of an element."""
+    """Return the stored centre of an element."""
     points = points_of(element)
     return points[0] if points else None
 
@@ -28,8 +28,8 @@ def position_of(element: pn.Element) -> Position | None:
 def of_page(page: pn.Page) -> tuple[Position | None, Position | None]:
     """Return the centre of a page, and width and height of its frame.
 
-    A page is a sheet of its own, and a sign on the sheet that it stands on: its position is the centre of
-    that sign. Some editors draw the page's content there instead, inside of a frame: then all positions are
+    A page is a sheet of its own, and a sign on its parent sheet: its position is the centre of that sign.
+    Some editors draw the page's content there instead, inside of a frame: then all positions are
     those of one plane, and the page's position is the left upper corner of the frame, or its centre. Which of
     them it is shows in where the content stands; a frame that the content is not in is not a frame.
     """

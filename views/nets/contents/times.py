@@ -1,4 +1,4 @@
-"""Times in words, as pictures have them."""
+"""Times in words, for pictures."""
 
 from __future__ import annotations
 
@@ -32,5 +32,5 @@ def interval_words(interval: pn.TimeInterval) -> str:
 
 
 def _scaled(bound: float, factor: int) -> str:
-    """Return a bound in other units, exactly; models that are not valid have bounds that are no numbers."""
+    """Return a bound in other units, exactly; invalid models may have bounds that are not numbers."""
     return exact_text(fraction_of(bound) * factor) if isfinite(bound) else str(bound)

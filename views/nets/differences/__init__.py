@@ -1,1 +1,1 @@
-"""What differs between two models, as one picture."""
+"""Differences between two models, as one picture."""

@@ -1,4 +1,4 @@
-"""Where the elements of a comparison stand: as in the later model, or else as in the earlier one."""
+"""Positions of the elements of a comparison: those of the later model, otherwise of the earlier one."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from dineros.views.nets.placement.placing import SCRIPTS
 Point: TypeAlias = tuple[float, float]
 
 MOST_SCALE = 1.5
-"""A picture does not grow by more for what only the earlier model has; that is laid out again instead."""
+"""Limit of the growth of a picture by elements of the earlier model; beyond it, they are laid out again."""
 
 
 def align(before: ViewModel, view: ViewModel) -> ViewModel:
     """Return a comparison with the positions of both models, sheet by sheet.
 
-    An editor may have moved everything on a page: elements of the earlier model move as most of those did
-    that both models have. Where something else stands now, they lose their position.
+    An editor may have moved everything on a page: elements of the earlier model move like most of the common
+    elements. If their place is now occupied, they lose their position.
 
     Parameters
     ----------
@@ -83,12 +83,12 @@ def _aligned(items: Sequence[Box | Node], old: dict[str, Box | Node], shift: Poi
 
 
 def _stands(item: Box | Node) -> bool:
-    """Tell whether the later model says where an item stands."""
+    """Return whether the later model has a position of an item."""
     return item.change != "removed" and item.position is not None
 
 
 def _moved(item: Box | Node, was: Box | Node | None, shift: Point) -> Box | Node | None:
-    """Return an item where the earlier model says that it stands, moved as its sheet was, if it says so."""
+    """Return an item at its position in the earlier model, moved like its sheet, if it has one."""
     if _stands(item) or was is None or was.position is None or _sheet(was) != _sheet(item):
         return None
     moved = replace(item, position=(was.position[0] + shift[0], was.position[1] + shift[1]))
@@ -103,7 +103,7 @@ def _size(item: Box | Node) -> dict[str, Any]:
 
 
 def _bent(view: ViewModel, before: ViewModel, shifts: dict[str | None, Point]) -> list[Edge]:
-    """Return the lines; bend points of the earlier model move with what stands around them."""
+    """Return the lines; bend points of the earlier model move with the elements around them."""
     old = {edge.id: edge.bends for edge in before.edges}
     stands = {node.id: node.position for node in view.nodes if node.change != "removed"}
     sheets = {node.id: node.box for node in view.nodes}

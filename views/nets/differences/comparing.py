@@ -1,4 +1,4 @@
-"""Two models in one picture: what was added, removed and changed."""
+"""Two models in one picture, with added, removed and changed elements."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _WORDS = {"label": "name", "title": "name", "box": "page", "parent": "page", "su
 
 
 def compare(before: ViewModel, after: ViewModel) -> ViewModel:
-    """Return one view of two models: elements with the same id are the same.
+    """Return one view of two models; elements are matched by id.
 
-    What only one model has is marked as added or removed; what both have in different ways is shown as it is
-    after, marked as changed, with notes that say how it was.
+    Elements of only one model are marked as added or removed; different elements are shown in their new form,
+    marked as changed, with notes about the old form.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def _union(before: Sequence[Item], after: Sequence[Item]) -> list[Item]:
 
 
 def _notes(was: Item, now: Item) -> list[str]:
-    """Say what differs."""
+    """Describe the differences."""
     notes = []
     for name in _SAID[type(now)]:
         one, other = getattr(was, name), getattr(now, name)
@@ -96,7 +96,7 @@ def _text(value: object) -> str:
 
 
 def _keep_ends(view: ViewModel) -> None:
-    """Drop lines without ends; put boxes after those they are in."""
+    """Drop lines without ends; put boxes after those that contain them."""
     nodes = {node.id for node in view.nodes}
     view.edges = [edge for edge in view.edges if edge.source in nodes and edge.target in nodes]
     by_id = {box.id: box for box in view.boxes}

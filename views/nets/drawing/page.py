@@ -31,7 +31,7 @@ _KEYS = (
 
 
 def to_html(view: ViewModel) -> str:
-    """Return a page that shows a view, and lets its reader collapse, expand, search and look around.
+    """Return a page that shows a view, and in which readers can collapse, expand, search and move.
 
     Parameters
     ----------

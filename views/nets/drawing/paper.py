@@ -1,7 +1,8 @@
-"""Pictures that can be read: on paper at a width in millimetres, and at first sight in a window.
+"""Readable pictures: on paper at a width in millimetres, and initially in a window.
 
-Text in print has 6 points or more: what IEEE and ACM ask of figures. A net that is too large for that is not
-drawn smaller; its pages are drawn one by one.
+Text in print has 6 points or more: as IEEE and ACM require for figures. A net that is too large for that is
+not
+drawn smaller; its pages are drawn separately.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ LEAST_POINTS = 6.0
 """Size of the smallest text on paper."""
 
 LEAST_PIXELS = 8.0
-"""Size of names at first sight on a screen."""
+"""Initial size of names on a screen."""
 
 WINDOW = (1280.0, 640.0)
-"""Pixels that a page has for its picture, in the smaller windows that people use."""
+"""Pixels that a page has for its picture in a small window."""
 
 _POINTS_PER_MILLIMETRE = 72 / 25.4
 _ASPECTS = (None, 1.6, 1.0, 0.7)
@@ -33,21 +34,21 @@ _TINY = 7.0  # numbers of tokens with four digits and more
 
 @dataclass(frozen=True)
 class Paper:
-    """Room for a picture.
+    """Size of a picture.
 
     Attributes
     ----------
     width : float
         In millimetres.
     aspect : float or None
-        Width by height; any where there is none.
+        Width by height; None: any.
     """
 
     width: float
     aspect: float | None = None
 
     def area(self, positioned: Picture) -> tuple[float, float, float, float]:
-        """Return the part of the plane that is shown, the net in its middle: x, y, width, height."""
+        """Return the visible part of the plane, with the net in its middle: x, y, width, height."""
         wide, high = positioned["width"], positioned["height"]
         if self.aspect is None:
             return 0.0, 0.0, wide, high
@@ -80,9 +81,9 @@ class Sheet:
 
 
 def sheets_for(view: ViewModel, paper: Paper) -> list[Sheet]:
-    """Return the picture of a view for paper; where it is too large, its overview and its pages one by one.
+    """Return the picture of a view for paper; if it is too large, its overview and separate pages.
 
-    Sheets that are too large all the same are among them: their `needed` is more than the paper's width.
+    Sheets that are still too large are included: their `needed` is more than the paper's width.
 
     Parameters
     ----------
@@ -122,7 +123,7 @@ def _pages(view: ViewModel) -> Iterator[tuple[Box, ViewModel]]:
 
 
 def _best(page: str | None, view: ViewModel, paper: Paper) -> Sheet:
-    """Return the layout, of a few of different forms, that needs the least width."""
+    """Return the layout, of several shapes, that needs the least width."""
     aspects = _ASPECTS if paper.aspect is None else (None, paper.aspect)
     made = (layout(view, aspect=aspect) for aspect in aspects)
     found = [Sheet(page, positioned, paper.needed(positioned)) for positioned in made]
@@ -137,12 +138,12 @@ def _smallest(positioned: Picture) -> float:
 
 
 def collapse_to_read(view: ViewModel) -> ViewModel:
-    """Return the view with as many levels of boxes collapsed as it takes to read names at first sight.
+    """Return the view with enough levels of boxes collapsed so that names are initially readable.
 
     Parameters
     ----------
     view : ViewModel
-        The view; it stays as it is. One with more nodes than anyone can read at once is collapsed as a whole.
+        The view; it stays as it is. One with too many nodes to be readable is collapsed completely.
 
     Raises
     ------
@@ -162,5 +163,5 @@ def collapse_to_read(view: ViewModel) -> ViewModel:
 
 
 def file_name(id: str) -> str:
-    """Return what can stand in the name of a file for a page's id."""
+    """Return a page's id in a form that is valid in file names."""
     return re.sub(r"[^\w.-]+", "_", id)

@@ -7,7 +7,7 @@ from importlib.resources import as_file, files
 from dineros.metamodel.errors import DinerosError
 
 MOST_PIXELS = 80_000_000
-"""Larger pictures are made smaller, to keep memory within bounds."""
+"""Limit of the pixels of a picture, which bounds the memory; larger pictures are scaled down."""
 
 
 def to_png(svg: str, *, scale: float = 2.0) -> bytes:

@@ -1,4 +1,4 @@
-"""Writing a picture of a net into a file; its suffix tells the format."""
+"""Writes a picture of a net to a file; the suffix selects the format."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ FORMATS = (".svg", ".png", ".html")
 
 
 PRINT_SCALE = 600 / 96
-"""Of PNG files for paper: 600 dots to the inch, which journals ask of line drawings."""
+"""Scale of PNG files for paper: 600 dots per inch, as journals require for line drawings."""
 
 
 def save_for_paper(
     view: ViewModel, path: Path | str, paper: Paper, *, theme: Theme = "light"
 ) -> tuple[list[Path], list[Sheet]]:
-    """Draw a view for paper into a file, or, where it is too large, its overview and each page into one.
+    """Draw a view for paper into a file, or, if it is too large, its overview and pages into several.
 
     Parameters
     ----------
     view : ViewModel
         The view.
     path : path
-        A file ending in ``.svg`` or ``.png``; those of pages have their ids behind its name.
+        A file ending in ``.svg`` or ``.png``; those of pages have their ids appended to its name.
     paper : Paper
         The room.
     theme : {"light", "dark"}
@@ -73,7 +73,7 @@ def save_for_paper(
 
 
 def save_picture(view: ViewModel, path: Path | str, *, theme: Theme = "light") -> None:
-    """Draw a view into a file, as a whole or not at all.
+    """Draw a view into a file atomically.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ def to_svg(
     positioned : Picture
         What `dineros.views.nets.layout` returns.
     marking : mapping of str to int, optional
-        Tokens by id of place; places that are not named show their initial ones.
+        Tokens by id of place; other places show their initial ones.
     signals : mapping of str to bool or str, optional
         Values by id of signal; the others show their initial ones.
     highlights : iterable of str
@@ -61,7 +61,7 @@ def to_svg(
 
 @cache
 def stylesheet(theme: Theme) -> str:
-    """Return the style of a theme, without variables: not every program that shows SVG knows them."""
+    """Return the style of a theme, without variables, which not all programs that show SVG support."""
     text = re.sub(r"/\*.*?\*/", "", own_text("static/net/net.css"), flags=re.DOTALL)
     themes = re.findall(r"[^{}]*\{\s*--net-[^}]*\}", text)  # light, then what differs in dark
     values: dict[str, str] = {}

@@ -1,1 +1,1 @@
-"""Where things stand in a picture: as the model says, or laid out by ELK."""
+"""Positions in a picture: those of the model, or laid out by ELK."""

@@ -10,11 +10,11 @@ SCRIPTS = (
     "vendor/elk/elk.bundled.js",
     *(f"static/net/{name}.js" for name in ("layout/elk", "layout/stored", "renderer", "figure")),
 )
-"""All that nets ask V8 for: what is loaded once serves layout and drawing."""
+"""All scripts for nets in V8: they are loaded once for layout and drawing."""
 
 
 def layout(view: ViewModel, *, aspect: float | None = None) -> Picture:
-    """Put the visible part of a view on a plane.
+    """Lay out the visible part of a view.
 
     Parameters
     ----------
