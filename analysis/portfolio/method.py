@@ -25,7 +25,7 @@ class Method:
 
         Parameters
         ----------
-        question : Reach or Satisfies
+        question : Reach, Satisfies or Count
             The question.
         known : Known
             The known facts about its net.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dineros.analysis.answers.turns import HEAD_START
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.portfolio.known import known_of
+from dineros.analysis.portfolio.methods.counting import CountByDiagrams, CountBySearch, CountByTina
 from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams, LedByDiagram
 from dineros.analysis.portfolio.methods.directed_search import DirectedSearch
 from dineros.analysis.portfolio.methods.explicit_search import QUICK, ExplicitSearch
@@ -95,3 +96,19 @@ WITNESS: Plan = (
     Turn(LedByDiagram(), _has_no_way),
 )
 """A trace to a firing that is known to be possible, if there is a diagram of all markings."""
+
+COUNT: dict[str, Plan] = {
+    "auto": (
+        Together(
+            (
+                Side((Turn(CountByDiagrams(only_if_possible=True)),), head_start=HEAD_START),
+                Side((Turn(CountBySearch()),)),
+            ),
+            alone=HEAD_START,
+        ),
+    ),
+    "explicit": (Turn(CountBySearch()),),
+    "symbolic": (Turn(CountByDiagrams()),),
+    "tina": (Turn(CountByTina()),),
+}
+"""The number of states, by the name of the engine: the value of ``--engine``."""

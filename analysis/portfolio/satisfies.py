@@ -11,6 +11,7 @@ from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.count import Count
 from dineros.analysis.portfolio.reach import Reach
 
 if TYPE_CHECKING:
@@ -58,5 +59,5 @@ class Satisfies:
         return outcome.status != "unknown" or outcome.reason == NO_BOUNDS
 
 
-Question: TypeAlias = Reach | Satisfies
+Question: TypeAlias = Reach | Satisfies | Count
 """The questions for methods."""

@@ -111,10 +111,13 @@ class Together:
         The sides; the first one begins.
     when : callable
         Returns whether they are used.
+    alone : float, optional
+        Seconds of processor time of the first side before there is a second process; by default one turn.
     """
 
     sides: tuple[Side, ...]
     when: When = always
+    alone: float | None = None
 
 
 Plan: TypeAlias = Sequence[Turn | Together]
@@ -153,7 +156,7 @@ def _asked(question: Question, turn: Turn | Together, budget: Budget) -> Outcome
     if isinstance(turn, Turn):
         return turn.method.answer(question, known_of(question.net), turn.share(budget))
     members = [Member(partial(_side, question, side), side.weight, side.head_start) for side in turn.sides]
-    return first_of_two(members, budget, question.ends_others)
+    return first_of_two(members, budget, question.ends_others, turn.alone)
 
 
 def _side(question: Question, side: Side, budget: Budget) -> Outcome | None:

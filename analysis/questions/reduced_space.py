@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.questions.state_space import Engine, StateSpace, figures_of, state_space
+from dineros.analysis.portfolio.count import StateSpace, figures_of
+from dineros.analysis.questions.state_space import Engine, state_space
 from dineros.analysis.reductions import Property, Reduction, reduce, ways_to_share
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from dineros.metamodel.files import load
 from dineros.metamodel.sym import SystemModel
 from dineros.metamodel.token_data import Value
 from dineros.runtime import Net, Node
-from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.channels.transport import Receiver, Transport
 from dineros.runtime.journal.recording import Recorder
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort
@@ -33,7 +33,7 @@ from dineros.transformations.flattening.split import split
 MODEL = Path(__file__).resolve().parents[2] / "case_study/sorting.sym.xmi"
 
 
-class Echo:
+class Echo(Transport):
     """Answers every request at once with what was asked."""
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
@@ -103,7 +103,7 @@ def whole_node(firings: int, recorder: Recorder | None = None, report: bool = Fa
     objects, tenth = firings // 5, max(1, firings // 50)
     start = time.process_time()
     for number in range(1, objects + 1):
-        node.message_arrived(subscribers[number % 2], Message(f"selector/Sort/{number}", data), 0)
+        node.receiver.message_arrived(subscribers[number % 2], Message(f"selector/Sort/{number}", data), 0)
         while node.step():
             pass
         if report and number % tenth == 0:

@@ -13,7 +13,7 @@ from dineros.cli.presentation.evidence import say_confirmation
 if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
-    from dineros.analysis.questions.state_space import StateSpace
+    from dineros.analysis.portfolio.count import StateSpace
 
 _OF_THE_REDUCED_NET = ("places", "transitions")
 _OF_THE_REST = (

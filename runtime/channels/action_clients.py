@@ -28,7 +28,6 @@ from dineros.runtime.channels.goals import (
     goal_id,
 )
 from dineros.runtime.channels.traffic import SendError, Traffic
-from dineros.runtime.channels.transport import action_transport
 from dineros.runtime.nets.ports import OUTCOMES, ActionClientPort, Data, Message, OutcomeKind
 from dineros.runtime.nets.tokens import Token
 from dineros.runtime.scheduling.timers import IDLE, Timer
@@ -124,7 +123,7 @@ class ActionClient:
         for goal in list(self.goals.values()):
             self._send(goal)
             if goal.is_canceled:
-                action_transport(self._traffic.joined).cancel_goal(self.port, goal.message.id)
+                self._traffic.joined.cancel_goal(self.port, goal.message.id)
         if self._second is not None:
             engine.unhold(self._second)
         self._look_at_cancels()
@@ -142,7 +141,7 @@ class ActionClient:
         token = traffic.engine.oldest(place)
         goal = GoalUnderWay(Message(goal_id(traffic.next_id(port.goal)), token.data))
         try:
-            action_transport(traffic.joined).send_goal(port, goal.message)
+            traffic.joined.send_goal(port, goal.message)
         except Exception as error:
             raise SendError(f"cannot send a goal of {port.action}: {error}") from error
         traffic.engine.take(place)
@@ -169,7 +168,7 @@ class ActionClient:
             goal = next(over, None)
         else:
             try:
-                action_transport(traffic.joined).cancel_goal(port, goal.message.id)
+                traffic.joined.cancel_goal(port, goal.message.id)
             except Exception as error:
                 raise SendError(f"cannot cancel a goal of {port.action}: {error}") from error
             goal.is_canceled = True
@@ -263,7 +262,7 @@ class ActionClient:
             self._send(goal)
 
     def _send(self, goal: GoalUnderWay) -> None:
-        transport = action_transport(self._traffic.joined)
+        transport = self._traffic.joined
         send = transport.follow_goal if goal.is_accepted else transport.send_goal
         try:
             send(self.port, goal.message)

@@ -21,7 +21,6 @@ from dineros.runtime.channels.goals import (
     ServerEvent,
 )
 from dineros.runtime.channels.traffic import SendError, Traffic
-from dineros.runtime.channels.transport import action_transport
 from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.journal.goals import KEPT_RESULTS
 from dineros.runtime.nets.ports import ActionServerPort, Data, Message, OutcomeKind
@@ -116,7 +115,7 @@ class ActionServer:
             KnownGoal(Message(goal, data), outcome=outcome) for goal, (outcome, data) in self.results.items()
         ]
         known += [KnownGoal(slot.goal, slot.is_canceling) for slot in self.slots if slot.goal is not None]
-        transport = action_transport(self._traffic.joined)
+        transport = self._traffic.joined
         transport.restore_goals(self.port, known)
         for slot in self.slots:
             self._repeat_feedback(slot)
@@ -253,7 +252,7 @@ class ActionServer:
         try:
             traffic.check(place, data)
             if has_number:
-                action_transport(traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
+                traffic.joined.give_feedback(self.port, slot.goal.id, number, data)
         except Exception as error:
             raise SendError(f"cannot send feedback of {self.port.action}: {error}") from error
         token = traffic.engine.take(place)
@@ -262,7 +261,7 @@ class ActionServer:
         self._emit("feedback", slot, self.port.feedbacks[slot.number], token.id, -1, number=number)
         if not has_number:
             try:
-                action_transport(traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
+                traffic.joined.give_feedback(self.port, slot.goal.id, number, data)
             except Exception as error:
                 traffic.log_error(f"feedback of {self.port.action} is lost: {error}", cause=error)
 
@@ -271,7 +270,7 @@ class ActionServer:
         if slot.goal is None or self.port.type is not None:  # an existing type has no number
             return
         for number, data in slot.history:
-            action_transport(self._traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
+            self._traffic.joined.give_feedback(self.port, slot.goal.id, number, data)
 
     def finish(self, slot: Slot, outcome: OutcomeKind) -> None:
         """Send the oldest token of an exit as the goal's result, after all feedback; the slot is idle then.
@@ -291,7 +290,7 @@ class ActionServer:
         data = engine.oldest(place).data
         try:
             traffic.check(place, data)
-            action_transport(traffic.joined).finish_goal(port, goal.id, outcome, data)
+            traffic.joined.finish_goal(port, goal.id, outcome, data)
         except Exception as error:
             raise SendError(f"cannot send a result of {port.action}: {error}") from error
         token = engine.take(place)

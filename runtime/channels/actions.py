@@ -28,23 +28,20 @@ class Actions:
     ----------
     traffic : Traffic
             Shared by all ports of the node.
-
-    Attributes
-    ----------
     accepts : callable
             Decides whether an action server (by channel) accepts a goal with this data.
     """
 
-    def __init__(self, traffic: Traffic) -> None:
+    def __init__(self, traffic: Traffic, accepts: Callable[[str, Data], bool]) -> None:
         structure = traffic.engine.structure
         self._traffic = traffic
-        self.accepts: Callable[[str, Data], bool] = lambda action, goal: True
+        self._accepts = accepts
         self.clients = {port: ActionClient(traffic, port) for port in structure.ports.action_clients}
         self.servers = {port: self._server(port) for port in structure.ports.action_servers}
         self._slots = _slots_of_transitions(structure, self.servers.values())
 
     def _server(self, port: ActionServerPort) -> ActionServer:
-        return ActionServer(self._traffic, port, lambda goal: self.accepts(port.channel, goal))
+        return ActionServer(self._traffic, port, lambda goal: self._accepts(port.channel, goal))
 
     @property
     def waiting_goals(self) -> int:

@@ -13,7 +13,7 @@ import threading
 from collections import deque
 
 from dineros.runtime.channels.exchange import Exchange
-from dineros.runtime.channels.transport import Answer, Measuring, Pausing, Transport
+from dineros.runtime.channels.transport import Answer
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import Message, Port, Queue, ServerPort, SubscriberPort
 from dineros.runtime.scheduling.loop import Loop
@@ -30,21 +30,15 @@ class Arrivals:
             The node's engine; it reports the places that got room.
     loop : Loop
             The node's loop.
-    transport : Transport, optional
-            Notified when the node takes messages again, if the transport does not check that by itself.
     """
 
-    def __init__(
-        self, exchange: Exchange, engine: Engine, loop: Loop, transport: Transport | None = None
-    ) -> None:
+    def __init__(self, exchange: Exchange, engine: Engine, loop: Loop) -> None:
         ports = engine.structure.ports
         self._exchange = exchange
         self._subscribers = exchange.subscribers
         self._engine = engine
         self._post = loop.post
-        able: object = transport
-        self._pausing = able if isinstance(able, Pausing) else None
-        self._measuring = able if isinstance(able, Measuring) else None
+        self._traffic = exchange.traffic
         self._has_histories = ports.middleware == "ros2"
         self._lock = threading.Lock()
         self._arriving: dict[SubscriberPort, int] = dict.fromkeys(ports.subscribers, 0)
@@ -97,11 +91,13 @@ class Arrivals:
         """Return the most messages that waited at once, here or in a history, since the last call."""
         with self._lock:
             most, self._most[port] = self._most[port], self._arriving[port]
-        return most if self._measuring is None else max(most, self._measuring.most_waiting(port))
+        transport = self._traffic.transport
+        return most if transport is None else max(most, transport.most_waiting(port))
 
     def waited(self, port: SubscriberPort) -> float:
         """Return how many seconds the last message had waited in the middleware, if known."""
-        return 0.0 if self._measuring is None else self._measuring.waited(port)
+        transport = self._traffic.transport
+        return 0.0 if transport is None else transport.waited(port)
 
     def held(self, port: SubscriberPort) -> int:
         """Return the number of messages that wait for room on their place."""
@@ -143,8 +139,9 @@ class Arrivals:
         self._subscribers[port].arrived(message, lost)
 
     def _tell_open(self, port: SubscriberPort) -> None:
-        if self._has_histories and self._pausing is not None and self.is_open(port):
-            self._pausing.opened(port)
+        transport = self._traffic.transport
+        if self._has_histories and transport is not None and self.is_open(port):
+            transport.opened(port)
 
     def _record_losses(self) -> None:
         with self._lock:

@@ -10,7 +10,6 @@ import logging
 from dataclasses import dataclass
 
 from dineros.runtime.channels.traffic import SendError, Traffic
-from dineros.runtime.channels.transport import Forgetting
 from dineros.runtime.nets.ports import ClientPort, Message
 from dineros.runtime.scheduling.timers import IDLE, Timer
 
@@ -208,8 +207,7 @@ class Client:
             if token is None:
                 return
         self._end(call)
-        if isinstance(traffic.joined, Forgetting):
-            traffic.joined.forget(port, call.message.id)
+        traffic.joined.forget(port, call.message.id)
         if place is not None and port.timed_out is not None and token is not None:
             traffic.engine.put(place, token)
             traffic.came("giveUp", self._about, port.timed_out, token, call.message.id)

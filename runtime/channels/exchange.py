@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import cast
 
 from dineros.metamodel.errors import DinerosError
@@ -44,6 +44,8 @@ class Exchange:
             The node's loop.
     observer : FiringObserver
             Receives a record of each message sent or received.
+    accepts : callable
+            Decides whether an action server (by channel) accepts a goal with this data.
     run : str
             Part of the ids of messages, after the node's id.
     request_timeout : float, optional
@@ -64,6 +66,7 @@ class Exchange:
         engine: Engine,
         loop: Loop,
         observer: FiringObserver,
+        accepts: Callable[[str, Data], bool],
         *,
         run: str = "",
         request_timeout: float | None = None,
@@ -81,7 +84,7 @@ class Exchange:
         self.clients = {port: Client(traffic, port, request_timeout) for port in ports.clients}
         self.servers = {port: Server(traffic, port) for port in ports.servers}
         self._instances = [each for server in self.servers.values() for each in server.instances]
-        self.actions = Actions(traffic)
+        self.actions = Actions(traffic, accepts)
 
     @property
     def waiting_requests(self) -> int:

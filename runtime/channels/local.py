@@ -17,7 +17,7 @@ from dineros.runtime.channels.goals import KnownGoal
 from dineros.runtime.channels.local_actions import LocalAction
 from dineros.runtime.channels.local_services import LocalClient, LocalService
 from dineros.runtime.channels.local_topics import HistoryTopic, LocalTopic, QueueTopic
-from dineros.runtime.channels.transport import Answer, Receiver
+from dineros.runtime.channels.transport import Answer, Receiver, Transport
 from dineros.runtime.nets.ports import (
     ActionClientPort,
     ActionPort,
@@ -169,8 +169,10 @@ class LocalNetwork:
             self.changed.notify()
 
 
-class LocalTransport:
+class LocalTransport(Transport):
     """One node's end of a `LocalNetwork`."""
+
+    keeps_requests = True
 
     def __init__(self, network: LocalNetwork) -> None:
         self._network = network

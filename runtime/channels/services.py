@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.message_ids import Senders, parse_id
 from dineros.runtime.channels.traffic import SendError, Traffic
-from dineros.runtime.channels.transport import Answer, Keeping
+from dineros.runtime.channels.transport import Answer, Transport
 from dineros.runtime.nets.ports import Message, ServerPort
 
 LOG = logging.getLogger("dineros.runtime")
@@ -141,12 +141,14 @@ class Server:
     def _is_free(self, instance: Instance) -> bool:
         return instance.message is None and self._traffic.engine.has_room(instance.entry)
 
-    def _keeping(self) -> Keeping | None:
+    def _keeping(self) -> Transport | None:
         """Return the transport if it keeps requests for this server; None: requests arrive at once."""
-        transport: object = self._traffic.transport
-        return transport if self._depth is not None and isinstance(transport, Keeping) else None
+        transport = self._traffic.transport
+        if transport is None or self._depth is None or not transport.keeps_requests:
+            return None
+        return transport
 
-    def _fetch(self, transport: Keeping) -> None:
+    def _fetch(self, transport: Transport) -> None:
         """Take requests from a transport that keeps them, until a new one is found."""
         while not self.waiting:
             lost, taken = transport.take_request(self.port)

@@ -7,7 +7,6 @@ from collections import deque
 
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
 from dineros.runtime.channels.traffic import SendError, Traffic
-from dineros.runtime.channels.transport import Repeating
 from dineros.runtime.nets.ports import Message, PublisherPort, Queue, SubscriberPort
 from dineros.runtime.scheduling.timers import IDLE
 
@@ -37,10 +36,9 @@ class Writer:
             The transport failed.
         """
         transport = self._traffic.joined
-        again = transport.publish_again if isinstance(transport, Repeating) else transport.publish
         for message in tuple(self.history):
             try:
-                again(self.port, message)
+                transport.publish_again(self.port, message)
             except Exception as error:
                 raise SendError(f"cannot publish on {self.port.topic}: {error}") from error
 

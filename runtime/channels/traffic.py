@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.message_ids import MessageIdError, parse_id
-from dineros.runtime.channels.transport import Transport, check_of
+from dineros.runtime.channels.transport import Transport
 from dineros.runtime.firing.observing import FiringObserver
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import Check, Data, Port, Queue
@@ -108,7 +108,7 @@ class Traffic:
     def join(self, transport: Transport) -> None:
         """Use this transport from now on."""
         self.transport = transport
-        found = {place: check_of(transport, port, part) for place, port, part in self._sending}
+        found = {place: transport.check(port, part) for place, port, part in self._sending}
         self.checks = {place: check for place, check in found.items() if check is not None}
 
     def check(self, place: int, data: Data) -> None:

@@ -1,4 +1,4 @@
-"""The interfaces between a node and a transport.
+"""The interface between a node and a transport.
 
 A *transport* carries messages between nodes: in this process (`dineros.runtime.channels.local`) or through
 ROS 2. A node opens it with its ports and with itself as the receiver. A transport may call the receiver from
@@ -7,8 +7,9 @@ any thread; a node calls its transport from one thread only.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError
@@ -53,7 +54,7 @@ class Receiver(Protocol):
         """Receive a request. A repeated request is handled once; each `answer` given for it is called."""
 
     def requests_wait(self, port: ServerPort) -> None:
-        """Notice that a `Keeping` transport has requests, or has lost some."""
+        """Notice that a transport that keeps requests has some, or has lost some."""
 
     def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
         """Return how many messages of a publisher before this one are missing; 0 for a new publisher."""
@@ -98,62 +99,72 @@ class Receiver(Protocol):
         """Stop showing a source."""
 
 
-@runtime_checkable
-class Choosy(Protocol):
-    """A transport that cannot send all data that tokens can carry."""
+class Transport(ABC):
+    """Carries the messages of one node; the node calls it from the thread of its loop.
+
+    A transport must join channels, publish, send requests and leave. All other abilities have a default:
+    without timers, for example, the timers of a node use the clock of its loop.
+
+    Attributes
+    ----------
+    has_timers : bool
+        Whether it has timers of its own, which `start_timers` starts.
+    keeps_requests : bool
+        Whether it keeps requests until `take_request` takes them. Otherwise requests arrive at once.
+    """
+
+    has_timers = False
+    keeps_requests = False
+
+    @abstractmethod
+    def open(self, ports: Ports, receiver: Receiver) -> None:
+        """Join the channels; from now on, the receiver gets all that arrives."""
+
+    @abstractmethod
+    def publish(self, port: PublisherPort, message: Message) -> bool:
+        """Send a message; False: the publisher's queue was full and the message is dropped.
+
+        A transport that overwrites the oldest message instead returns True here, and calls `dropped` for the
+        overwritten message if it notices the loss.
+        """
+
+    @abstractmethod
+    def request(self, port: ClientPort, message: Message) -> None:
+        """Send a request, or send it again after a time-out.
+
+        Each client has at most `ClientPort.outstanding` requests under way.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Leave the channels; after it returns, the receiver is not called any more."""
 
     def check(self, port: Port, part: str = "") -> Check | None:
         """Return a function that raises for data that cannot be sent at a port; None: all data can be sent.
 
         For an action server, `part` is ``result`` or ``feedback``.
         """
-
-
-def check_of(transport: Transport, port: Port, part: str = "") -> Check | None:
-    """Return a function that raises for data that a transport cannot send at a port; None: it sends all."""
-    if not isinstance(transport, Choosy):
         return None
-    return transport.check(port, part) if part else transport.check(port)
-
-
-@runtime_checkable
-class Repeating(Protocol):
-    """A transport that distinguishes messages from before a restart from new messages."""
 
     def publish_again(self, port: PublisherPort, message: Message) -> object:
-        """Send a message that was sent before, to receivers that recognise copies by the id."""
-
-
-@runtime_checkable
-class Pausing(Protocol):
-    """A transport that must be notified when the node takes messages again."""
+        """Send a message that was sent before a restart; receivers recognise copies by the id."""
+        return self.publish(port, message)
 
     def opened(self, port: SubscriberPort) -> object:
         """Notice that the node takes messages of a topic again; on the thread of the node's loop."""
-
-
-@runtime_checkable
-class Measuring(Protocol):
-    """A transport that can measure the fill level of the histories from which messages are taken."""
+        return None
 
     def most_waiting(self, port: SubscriberPort) -> int:
-        """Return the most messages of a topic that waited at once since the last call."""
+        """Return the most messages of a topic that waited in its history at once since the last call."""
+        return 0
 
     def waited(self, port: SubscriberPort) -> float:
-        """Return how many seconds the message taken last had waited in its history."""
-
-
-@runtime_checkable
-class Ticking(Protocol):
-    """A transport that has timers; otherwise the node's timers use the clock of its loop."""
+        """Return how many seconds the message taken last had waited in its history; 0: unknown."""
+        return 0.0
 
     def start_timers(self) -> object:
         """Report each tick to the receiver, the first one after a period; called once, when it is open."""
-
-
-@runtime_checkable
-class Keeping(Protocol):
-    """A transport that keeps requests until the node takes them, on the thread of the node's loop."""
+        return None
 
     def take_request(self, port: ServerPort) -> tuple[list[str], tuple[Message, Answer] | None]:
         """Return the requests lost before, as `lost_requests` does, and the oldest request that waits.
@@ -162,73 +173,41 @@ class Keeping(Protocol):
         the history is recorded before it is handled itself. The request comes with the function that sends
         its response; None: no request waits.
         """
+        return [], None
 
     def lost_requests(self, port: ServerPort) -> list[str]:
         """Return the ids of the requests that the full history has lost since the last call."""
-
-
-@runtime_checkable
-class Forgetting(Protocol):
-    """A transport that keeps data of each request until its response arrives."""
+        return []
 
     def forget(self, port: ClientPort, message_id: str) -> object:
         """Notice that the node no longer waits for the response to a request."""
+        return None
 
-
-class Transport(Protocol):
-    """Methods that a node calls, from the thread of its loop."""
-
-    def open(self, ports: Ports, receiver: Receiver) -> None:
-        """Join the channels; from now on, the receiver gets all that arrives."""
-
-    def publish(self, port: PublisherPort, message: Message) -> bool:
-        """Send a message; False: the publisher's queue was full and the message is dropped.
-
-        A transport that overwrites the oldest message instead returns True here, and calls `dropped` for the
-        overwritten message if it notices the loss.
-        """
-
-    def request(self, port: ClientPort, message: Message) -> None:
-        """Send a request, or send it again after a time-out.
-
-        Each client has at most `ClientPort.outstanding` requests under way.
-        """
-
-    def close(self) -> None:
-        """Leave the channels; after it returns, the receiver is not called any more."""
-
-
-@runtime_checkable
-class ActionTransport(Protocol):
-    """A transport that carries goals; a node calls it from the thread of its loop."""
+    # Goals of actions.
 
     def restore_goals(self, port: ActionServerPort, goals: Sequence[KnownGoal]) -> None:
         """Restore the goals from before a restart, before any other goal arrives."""
+        raise self._carries_no_goals()
 
     def send_goal(self, port: ActionClientPort, message: Message) -> None:
         """Send a goal; a repeated goal has the same id."""
+        raise self._carries_no_goals()
 
     def follow_goal(self, port: ActionClientPort, message: Message) -> None:
         """Ask for the result of an accepted goal from before a restart."""
+        raise self._carries_no_goals()
 
     def cancel_goal(self, port: ActionClientPort, goal: str) -> None:
         """Ask to cancel a goal; the transport repeats the request until the server answers."""
+        raise self._carries_no_goals()
 
     def give_feedback(self, port: ActionServerPort, goal: str, number: int, data: Data) -> None:
         """Send the `number`-th feedback of a goal to its client."""
+        raise self._carries_no_goals()
 
     def finish_goal(self, port: ActionServerPort, goal: str, outcome: OutcomeKind, data: Data) -> None:
         """Send the result of a goal to its client, now or when the client asks for it."""
+        raise self._carries_no_goals()
 
-
-def action_transport(transport: Transport) -> ActionTransport:
-    """Return a transport as one that carries goals.
-
-    Raises
-    ------
-    DinerosError
-        It carries none.
-    """
-    if not isinstance(transport, ActionTransport):
-        raise DinerosError(f"{type(transport).__name__} does not support actions")
-    return transport
+    def _carries_no_goals(self) -> DinerosError:
+        return DinerosError(f"{type(self).__name__} carries no goals of actions")

@@ -44,6 +44,17 @@ class HandlerTimeoutError(DinerosError):
 class Execution:
     """Fires the transitions of an engine, one at a time.
 
+    Parameters
+    ----------
+    engine, handlers, loop, random
+        The engine, the handlers, the loop, and what draws the next transition.
+    observer : FiringObserver
+        Receives the events.
+    policy : Policy
+        Policy for a failure if the handler has none of its own.
+    cancel_of : callable
+        Returns the cancel request of the goal that a transition works on; None: it belongs to no goal.
+
     Attributes
     ----------
     policy : Policy
@@ -66,26 +77,31 @@ class Execution:
         Number of committed firings.
     kept : dict
         Values that handlers keep over restarts: name -> JSON value.
-    cancel_of : callable
-        Returns the cancel request of the goal that a transition works on; None: it belongs to no goal.
     """
 
     def __init__(
-        self, engine: Engine, handlers: Handlers, loop: Loop, random: Random, observer: FiringObserver
+        self,
+        engine: Engine,
+        handlers: Handlers,
+        loop: Loop,
+        random: Random,
+        observer: FiringObserver,
+        policy: Policy,
+        cancel_of: Callable[[int], CancelRequest | None],
     ) -> None:
         self.engine = engine
         self.handlers = handlers
-        self.policy: Policy = Halt()
+        self.policy = policy
         self.halted: str | None = None
         self.in_flight = Flights()
         self.watchdog = Watchdog(engine.structure.ports.node, observer.status_changed)
         self.firings = 0
         self.kept: dict[str, Any] = {}
-        self.cancel_of: Callable[[int], CancelRequest | None] = lambda transition: None
+        self._cancel_of = cancel_of
         self._loop = loop
         self._observer = observer
         self._workers = Workers()
-        self.timing = Timing(engine.structure, loop)
+        self.timing = Timing(engine.structure, loop, observer.struck)
         self.chooser = Chooser(random, self.timing, self.watchdog)
         self.departures = Departures()
         self.durations = Durations(engine.structure.transitions)
@@ -168,7 +184,7 @@ class Execution:
             copy_data(data),
             status,
             Memory(self.kept),
-            self.cancel_of(transition),
+            self._cancel_of(transition),
         )
         self._go_on(Flight(transition, taken, handlers, firing, data, started, status))
 

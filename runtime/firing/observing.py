@@ -32,6 +32,9 @@ class FiringObserver(Protocol):
     ) -> None:
         """Record an error with its policy, location and attempt number."""
 
+    def struck(self, callback: str, moment: float, missed: int) -> None:
+        """Notice a tick of a timer: its callback, the time, and the number of missed ticks before it."""
+
     def status_changed(self) -> None:
         """Notice that the node's status may have changed: running, halted or blocked."""
 

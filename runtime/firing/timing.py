@@ -33,11 +33,11 @@ class Timing:
         Draws the moment of firing uniformly from the interval. If None, a transition fires at its earliest
         time; so does a transition with priority, for which others would otherwise wait past their latest
         times.
-    on_strike : callable
-        Called at each tick of a timer, with its callback, the time and the number of missed ticks.
     """
 
-    def __init__(self, structure: Structure, loop: Loop) -> None:
+    def __init__(
+        self, structure: Structure, loop: Loop, on_strike: Callable[[str, float, int], object]
+    ) -> None:
         self.draws: Random | None = None
         self._loop = loop
         self._intervals = {
@@ -54,7 +54,7 @@ class Timing:
         }
         self._due: set[TimerPort] = set()
         self._is_ticking = False
-        self.on_strike: Callable[[str, float, int], object] = lambda callback, moment, missed: None
+        self._on_strike = on_strike
 
     def __bool__(self) -> bool:
         """Whether the net has any intervals or timers."""
@@ -134,7 +134,7 @@ class Timing:
             Number of further ticks since then.
         """
         self._due.add(timer)
-        self.on_strike(timer.callback, self._loop.clock() if moment is None else moment, missed)
+        self._on_strike(timer.callback, self._loop.clock() if moment is None else moment, missed)
 
     def _has_ticked(self, number: int) -> bool:
         timer = self._timer_of.get(number)

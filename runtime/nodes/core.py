@@ -20,6 +20,7 @@ from dineros.metamodel.lifecycles.states import State as LifecycleState
 from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange
 from dineros.runtime.firing.acceptance import Acceptance
+from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.firing.execution import Execution
 from dineros.runtime.firing.handlers import Handlers
 from dineros.runtime.firing.policies import Policy
@@ -67,9 +68,9 @@ class Core:
     acceptance : Acceptance
         Decides which goals are accepted.
     exchange : Exchange or None
-        The ports of the node, if a runner has opened it.
+        The ports of the node, if it has a runner.
     arrivals : Arrivals or None
-        Messages that wait for room on their places, if a runner has opened it.
+        Messages that wait for room on their places, if it has a runner.
     heard : dict of int to float
         When each signal was last set by its source, by the net's clock.
     ended_by : str or None
@@ -103,8 +104,9 @@ class Core:
         self.on_status: Callable[[], None] | None = None
         self.handlers = Handlers(self.names.transitions, len(structure.transitions))
         self.engine = Engine(structure)
-        self.execution = Execution(self.engine, self.handlers, self.loop, random.Random(seed), self)
-        self.execution.policy = policy
+        self.execution = Execution(
+            self.engine, self.handlers, self.loop, random.Random(seed), self, policy, self._cancel_of
+        )
         self.acceptance = Acceptance(structure.ports.action_servers, self.execution.watchdog, self)
         self.expectations = Expectations(
             self.loop, self, structure.signals, lambda reason: self.execution.halt(reason, logging.ERROR)
@@ -123,6 +125,39 @@ class Core:
         self._callbacks_lock = threading.Lock()
         self.errors: deque[ErrorReport] = deque(maxlen=KEPT_ERRORS)
         self.failures = 0
+
+    def attach(
+        self, run: str, request_timeout: float | None, resume: SavedState | None
+    ) -> tuple[Exchange, Arrivals]:
+        """Make the ports of the node, once, and continue from a saved state if there is one.
+
+        Raises
+        ------
+        DinerosError
+            The net has ports already, or does not fit the saved state.
+        """
+        if self.exchange is not None:
+            id = self.structure.ports.node
+            raise DinerosError(f"the net of {id} has a node already", hint="load the net again")
+        if resume is not None:
+            self.restore(resume)
+        exchange = Exchange(
+            self.engine,
+            self.loop,
+            self,
+            self.acceptance.accepts,
+            run=run,
+            request_timeout=request_timeout,
+        )
+        if resume is not None:
+            exchange.restore(resume)
+        arrivals = Arrivals(exchange, self.engine, self.loop)
+        self.exchange, self.arrivals = exchange, arrivals
+        self.obey_state()
+        return exchange, arrivals
+
+    def _cancel_of(self, transition: int) -> CancelRequest | None:
+        return None if self.exchange is None else self.exchange.actions.cancel_of(transition)
 
     # Observing.
 
@@ -173,8 +208,12 @@ class Core:
             return 0.0 if self.arrivals is None or port is None else self.arrivals.waited(port)
 
         self.responses = Responses(ports, self.loop.clock, waited)
-        self.execution.timing.on_strike = self.responses.struck
         self._observe()
+
+    def struck(self, callback: str, moment: float, missed: int) -> None:
+        """Measure a tick of a timer, if response times are measured."""
+        if self.responses is not None:
+            self.responses.struck(callback, moment, missed)
 
     def _observe(self) -> None:
         others = self._record is not None or self.responses is not None

@@ -9,29 +9,15 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Self
 
-from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError
-from dineros.runtime.channels.arrivals import Arrivals
-from dineros.runtime.channels.exchange import Exchange
-from dineros.runtime.channels.goals import ActionEvent
-from dineros.runtime.channels.transport import Ticking, Transport
+from dineros.runtime.channels.transport import Transport
 from dineros.runtime.journal.recording import Recorder
 from dineros.runtime.journal.saved import SavedState
-from dineros.runtime.nets.ports import (
-    ActionPort,
-    ActionServerPort,
-    ClientPort,
-    Message,
-    ServerPort,
-    SubscriberPort,
-    TimerPort,
-)
-from dineros.runtime.nets.sources import Source
-from dineros.runtime.nets.staleness import Expectation
 from dineros.runtime.nodes.core import Core
+from dineros.runtime.nodes.receiver import NodeReceiver
 from dineros.runtime.scheduling.threads import join
 from dineros.runtime.scheduling.watchdog import GivenUpError
 
@@ -46,10 +32,8 @@ PATIENCE = 2.0
 """Seconds for a handler to return when its node is to end; then its firing is released."""
 
 
-class Runner(Arrivals):
-    """Runs the core of a net, with a transport and a recorder; the receiver of its transport.
-
-    Messages wait for its thread and, if their places are full, for room.
+class Runner:
+    """Runs the core of a net, with a transport and a recorder.
 
     Parameters
     ----------
@@ -57,6 +41,13 @@ class Runner(Arrivals):
         It belongs to this runner from now on.
     transport, recorder, resume, run, request_timeout
         As for `Node`.
+
+    Attributes
+    ----------
+    exchange : Exchange
+        The ports of the node.
+    receiver : NodeReceiver
+        Receives what the transport delivers.
 
     Raises
     ------
@@ -75,25 +66,14 @@ class Runner(Arrivals):
         request_timeout: float | None = None,
     ) -> None:
         self._id = core.structure.ports.node
-        if core.exchange is not None:
-            raise DinerosError(f"the net of {self._id} already has a node", hint="load the net again")
         self._core = core
         self._transport = transport
         self._recorder = recorder
         self._is_resumed = resume is not None
-        if resume is not None:
-            core.restore(resume)
-        self.exchange = Exchange(core.engine, core.loop, core, run=run, request_timeout=request_timeout)
-        super().__init__(self.exchange, core.engine, core.loop, transport)
-        if resume is not None:
-            self.exchange.restore(resume)
-        core.exchange = self.exchange
-        core.execution.cancel_of = self.exchange.actions.cancel_of
-        self.exchange.actions.accepts = core.acceptance.accepts
-        core.obey_state()
+        self.exchange, self._arrivals = core.attach(run, request_timeout, resume)
+        self.receiver = NodeReceiver(core, self.exchange, self._arrivals)
         self._loop = core.loop
         self._execution = core.execution
-        core.arrivals = self
         self._thread: threading.Thread | None = None
         self._is_open = False
         self._is_ending = False
@@ -143,7 +123,7 @@ class Runner(Arrivals):
                 raise
 
     def _join(self, transport: Transport) -> None:
-        transport.open(self._core.structure.ports, self)
+        transport.open(self._core.structure.ports, self.receiver)
         self.exchange.traffic.join(transport)
         self._execution.departures.check_by(self.exchange.traffic.checks, self._core.structure)
         self.exchange.begin()
@@ -153,7 +133,7 @@ class Runner(Arrivals):
             # sent and recorded first, so that the records are in the order of events.
             with self._loop:
                 self.exchange.depart()
-        if isinstance(transport, Ticking):
+        if transport.has_timers:
             self._execution.timing.leave_ticks()
             transport.start_timers()
 
@@ -179,7 +159,7 @@ class Runner(Arrivals):
             did = True
         if self.exchange.depart():
             did = True
-        if self._core.engine.opened and self.let_in():
+        if self._core.engine.opened and self._arrivals.let_in():
             did = True
         if self._execution.in_flight:
             self._execution.in_flight.refresh(self._core.engine)
@@ -380,54 +360,3 @@ class Runner(Arrivals):
     def checkpoint(self) -> SavedState:
         """Return the state needed to continue from here; on the node's thread, or while it is stopped."""
         return self._core.save(self.exchange.save())
-
-    # Called by the transport, from any thread.
-
-    def requests_wait(self, port: ServerPort) -> None:
-        """Schedule taking the requests that the transport keeps."""
-        self._post(self.exchange.servers[port].serve)
-
-    def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
-        """Return how many of its publisher's messages before this one are missing; from any thread."""
-        return self.exchange.subscribers[port].skipped(message)
-
-    def knows_request(self, port: ServerPort, message_id: str) -> bool:
-        """Return whether an instance serves a request, or its response is kept."""
-        return self.exchange.servers[port].knows(message_id)
-
-    def response_arrived(self, port: ClientPort, message: Message) -> None:
-        """Schedule putting a response onto its place."""
-        self._post(lambda: self.exchange.clients[port].responded(message))
-
-    def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
-        """Schedule sending a request again."""
-        self._post(lambda: self.exchange.clients[port].failed(message_id, reason))
-
-    def ticked(self, timer: TimerPort) -> None:
-        """Schedule the callback of a timer."""
-        moment = self._core.loop.clock()
-        self._post(lambda: self._execution.timing.ticked(timer, moment))
-
-    def action_event(self, port: ActionPort, event: ActionEvent) -> None:
-        """Schedule handling an event about a goal."""
-        self._post(lambda: self.exchange.actions.take(port, event))
-
-    def refused(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
-        """Schedule counting received data that is not a valid message."""
-        self._post(lambda: self.exchange.refuse(port, error))
-
-    def signals_changed(self, values: Mapping[str, SignalSetting], source: str) -> None:
-        """Have signals set."""
-        self._core.submit_signals(values, source)
-
-    def signal_expected(self, signal: str, expectation: Expectation) -> None:
-        """Schedule watching whether a signal is set as expected."""
-        self._core.signal(signal).stale_after(expectation.seconds, expectation.then)
-
-    def source(self, name: str) -> Source:
-        """Return the counters of a signal source."""
-        return self._core.new_source(name)
-
-    def remove_source(self, source: Source) -> None:
-        """Stop showing these counters."""
-        self._core.remove_source(source)

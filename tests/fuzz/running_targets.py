@@ -95,10 +95,10 @@ def message(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
             id, data, lost = str(found.get("id", "")), found.get("data"), found.get("lost")
             whole = data if isinstance(data, dict) else {}
             arrived = Message(id, whole)
-            board.message_arrived(
+            board.receiver.message_arrived(
                 net.structure.ports.subscribers[0], arrived, lost % 1000 if isinstance(lost, int) else 0
             )
-            cook.request_arrived(server_net.structure.ports.servers[0], arrived, lambda answer: None)
+            cook.receiver.request_arrived(server_net.structure.ports.servers[0], arrived, lambda answer: None)
             count += 1
             good = Message(f"tester/Served/{count}", {"dish": "soup"})
             before = net.count("Kept")
@@ -106,7 +106,7 @@ def message(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
             cook.run_until_idle()
             between = net.count("Kept")
             assert between <= before + 1
-            board.message_arrived(net.structure.ports.subscribers[0], good, 0)
+            board.receiver.message_arrived(net.structure.ports.subscribers[0], good, 0)
             board.run_until_idle()
             assert net.count("Kept") == between + 1, "a good message is not taken"
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.syntax import Exists, Finally
+from dineros.analysis.portfolio.count import Count
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.reach import Reach
@@ -26,6 +27,8 @@ class DecisionDiagrams(Method):
         """Decide whether some marking fulfils the condition, and find a trace to it."""
         from dineros.analysis.logic.ctl.checking import symbolically
 
+        if isinstance(question, Count):
+            return None
         net, bound = question.net, question.bound
         if isinstance(question, Satisfies):
             found = symbolically(net, question.formula, bound, budget, question.orders, question.seed)

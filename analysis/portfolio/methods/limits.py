@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.syntax import Exists, Finally
+from dineros.analysis.portfolio.count import Count
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.satisfies import Question, Satisfies
@@ -28,6 +29,8 @@ class NetWithLimits(Method):
         """Use the diagram of the net with limits."""
         from dineros.analysis.logic.ctl.limits import decide_with_limits
 
+        if isinstance(question, Count):
+            return None
         net, names = question.net, question.names
         if isinstance(question, Satisfies):
             return decide_with_limits(net, question.formula, names, budget, self.most_work)

@@ -27,7 +27,7 @@ from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
-    from dineros.analysis.questions.state_space import StateSpace
+    from dineros.analysis.portfolio.count import StateSpace
     from dineros.analysis.timed.classes import Kind
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from dineros.runtime.channels.transport import Answer, Receiver
+from dineros.runtime.channels.transport import Answer, Receiver, Transport
 from dineros.runtime.nets.ports import (
     ActionPort,
     Check,
@@ -59,7 +59,7 @@ class _Outlet:
     has_ids: bool
 
 
-class RclpyTransport(GoalCarrier):
+class RclpyTransport(GoalCarrier, Transport):
     """Connects a node to ROS 2.
 
     Parameters
@@ -73,6 +73,8 @@ class RclpyTransport(GoalCarrier):
         Whether messages of existing types get ids, which doubles the number of messages sent. A node without
         a journal never sends a message again, so it needs no ids.
     """
+
+    has_timers = True
 
     def __init__(
         self,

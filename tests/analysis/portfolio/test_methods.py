@@ -24,7 +24,7 @@ from dineros.analysis.portfolio.methods.limits import NetWithLimits
 from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
 from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTraps
 from dineros.analysis.portfolio.methods.walks import Walks
-from dineros.analysis.portfolio.plans import FIND, FIRE, PROVE, WITNESS
+from dineros.analysis.portfolio.plans import COUNT, FIND, FIRE, PROVE, WITNESS
 from dineros.analysis.portfolio.reach import Reach
 from dineros.analysis.portfolio.scheduler import Stage, Together, Turn, answered
 from tests.analysis.logic.generated import atoms_of, random_net
@@ -64,7 +64,7 @@ def built(of: type[Method]) -> set[type[Method]]:
 def test_every_method_stands_in_a_plan() -> None:
     for module in pkgutil.iter_modules(folder.__path__, f"{folder.__name__}."):
         importlib.import_module(module.name)
-    plans = [FIND, PROVE, FIRE, WITNESS, ALONE, stages(), *PLANS.values()]
+    plans = [FIND, PROVE, FIRE, WITNESS, ALONE, stages(), *PLANS.values(), *COUNT.values()]
     assert set().union(*map(methods, plans)) == built(Method)
     assert set(LEAST) == methods([*FIND, *PROVE])
 

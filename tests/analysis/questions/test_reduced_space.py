@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.portfolio.count import StateSpace
 from dineros.analysis.questions.reduced_space import reduced_state_space
-from dineros.analysis.questions.state_space import Engine, StateSpace
+from dineros.analysis.questions.state_space import Engine
 from dineros.analysis.sweeps.grid import Point
 from dineros.analysis.sweeps.point import Job, count
 from dineros.metamodel import sym

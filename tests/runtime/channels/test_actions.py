@@ -18,7 +18,7 @@ from dineros.metamodel.records import decode_record, encode_fields
 from dineros.runtime import Net, Node
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.channels import goals
-from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.channels.transport import Receiver, Transport
 from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.firing.handlers import HandlerError
 from dineros.runtime.journal.rebuilding import rebuild
@@ -43,7 +43,7 @@ def parts(**options: Any) -> dict[str, rtm.RuntimeModel]:
     return {part.node.id: part for part in split(deliveries(**options))}
 
 
-class Wire:
+class Wire(Transport):
     """A transport of actions whose other end is the test."""
 
     def __init__(self) -> None:

@@ -29,7 +29,7 @@ def listening(recorder: Recorder | None = None, **options: object) -> tuple[Net,
 
 def hear(node: Node, *ids: str, lost: int = 0) -> None:
     for id in ids:
-        node.message_arrived(node.net.structure.ports.subscribers[0], Message(id, {}), lost)
+        node.receiver.message_arrived(node.net.structure.ports.subscribers[0], Message(id, {}), lost)
         node.run_until_idle()
 
 
@@ -49,7 +49,7 @@ def test_data_that_does_not_fit_is_counted_and_said_once(caplog: pytest.LogCaptu
     net, node = listening()
     for number in range(1, 1001):
         port = node.net.structure.ports.subscribers[0]
-        node.message_arrived(port, Message(f"talker/Said/{number}", {"unknown": 1}), 0)
+        node.receiver.message_arrived(port, Message(f"talker/Said/{number}", {"unknown": 1}), 0)
         node.run_until_idle()
     state = net.inspect()
     assert (state.count("Noted"), sum(state.refused.values()), len(state.errors)) == (0, 1000, 1)
@@ -63,7 +63,7 @@ def test_requests_wait_in_limited_number_where_no_depth_is_known(caplog: pytest.
     node.open()
     port = node.net.structure.ports.servers[0]
     for number in range(1, 2000):
-        node.request_arrived(port, Message(f"c/request/{number}", {}), lambda response: None)
+        node.receiver.request_arrived(port, Message(f"c/request/{number}", {}), lambda response: None)
         node.run_until_idle()
     assert node.exchange is not None
     server = node.exchange.servers[port]

@@ -17,6 +17,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.records import Drop, Take, read_trace, traces_of_runs
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.channels.local import LocalNetwork
+from dineros.runtime.channels.transport import Transport
 from dineros.runtime.firing.handlers import Firing
 from dineros.runtime.journal import resume_journal
 from dineros.runtime.journal.kept import KeepError, Memory
@@ -61,7 +62,7 @@ def test_what_was_on_its_way_when_everything_died_comes_once(tmp_path: Path) -> 
 def test_only_what_the_queue_holds_is_sent_again(tmp_path: Path) -> None:
     sent: list[str] = []
 
-    class Wire:
+    class Wire(Transport):
         def open(self, ports: object, receiver: object) -> None: ...
         def close(self) -> None: ...
         def request(self, port: object, message: Message) -> None: ...

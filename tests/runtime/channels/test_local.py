@@ -131,7 +131,7 @@ def test_losses_are_recorded_in_their_order_and_before_what_makes_room() -> None
 def test_losses_on_the_way_are_recorded() -> None:
     _, _, listener, recorders = pair(talk(0))
     port = listener.net.structure.ports.subscribers[0]
-    listener.message_arrived(port, Message("talker/said/4", {}), 3)
+    listener.receiver.message_arrived(port, Message("talker/said/4", {}), 3)
     listener.run_until_idle()
     (drop,) = events(recorders["listener"], "drop")
     assert (drop["queue"], drop["count"]) == ("subscriber", 3)
@@ -141,7 +141,7 @@ def test_a_message_that_comes_again_is_ignored() -> None:
     _, _, listener, recorders = pair(talk(0))
     port = listener.net.structure.ports.subscribers[0]
     for id in ("a/said/1", "a/said/2", "a/said/1", "a/said/2", "b/said/1", "", ""):
-        listener.message_arrived(port, Message(id, {}), 0)
+        listener.receiver.message_arrived(port, Message(id, {}), 0)
     listener.run_until_idle()
     taken = [record["message"] for record in events(recorders["listener"], "take")]
     assert taken == ["a/said/1", "a/said/2", "b/said/1", "", ""]  # who gives no ids is not recognised

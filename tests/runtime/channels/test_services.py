@@ -11,7 +11,7 @@ from dineros.metamodel import rtm, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime import Net, Node
-from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.channels.transport import Receiver, Transport
 from dineros.runtime.journal.recording import ListRecorder
 from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nets.ports import (
@@ -59,7 +59,7 @@ def client_model() -> rtm.RuntimeModel:
     return model
 
 
-class Wire:
+class Wire(Transport):
     """A transport whose other end is the test."""
 
     def __init__(self) -> None:
@@ -84,7 +84,7 @@ class Wire:
             raise OSError("the cable is out")
         self.sent.append((name, message))
 
-    def check(self, port: Port) -> Check | None:
+    def check(self, port: Port, part: str = "") -> Check | None:
         def small(data: Data) -> None:
             if data["count"] > largest:  # type: ignore[operator]
                 raise ValueError("count is too large")

@@ -106,6 +106,7 @@ class TickingTransport(LocalTransport):
 
     receiver: Receiver
     timer: TimerPort
+    has_timers = True
     is_ticking = False
 
     def open(self, ports: Ports, receiver: Receiver) -> None:

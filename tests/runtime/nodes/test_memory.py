@@ -8,13 +8,13 @@ import tracemalloc
 import pytest
 
 from dineros.runtime import Net, Node
-from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.channels.transport import Receiver, Transport
 from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort
 from dineros.transformations.flattening.split import split
 from tests.runtime.tiny import case_study
 
 
-class Echo:
+class Echo(Transport):
     """Answers every request at once with what was asked."""
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
@@ -44,7 +44,7 @@ def test_memory_is_flat_over_many_firings() -> None:
         for _ in range(objects):
             number += 1
             message = Message(f"selector/SortRed/{number}", {"color": "red"})
-            node.message_arrived(subscribers[number % 2], message, 0)
+            node.receiver.message_arrived(subscribers[number % 2], message, 0)
             node.run_until_idle()
         gc.collect()
         return tracemalloc.get_traced_memory()[0]

@@ -14,7 +14,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.channels.transport import Receiver, Transport
 from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort, ServerPort, SubscriberPort
 
 
@@ -23,7 +23,7 @@ def _send(connection: socket.socket, lock: threading.Lock, packet: dict[str, Any
         connection.sendall(json.dumps(packet).encode() + b"\n")
 
 
-class SocketTransport:
+class SocketTransport(Transport):
     """Joins a node to a broker."""
 
     def __init__(self, path: Path) -> None:
