@@ -9,10 +9,10 @@ from dineros.runtime.firing.policies import Aside, Halt, Policy, Retry
 from dineros.runtime.firing.selection import Candidates, Choice, Enabled
 from dineros.runtime.nets.signals import Signal
 from dineros.runtime.nets.tokens import Token
-from dineros.runtime.nodes.core import Change
 from dineros.runtime.nodes.inspection import Inspection
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.node import Node
+from dineros.runtime.nodes.observers import Change
 
 __all__ = [
     "Aside",

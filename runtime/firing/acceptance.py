@@ -11,7 +11,6 @@ from dineros.metamodel.errors import near_matches
 from dineros.runtime.firing.handlers import HandlerError
 from dineros.runtime.firing.observing import FiringObserver
 from dineros.runtime.nets.ports import ActionServerPort, Data
-from dineros.runtime.scheduling.watchdog import Watchdog
 
 LOG = logging.getLogger("dineros.runtime")
 
@@ -26,18 +25,14 @@ class Acceptance:
     ----------
     ports : sequence of ActionServerPort
         The action servers.
-    watchdog : Watchdog
-        Watches the functions; they run on the node's thread.
     observer : FiringObserver
-        Receives their errors.
+        Receives the errors of the functions, and watches them; they run on the node's thread.
     """
 
-    def __init__(
-        self, ports: Sequence[ActionServerPort], watchdog: Watchdog, observer: FiringObserver
-    ) -> None:
+    def __init__(self, ports: Sequence[ActionServerPort], observer: FiringObserver) -> None:
         self._ports = {port.channel: port for port in ports}
         self._judges: dict[str, Judge] = {}
-        self._watchdog = watchdog
+        self._watchdog = observer.watchdog
         self._observer = observer
 
     def register(self, action: str, judge: Judge) -> None:

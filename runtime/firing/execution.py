@@ -31,7 +31,7 @@ from dineros.runtime.journal.kept import Json, Memory
 from dineros.runtime.nets.engine import Engine, Tokens
 from dineros.runtime.nets.tokens import copy_data
 from dineros.runtime.scheduling.loop import Loop
-from dineros.runtime.scheduling.watchdog import GivenUpError, Watchdog
+from dineros.runtime.scheduling.watchdog import GivenUpError
 from dineros.runtime.scheduling.workers import Workers
 
 LOG = logging.getLogger("dineros.runtime")
@@ -94,7 +94,7 @@ class Execution:
         self.policy = policy
         self.halted: str | None = None
         self.in_flight = Flights()
-        self.watchdog = Watchdog(engine.structure.ports.node, observer.status_changed)
+        self.watchdog = observer.watchdog
         self.firings = 0
         self.kept: dict[str, Any] = {}
         self._cancel_of = cancel_of

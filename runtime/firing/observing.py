@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from dineros.metamodel.errors import DinerosError
+from dineros.runtime.scheduling.watchdog import Watchdog
 
 
 class FiringObserver(Protocol):
@@ -14,9 +15,12 @@ class FiringObserver(Protocol):
     ----------
     is_observing : bool
         Whether there is an observer; if not, no event is built.
+    watchdog : Watchdog
+        Watches the functions of developers on the node's thread.
     """
 
     is_observing: bool
+    watchdog: Watchdog
 
     def emit(self, event: str, **fields: object) -> None:
         """Report an event after it has happened."""

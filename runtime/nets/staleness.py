@@ -10,7 +10,7 @@ import logging
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 from dineros.metamodel.clauses import SignalSetting, setting_text
 from dineros.metamodel.errors import DinerosError
@@ -105,16 +105,6 @@ def parse_then(text: str | bool) -> WhenStale:
     return {"true": True, "false": False}.get(plain, plain)
 
 
-class _Target(Protocol):
-    """The part of a net that the watch of its signals uses."""
-
-    def set_signals(
-        self, values: Mapping[int, SignalSetting], source: str, *, is_heard: bool = True
-    ) -> None: ...
-
-    def tell_error(self, error: str, policy: str | None = None) -> None: ...
-
-
 class Expectations:
     """Watches when the signals of a net were last set; on the thread of its loop.
 
@@ -122,19 +112,26 @@ class Expectations:
     ----------
     loop : Loop
         The net's loop with its timers and clock.
-    target : Core
-        The net whose signals are watched.
     names : sequence of str
         Ids of the signals, for messages.
+    set_signals : callable
+        Sets signals, by number.
+    tell_error : callable
+        Records an error, with the policy that was applied.
     halt : callable
         Halts the net, for a given reason.
     """
 
     def __init__(
-        self, loop: Loop, target: _Target, names: tuple[str, ...], halt: Callable[[str], None]
+        self,
+        loop: Loop,
+        names: tuple[str, ...],
+        set_signals: Callable[[Mapping[int, SignalSetting]], None],
+        tell_error: Callable[[str, str | None], None],
+        halt: Callable[[str], None],
     ) -> None:
         self._loop = loop
-        self._target = target
+        self._set_signals, self._tell_error = set_signals, tell_error
         self._names = names
         self._halt = halt
         self._expected: dict[int, Expectation] = {}
@@ -213,8 +210,8 @@ class Expectations:
         )
         text = f"the signal {self._names[number]} is stale: not set for {expectation.seconds:g} s; {does}"
         LOG.error("%s", text)
-        self._target.tell_error(text, "halt" if then == "stop" else None)
+        self._tell_error(text, "halt" if then == "stop" else None)
         if then not in ("keep", "stop"):
-            self._target.set_signals({number: then}, "stale", is_heard=False)
+            self._set_signals({number: then})
         elif then == "stop":
             self._halt(text)

@@ -7,11 +7,7 @@ import logging
 import random
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any
 
 from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError, FeatureValueError
@@ -32,28 +28,13 @@ from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation, Expectations
 from dineros.runtime.nets.structure import Structure
 from dineros.runtime.nets.tokens import Token
+from dineros.runtime.nodes.observers import Observers
 from dineros.runtime.nodes.responses import Responses
-from dineros.runtime.nodes.status import ErrorReport, State, Status
+from dineros.runtime.nodes.status import State, Status
 from dineros.runtime.scheduling.loop import Loop
 
 LOG = logging.getLogger("dineros.runtime")
 KEPT_ERRORS = 100
-
-
-@dataclass(frozen=True)
-class Change:
-    """A change of a net.
-
-    Attributes
-    ----------
-    event : str
-        Kind of event, as in a trace: ``fire``, ``signal``, ``take``, ``publish`` and so on.
-    fields : mapping
-        The fields of its record in a trace.
-    """
-
-    event: str
-    fields: Mapping[str, object]
 
 
 NOT_ACTIVE = "the managed node is not active"
@@ -65,6 +46,8 @@ class Core:
 
     Attributes
     ----------
+    observers : Observers
+        Receives the events.
     acceptance : Acceptance
         Decides which goals are accepted.
     exchange : Exchange or None
@@ -75,18 +58,8 @@ class Core:
         When each signal was last set by its source, by the net's clock.
     ended_by : str or None
         Why it has stopped running; None: it runs, or has not begun.
-    failures : int
-        Number of failed firings.
-    errors : deque of ErrorReport
-        The last failures, the oldest first.
     failure : BaseException or None
         Error that ended it unexpectedly, for example of a recorder that cannot write.
-    is_observing : bool
-        Whether changes are recorded, reported or measured; if not, no event is built.
-    responses : Responses or None
-        Response times of callbacks, once they are requested.
-    on_status : callable or None
-        Called when the node's status may have changed; from any thread.
     """
 
     def __init__(
@@ -101,15 +74,25 @@ class Core:
         self.seed = seed
         self.names = Names(structure)
         self.loop = Loop(clock, steady)
-        self.on_status: Callable[[], None] | None = None
         self.handlers = Handlers(self.names.transitions, len(structure.transitions))
         self.engine = Engine(structure)
+        self.observers = Observers(structure.ports.node)
         self.execution = Execution(
-            self.engine, self.handlers, self.loop, random.Random(seed), self, policy, self._cancel_of
+            self.engine,
+            self.handlers,
+            self.loop,
+            random.Random(seed),
+            self.observers,
+            policy,
+            self._cancel_of,
         )
-        self.acceptance = Acceptance(structure.ports.action_servers, self.execution.watchdog, self)
+        self.acceptance = Acceptance(structure.ports.action_servers, self.observers)
         self.expectations = Expectations(
-            self.loop, self, structure.signals, lambda reason: self.execution.halt(reason, logging.ERROR)
+            self.loop,
+            structure.signals,
+            lambda values: self.set_signals(values, "stale", is_heard=False),
+            self.observers.tell_error,
+            lambda reason: self.execution.halt(reason, logging.ERROR),
         )
         self.sources: tuple[Source, ...] = ()
         self.heard: dict[int, float] = {}
@@ -118,13 +101,7 @@ class Core:
         self.state: LifecycleState = "unconfigured" if structure.ports.is_managed else "active"
         self.ended_by: str | None = None
         self.failure: BaseException | None = None
-        self.is_observing = False
-        self.responses: Responses | None = None
-        self._record: Callable[..., None] | None = None
-        self._callbacks: tuple[Callable[[Change], object], ...] = ()
-        self._callbacks_lock = threading.Lock()
-        self.errors: deque[ErrorReport] = deque(maxlen=KEPT_ERRORS)
-        self.failures = 0
+        self._sources_lock = threading.Lock()
 
     def attach(
         self, run: str, request_timeout: float | None, resume: SavedState | None
@@ -144,7 +121,7 @@ class Core:
         exchange = Exchange(
             self.engine,
             self.loop,
-            self,
+            self.observers,
             self.acceptance.accepts,
             run=run,
             request_timeout=request_timeout,
@@ -161,45 +138,10 @@ class Core:
 
     # Observing.
 
-    def emit(self, event: str, **fields: object) -> None:
-        """Record and report an event after it has happened."""
-        if event == "error":
-            self._note_error(fields)
-        if self._record is not None:
-            self._record(event, **fields)
-        if self.responses is not None:
-            self.responses.note(event, fields)
-        if self._callbacks:
-            change = Change(event, MappingProxyType(_copied(fields)))
-            for callback in self._callbacks:
-                name = f"{getattr(callback, '__name__', 'a callback')}, called at each change,"
-                try:
-                    self.execution.watchdog.call(callback, change, name)
-                except Exception:
-                    LOG.exception("a callback of on_change failed at %s", event)
-
-    def tell_error(
-        self,
-        error: str,
-        policy: str | None = None,
-        *,
-        transition: str | None = None,
-        handler: str | None = None,
-        attempt: int = 1,
-    ) -> None:
-        """Record and report an error."""
-        where = {"transition": transition, "handler": handler}
-        self.emit("error", **where, error=error, attempt=attempt, policy=policy)
-
-    def record_with(self, record: Callable[..., None] | None) -> None:
-        """Record with this function from now on; None: stop recording."""
-        self._record = record
-        self._observe()
-
     def measure_responses(self) -> None:
         """Measure the response times of callbacks from now on."""
         ports = self.structure.ports
-        if self.responses is not None or not ports.callbacks:
+        if self.observers.responses is not None or not ports.callbacks:
             return
         subscribers = {port.place: port for port in ports.subscribers}
 
@@ -207,48 +149,13 @@ class Core:
             port = subscribers.get(place)
             return 0.0 if self.arrivals is None or port is None else self.arrivals.waited(port)
 
-        self.responses = Responses(ports, self.loop.clock, waited)
-        self._observe()
-
-    def struck(self, callback: str, moment: float, missed: int) -> None:
-        """Measure a tick of a timer, if response times are measured."""
-        if self.responses is not None:
-            self.responses.struck(callback, moment, missed)
-
-    def _observe(self) -> None:
-        others = self._record is not None or self.responses is not None
-        self.is_observing = others or bool(self._callbacks)
-
-    def add_callback(self, callback: Callable[[Change], object]) -> None:
-        """Call this function after each change from now on."""
-        with self._callbacks_lock:
-            self._callbacks = (*self._callbacks, callback)
-            self.is_observing = True
-
-    def remove_callback(self, callback: Callable[[Change], object]) -> None:
-        """Stop calling this function."""
-        with self._callbacks_lock:
-            self._callbacks = tuple(known for known in self._callbacks if known is not callback)
-            self._observe()
-
-    def _note_error(self, fields: Mapping[str, object]) -> None:
-        self.failures += 1
-        transition, handler, policy = (
-            None if fields.get(name) is None else str(fields[name])
-            for name in ("transition", "handler", "policy")
-        )
-        self.errors.append(ErrorReport(time.time(), transition, handler, str(fields["error"]), policy))
-        self.status_changed()
-
-    def status_changed(self) -> None:
-        """Notify the listener that the status may have changed."""
-        if (callback := self.on_status) is not None:
-            callback()
+        self.observers.measure(Responses(ports, self.loop.clock, waited))
 
     def status(self) -> Status:
         """Return the status of the node; from any thread, even while a handler blocks the node."""
         blocked, halted = self.execution.watchdog.blocked, self.execution.halted
-        error = self.errors[-1] if self.errors else None
+        errors, failures = self.observers.errors, self.observers.failures
+        error = errors[-1] if errors else None
         state: State = "running"
         reason = None
         if self.ended_by is not None:
@@ -258,7 +165,7 @@ class Core:
             state, reason = "blocked", f"{blocked} has not returned"
         elif halted is not None:
             state, reason = "halted", halted
-        return Status(self.structure.ports.node, time.time(), state, reason, error, blocked, self.failures)
+        return Status(self.structure.ports.node, time.time(), state, reason, error, blocked, failures)
 
     # Lifecycle of a managed node.
 
@@ -275,7 +182,7 @@ class Core:
             what = f"is {self.state}" if ports.is_managed else "has no lifecycle"
             raise DinerosError(f"the node {ports.node} {what}: it cannot {label}")
         self.state = STATE_AFTER[label]
-        self.emit("lifecycle", label=label, state=self.state, change={})
+        self.observers.emit("lifecycle", label=label, state=self.state, change={})
         self.obey_state()
 
     @property
@@ -307,7 +214,9 @@ class Core:
                 self.heard[number] = now
                 self.expectations.heard(number)
         for number in changed:
-            self.emit("signal", signal=self.structure.signals[number], value=values[number], source=source)
+            self.observers.emit(
+                "signal", signal=self.structure.signals[number], value=values[number], source=source
+            )
 
     def signal(self, name: str) -> Signal:
         """Return an input signal, by id or name.
@@ -349,14 +258,14 @@ class Core:
 
     def new_source(self, name: str) -> Source:
         """Return the counters of a bridge; inspections show them from now on; from any thread."""
-        source = Source(name, lambda text: self.loop.submit(lambda: self.tell_error(text)))
-        with self._callbacks_lock:
+        source = Source(name, lambda text: self.loop.submit(lambda: self.observers.tell_error(text)))
+        with self._sources_lock:
             self.sources = (*self.sources, source)
         return source
 
     def remove_source(self, source: Source) -> None:
         """Stop showing these counters."""
-        with self._callbacks_lock:
+        with self._sources_lock:
             self.sources = tuple(known for known in self.sources if known is not source)
 
     def save(self, channels: ChannelState) -> SavedState:
@@ -422,12 +331,3 @@ class Core:
                     for place, ids in ((names.place(id), ids) for id, ids in by_place.items())
                 ],
             )
-
-
-def _copied(value: Any) -> Any:
-    """Return a copy of a record's values: callbacks cannot change tokens by changing it."""
-    if isinstance(value, dict):
-        return {key: _copied(element) for key, element in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_copied(element) for element in value]
-    return value

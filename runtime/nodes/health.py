@@ -180,14 +180,14 @@ class HealthWatch:
         handlers = tuple(replace(time) for time in islice(execution.durations, MOST))
         execution.durations.forget_longest()
         responses: tuple[ResponseTime, ...] = ()
-        if core.responses is not None:
-            responses = tuple(replace(time) for time in islice(core.responses.times.values(), MOST))
-            core.responses.forget_longest()
+        if (measured := core.observers.responses) is not None:
+            responses = tuple(replace(time) for time in islice(measured.times.values(), MOST))
+            measured.forget_longest()
         servers = {} if exchange is None else exchange.servers
         return Health(
             status=core.status(),
             firings=firings,
-            failures=core.failures,
+            failures=core.observers.failures,
             restarts=self._restarts,
             rate=rate,
             places=MappingProxyType({id: engine.count(place) for place, id in enumerate(places)}),

@@ -34,8 +34,9 @@ from dineros.runtime.firing.selection import SelectionFunction
 from dineros.runtime.nets.signals import Signal
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.structure import Structure, read_structure
-from dineros.runtime.nodes.core import Change, Core
+from dineros.runtime.nodes.core import Core
 from dineros.runtime.nodes.inspection import Inspection, inspected
+from dineros.runtime.nodes.observers import Change
 from dineros.runtime.nodes.runner import Runner
 from dineros.runtime.nodes.status import Status
 from dineros.runtime.scheduling.watchdog import LIMIT
@@ -370,12 +371,12 @@ class Net:
         The function must return quickly, since the net waits for it. Its errors are logged and change
         nothing.
         """
-        self.core.add_callback(callback)
+        self.core.observers.add_callback(callback)
         return callback
 
     def remove_callback(self, callback: Callable[[Change], object]) -> None:
         """Stop calling a function of `on_change`."""
-        self.core.remove_callback(callback)
+        self.core.observers.remove_callback(callback)
 
     @property
     def status(self) -> Status:

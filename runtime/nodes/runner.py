@@ -103,9 +103,9 @@ class Runner:
         core = self._core
         if self._recorder is not None:
             self._recorder.open(core.structure.ports, self.checkpoint)
-            core.record_with(self._recorder.record)
+            core.observers.record_with(self._recorder.record)
         state = self.checkpoint()
-        core.emit(
+        core.observers.emit(
             "start",
             marking=state["marking"],
             signals=state["signals"],
@@ -218,10 +218,10 @@ class Runner:
                 self._execution.close()
             try:
                 if self._core.failure is None:
-                    self._core.emit("stop", reason=reason)
-                self._core.status_changed()
+                    self._core.observers.emit("stop", reason=reason)
+                self._core.observers.status_changed()
             finally:
-                self._core.record_with(None)
+                self._core.observers.record_with(None)
                 if self._recorder is not None:
                     self._recorder.close()
 

@@ -82,7 +82,7 @@ class Control:
             self._services.append(
                 self._node.create_service(Trigger, f"~/{name}", answered, callback_group=group)
             )
-        self._net.core.on_status = self._say
+        self._net.core.observers.on_status = self._say
         self._say()
 
     def _say(self) -> None:
@@ -124,7 +124,7 @@ class Control:
     def close(self) -> None:
         """Destroy the topic and the services."""
         with self._lock:
-            self._net.core.on_status = None
+            self._net.core.observers.on_status = None
             publisher, self._publisher = self._publisher, None
         if publisher is not None:
             self._node.destroy_publisher(publisher)
