@@ -39,7 +39,7 @@ class Excerpt:
 
 class Excerpts:
     """Reads the context of lines. File names come from a model, so only source files within the roots are
-read.
+    read.
 
     Parameters
     ----------
